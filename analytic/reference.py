@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+
+
+class NoAnswer(Exception):
+    """A point without an exact answer; its text is the reason, one line."""
+
+
+@contextmanager
+def answering() -> Iterator[None]:
+    """Raises NoAnswer where double precision does not hold an exact solution."""
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
+        raise NoAnswer("double precision does not hold the exact solution") from error
 
 
 class Reference(Protocol):

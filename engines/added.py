@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
+from plumbob.engines.known_limits import Limits, declared_by
 from plumbob.engines.method import (
     LIMITS,
     Engine,
@@ -19,6 +20,7 @@ from plumbob.engines.method import (
     Simulation,
     Stepping,
     Unsupported,
+    fits,
 )
 from plumbob.engines.trajectory import Trajectory, not_a_trajectory
 from plumbob.models.entry_points import Addition, captured
@@ -41,24 +43,45 @@ def wrong(engine: Any, name: str) -> str:
             return f"its {part} is no function"
     if not (isinstance(engine.package, str) and engine.package):
         return "its package is no name of a package"
+    if not isinstance(engine.abilities, tuple):
+        return f"abilities is {type(engine.abilities).__name__}, not a tuple"
+    return wrong_limits(engine)
+
+
+def wrong_limits(engine: Engine) -> str:
+    """The reason why an engine's limits, in its file or in Python, are none; empty where they
+    are."""
     if not isinstance(engine.known_limits, tuple):
         return f"known_limits is {type(engine.known_limits).__name__}, not a tuple of KnownLimit"
-    names = {method.name for method in engine.methods}
-    return next((why for limit in engine.known_limits if (why := _wrong_limit(limit, names))), "")
+    try:
+        limits = declared_by(engine)
+    except Exception as error:  # whatever stands in that file
+        return f"its file of limits: {one_line(error)}"
+    for entry in limits.not_read:
+        if not isinstance(entry.observables, tuple):
+            return f"observables that it does not give are {entry.observables!r}, not a list"
+    names = [method.name for method in engine.methods]
+    several = (_wrong_limit(limit, names, limits) for limit in limits.known_limits)
+    return next(filter(None, several), "")
 
 
-def _wrong_limit(limit: Any, methods: set[str]) -> str:
+def _wrong_limit(limit: Any, methods: Sequence[str], limits: Limits) -> str:
     if not isinstance(limit, KnownLimit):
         return f"{type(limit).__name__} in place of a plumbob KnownLimit"
-    if limit.method not in methods:
-        return f"a known limit is of {limit.method!r}, which is none of its methods"
+    of = [name for name in methods if fits(name, limit.methods)]
+    if not of:
+        return f"a known limit is of {limit.methods!r}, which is none of its methods"
     if limit.verdict not in LIMITS:
-        return f"{limit.method}: a known limit is {limit.verdict!r}, not one of {', '.join(LIMITS)}"
+        return f"{of[0]}: a known limit is {limit.verdict!r}, not one of {', '.join(LIMITS)}"
+    if limit.other not in (None, "predicted", *LIMITS):
+        return f"{of[0]}: another verdict is {limit.other!r}, not one of {', '.join(LIMITS)}"
     if not (isinstance(limit.reason, str) and limit.reason.strip()):
-        return f"{limit.method}: a known limit has no reason"
+        return f"{of[0]}: a known limit has no reason"
+    if limit.verdict in ("unsupported", "converges") or any(m in of for _, m in limits.sizes):
+        return ""
     numeric = isinstance(limit.size, (int, float)) and math.isfinite(limit.size)
-    if limit.verdict != "unsupported" and not (numeric and limit.size > 0.0):
-        return f"{limit.method}: the size of a known limit is {limit.size!r}, not above 0"
+    if not (numeric and limit.size > 0.0):
+        return f"{of[0]}: the size of a known limit is {limit.size!r}, not above 0"
     return ""
 
 

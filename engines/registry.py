@@ -15,6 +15,7 @@ from types import ModuleType
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines import added
+from plumbob.engines.known_limits import Limits, declared_by
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.models import entry_points
 from plumbob.models.registry import unknown
@@ -51,6 +52,15 @@ def find_engine(name: str) -> Engine:
     if (engine := _added(name)) is not None:
         return engine
     raise ParameterError("engine", name, broken(name) or f"one of {', '.join(engines())}")
+
+
+def limits_of(method: str) -> Limits:
+    """The limits of the engine of a method, by the method's name; none of a stored study's engine
+    that is no longer there."""
+    try:
+        return declared_by(find_engine(method.partition("/")[0]))
+    except ParameterError:
+        return Limits()
 
 
 def unguarded(name: str) -> Engine:

@@ -10,8 +10,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.theory import ErrorTheory, no_theory
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.theory import ErrorTheory, no_theory
 
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]

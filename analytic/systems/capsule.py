@@ -14,6 +14,7 @@ from plumbob.analytic.parameters import ParameterError, finite, non_negative, po
 from plumbob.analytic.reference import Array
 
 Point = tuple[float, float]
+NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
 # Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
 FLATTEST = 1e-9
@@ -136,7 +137,7 @@ def normal_forces(capsule: Capsule, slider_positions: Array) -> Array:
 
 def by_support(forces: Array) -> dict[str, Array]:
     """Normal forces [N], shape (n, 3), as the observables normal_force_1..3, shape (n,) each."""
-    return {f"normal_force_{i + 1}": forces[:, i] for i in range(3)}
+    return dict(zip(NORMAL_FORCES, forces.T, strict=True))
 
 
 def load_slopes(capsule: Capsule, direction: float) -> Array:
@@ -211,7 +212,7 @@ def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
     forces, where = lowest_normal_forces(capsule, path)
     return tuple(
         ParameterError(
-            f"normal_force_{i + 1}",
+            NORMAL_FORCES[i],
             float(forces[i]),
             "greater than 0 along the slider's whole path"
             f" (lowest at ({where[i, 0]:.6g}, {where[i, 1]:.6g}) m from C)",

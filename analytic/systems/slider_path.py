@@ -147,13 +147,12 @@ class SliderPath:
         for (r, v, _), piece in zip(ends, self.pieces, strict=True):
             if not (piece.duration >= 0.0 and np.all(np.isfinite(r)) and np.all(np.isfinite(v))):
                 raise ParameterError("path", piece, "finite, with a duration of 0 or more")
-        reach, pace = (max(float(np.abs(end[k]).max()) for end in ends) for k in (0, 1))
+        scales = [max(float(np.abs(end[k]).max()) for end in ends) for k in (0, 1)]
         still = (ends[-1][0][::-1], np.zeros((2, 2)))
         for number, (before, after) in enumerate(itertools.pairwise([*ends, still])):
-            for k, scale in ((0, reach), (1, pace)):
+            for k, name in enumerate(("position", "velocity")):
                 gap = float(np.abs(before[k][1] - after[k][0]).max())
-                if gap > JOIN * scale:
-                    name = ("position", "velocity")[k]
+                if gap > JOIN * scales[k]:
                     raise ParameterError(
                         f"path {name} after piece {number}",
                         gap,

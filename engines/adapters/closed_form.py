@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory

@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
@@ -35,7 +36,7 @@ from plumbob.engines.adapters.three_feet import (
     nearest_turn,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -134,8 +135,7 @@ def _pendulum(body: HingedBody, step: float) -> Built:
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     import dartpy
 
-    dynamics, capsule = dartpy.dynamics, body.setup.capsule
-    world = _world(step, body.gravity)
+    dynamics, world = dartpy.dynamics, _world(step, body.gravity)
     if method.settings:
         world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
         quiet = dartpy.simulation.DeactivationOptions()
@@ -143,32 +143,10 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
         world.setDeactivationOptions(quiet)
     ground, skeleton = dynamics.Skeleton(), dynamics.Skeleton()
     _, plane = ground.createWeldJointAndBodyNodePair()
-    _touching(plane, dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), capsule.friction)
-    free, shell = skeleton.createFreeJointAndBodyNodePair()
-    moments = np.diag([body.tilt_inertia, body.tilt_inertia, capsule.inertia])
-    shell.setInertia(_inertia(capsule.body_mass, (0.0, 0.0, 0.0), moments))
-    for x, y in capsule.supports:
-        foot = _touching(shell, dynamics.SphereShape(FOOT_RADIUS), capsule.friction)
-        foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
-    joints, last = [], shell
-    place = (*body.setup.slider, 0.0)
-    for number, (x, y) in enumerate(body.tracks):
-        joint, last = skeleton.createPrismaticJointAndBodyNodePair(last)
-        joint.setAxis([x, y, 0.0])
-        joint.setActuatorType(dynamics.ActuatorType.ACCELERATION)
-        joint.setTransformFromParentBodyNode(_moved(place if number == 0 else (0.0, 0.0, 0.0)))
-        last.setInertia(_inertia(POINT, (0.0, 0.0, 0.0), POINT * np.eye(3)))
-        joints.append(joint)
-    if not joints:
-        weld, last = skeleton.createWeldJointAndBodyNodePair(shell)
-        weld.setTransformFromParentBodyNode(_moved(place))
-    last.setInertia(_inertia(capsule.slider_mass, (0.0, 0.0, 0.0), POINT * np.eye(3)))
-    setup = body.setup
-    free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
-    vx, vy = body.velocity  # DART's free joint has its rates in the world's axes
-    free.setVelocities([0.0, 0.0, setup.heading_rate, vx, vy, 0.0])
-    for number, joint in enumerate(joints):
-        joint.setVelocity(0, float(body.slider_velocity(np.zeros(1))[0, number]))
+    _touching(plane, dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), body.setup.capsule.friction)
+    free, shell = _shell(skeleton, body)
+    joints = _slider(skeleton, shell, body)
+    _start(body, free, joints)
     world.addSkeleton(ground)
     world.addSkeleton(skeleton)
     move, controls = world.step, by_step(body.accelerations, step)
@@ -184,6 +162,49 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
             move()
 
     return Built(advance, _reading(body, shell, joints), body.limits, frozenset({"height"}))
+
+
+def _shell(skeleton: Any, body: ThreeFeet) -> tuple[Any, Any]:
+    """The body on its feet, and the joint in which it is free."""
+    import dartpy
+
+    capsule = body.setup.capsule
+    free, shell = skeleton.createFreeJointAndBodyNodePair()
+    moments = np.diag([body.tilt_inertia, body.tilt_inertia, capsule.inertia])
+    shell.setInertia(_inertia(capsule.body_mass, (0.0, 0.0, 0.0), moments))
+    for x, y in capsule.supports:
+        foot = _touching(shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), capsule.friction)
+        foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
+    return free, shell
+
+
+def _slider(skeleton: Any, shell: Any, body: ThreeFeet) -> list[Any]:
+    """The joints of a slider at its start in the `shell`, one a track."""
+    import dartpy
+
+    joints, last, place = [], shell, (*body.setup.slider, 0.0)
+    for number, (x, y) in enumerate(body.tracks):
+        joint, last = skeleton.createPrismaticJointAndBodyNodePair(last)
+        joint.setAxis([x, y, 0.0])
+        joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
+        joint.setTransformFromParentBodyNode(_moved(place if number == 0 else (0.0, 0.0, 0.0)))
+        last.setInertia(_inertia(POINT, (0.0, 0.0, 0.0), POINT * np.eye(3)))
+        joints.append(joint)
+    if not joints:
+        weld, last = skeleton.createWeldJointAndBodyNodePair(shell)
+        weld.setTransformFromParentBodyNode(_moved(place))
+    last.setInertia(_inertia(body.setup.capsule.slider_mass, (0.0, 0.0, 0.0), POINT * np.eye(3)))
+    return joints
+
+
+def _start(body: ThreeFeet, free: Any, joints: list[Any]) -> None:
+    """Put the capsule where it starts."""
+    setup, (vx, vy) = body.setup, body.velocity
+    free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
+    # DART's free joint has its rates in the world's axes
+    free.setVelocities([0.0, 0.0, setup.heading_rate, vx, vy, 0.0])
+    for number, joint in enumerate(joints):
+        joint.setVelocity(0, float(body.slider_velocity(np.zeros(1))[0, number]))
 
 
 def _touching(node: Any, shape: Any, friction: float) -> Any:
@@ -264,7 +285,6 @@ ENGINE = Engine(
     METHODS,
     prepare,
     model_error,
-    scheme=scheme,
     optional=True,
-    model_fields=model_fields,
+    abilities=(SchemeOfCase(scheme), ModelReader(model_fields)),
 )

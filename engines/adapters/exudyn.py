@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
@@ -138,8 +138,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
 
     container = exudyn.SystemContainer()
     system = container.AddSystem()
-    turning = body.platform_rate is not None
-    count = 2 if turning else 1
+    count = 1 if body.platform_rate is None else 2
     start, rates = [0.0] * (count - 1) + [body.theta], [body.theta_dot]
     if body.platform_rate is not None:
         rates.insert(0, body.platform_rate)
@@ -151,7 +150,6 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
             numberOfODE2Coordinates=count,
         )
     )
-    about_z, about_x = exudyn.JointType.RevoluteZ, exudyn.JointType.RevoluteX
     load = PLATFORM_RATIO * body.platform_load
     origin = [0.0, 0.0, 0.0]
     amplitude, frequency = body.forcing or (0.0, 0.0)
@@ -163,7 +161,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
         items.ObjectKinematicTree(
             nodeNumber=node,
             gravity=[0.0, 0.0, -body.gravity],
-            jointTypes=[about_z, about_x][-count:],
+            jointTypes=[exudyn.JointType.RevoluteZ, exudyn.JointType.RevoluteX][-count:],
             linkParents=list(range(-1, count - 1)),
             jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),
             jointOffsets=exudyn.Vector3DList([origin, list(body.pivot)][-count:]),

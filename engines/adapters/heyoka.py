@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import ADAPTIVE, Scheme
+from plumbob.engines.abilities import SecondRun
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
@@ -108,25 +109,31 @@ def _turning(case: Case, tolerance: float) -> TaylorSimulation:
     body, duration = case.problem, case.scene.duration
     begin = time.perf_counter()
     build: Any = heyoka.taylor_adaptive
+    start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
+    integrator = build(_free_body(body.inertia), list(start), tol=tolerance)
+    seconds = time.perf_counter() - begin
+    return TaylorSimulation(integrator, start, duration, seconds, names=(*ATTITUDE, *RATES))
+
+
+def _free_body(inertia: tuple[float, float, float]) -> list[tuple[Any, Any]]:
+    """Rates of the quaternion and of the angular velocity, in the body's axes."""
+    import heyoka
+
     w, x, y, z, *rates = heyoka.make_vars("w", "x", "y", "z", "u", "v", "r")
     u, v, r = rates
-    first, second, third = body.inertia
+    first, second, third = inertia
     halves = (
         -x * u - y * v - z * r,
         w * u + y * r - z * v,
         w * v - x * r + z * u,
         w * r + x * v - y * u,
     )
-    equations = [(name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)]
-    equations += [
+    return [
+        *((name, 0.5 * slope) for name, slope in zip((w, x, y, z), halves, strict=True)),
         (u, (second - third) / first * (v * r)),
         (v, (third - first) / second * (r * u)),
         (r, (first - second) / third * (u * v)),
     ]
-    start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
-    integrator = build(equations, list(start), tol=tolerance)
-    seconds = time.perf_counter() - begin
-    return TaylorSimulation(integrator, start, duration, seconds, names=(*ATTITUDE, *RATES))
 
 
 def confirming(method: Method) -> tuple[Method, float]:
@@ -159,5 +166,11 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
 
 
 ENGINE = Engine(
-    "heyoka", "heyoka", METHODS, prepare, model_error, optional=True, confirming=confirming
+    "heyoka",
+    "heyoka",
+    METHODS,
+    prepare,
+    model_error,
+    optional=True,
+    abilities=(SecondRun(confirming),),
 )

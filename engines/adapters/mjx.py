@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
@@ -95,36 +95,33 @@ class MjxSimulation:
         return model, take, start, controls
 
     def _run(self) -> Trajectory:
-        import jax
-
         model, take, start, controls = self._compiled()
         marks = sampling.sampled(self.steps)
         state, qpos, qvel = start, [np.array(start.qpos)], [np.array(start.qvel)]
         diverged = None
         for first, last in zip(marks[:-1].tolist(), marks[1:].tolist(), strict=True):
             state = take(model, state, controls, first, last)
-            coordinates = np.concatenate([state.qpos, state.qvel])
-            if not bool(np.all(np.abs(coordinates) < LARGEST)):
+            if not bool(np.all(np.abs(np.concatenate([state.qpos, state.qvel])) < LARGEST)):
                 diverged = last * self.step
                 break
             qpos.append(np.array(state.qpos, dtype=np.float64))
             qvel.append(np.array(state.qvel, dtype=np.float64))
         steps = int(marks[len(qpos) - 1])
-        begin = time.perf_counter()
-        jax.block_until_ready(take(model, start, controls, 0, steps))
-        seconds = time.perf_counter() - begin
+        seconds = _seconds(take, model, start, controls, 0, steps)
         observed, channels = self.translation.observe(
             np.array(qpos, dtype=np.float64), np.array(qvel, dtype=np.float64)
         )
-        done = Trajectory(
-            times=marks[: len(qpos)].astype(np.float64) * self.step,
-            observables=observed,
-            channels=channels,
-            steps=steps,
-            seconds=seconds,
-            diverged_at=diverged,
+        return within(
+            Trajectory(
+                times=marks[: len(qpos)].astype(np.float64) * self.step,
+                observables=observed,
+                channels=channels,
+                steps=steps,
+                seconds=seconds,
+                diverged_at=diverged,
+            ),
+            self.translation.limits,
         )
-        return within(done, self.translation.limits)
 
     def _controls(self, kind: type[Any]) -> Any:
         """Controls of all steps, shape (n, nu): of the next power of two of them, so that few
@@ -197,6 +194,15 @@ def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping
         case.problem, case.scene.duration, method, step
     )
     return bounds
+
+
+def _seconds(take: Any, *arguments: Any) -> float:
+    """Time to take steps, compiled before [s]."""
+    import jax
+
+    begin = time.perf_counter()
+    jax.block_until_ready(take(*arguments))
+    return time.perf_counter() - begin
 
 
 ENGINE = Engine("mjx", "mujoco.mjx", METHODS, prepare, model_error, optional=True)

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 NO_CONTACTS = (
@@ -58,9 +60,8 @@ def _built(body: HingedBody, integrator: str, step: float) -> Built:
     return Built(advance, lambda: {"theta": state[0], "theta_dot": state[1]}, body.limits)
 
 
-def _dynamics(body: HingedBody) -> Acceleration:
-    """The angle's acceleration. On a platform that keeps its rate it is the one for which inverse
-    dynamics gives no torque on the hinge."""
+def _model(body: HingedBody) -> Any:
+    """The body on its hinge, on a platform where there is one."""
     import pinocchio
 
     model, parent = pinocchio.Model(), 0
@@ -73,12 +74,20 @@ def _dynamics(body: HingedBody) -> Acceleration:
     inertia = pinocchio.Inertia(body.mass, centre, body.moments)
     model.appendBodyToJoint(hinge, inertia, still)
     model.gravity.linear = np.array([0.0, 0.0, -body.gravity])
+    return model
+
+
+def _dynamics(body: HingedBody) -> Acceleration:
+    """The angle's acceleration. On a platform that keeps its rate it is the one for which inverse
+    dynamics gives no torque on the hinge."""
+    import pinocchio
+
+    model = _model(body)
     data, (amplitude, frequency) = model.createData(), body.forcing or (0.0, 0.0)
-    damping, stiffness = body.damping, body.stiffness
 
     def torque(time: float, theta: float, rate: float) -> float:
         push = amplitude * float(np.sin(frequency * time)) if amplitude else 0.0
-        return push - damping * rate - stiffness * theta
+        return push - body.damping * rate - body.stiffness * theta
 
     if body.platform_rate is None:
         q, v, tau = np.zeros(1), np.zeros(1), np.zeros(1)
@@ -148,5 +157,5 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    model_fields=model_fields,
+    abilities=(ModelReader(model_fields),),
 )

@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
 from plumbob.engines.adapters.stepping import Built, Read, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -32,7 +33,7 @@ from plumbob.engines.adapters.three_feet import (
     nearest_turn,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start")
@@ -151,15 +152,11 @@ def _principal(moments: Any) -> tuple[list[float], list[float]]:
     return turned, [math.sin(0.5 * angle), 0.0, 0.0, math.cos(0.5 * angle)]
 
 
-def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
-    client = _world((0.0, 0.0, -body.gravity), method.settings, step)
-    moments, axes = _principal(body.moments)
-    links = [(body.mass, body.pivot, (0.0, 0.0, -body.arm), axes, (1, 0, 0), moments)]
-    if body.platform_rate is not None:
-        still = (0.0, 0.0, 0.0)
-        links.insert(0, (1.0, still, still, [0.0, 0.0, 0.0, 1.0], (0, 0, 1), [1.0, 1.0, 1.0]))
+def _articulated(client: Any, links: list[Any]) -> int:
+    """A chain of links on hinges: mass, pivot, centre of mass, principal axes, axis of the hinge
+    and principal moments of each."""
     count = len(links)
-    tree = client.createMultiBody(
+    tree: int = client.createMultiBody(
         baseMass=0.0,
         linkMasses=[link[0] for link in links],
         linkCollisionShapeIndices=[-1] * count,
@@ -174,8 +171,18 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
     )
     for number, link in enumerate(links):
         client.changeDynamics(tree, number, localInertiaDiagonal=link[5])
+    return tree
+
+
+def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
+    client = _world((0.0, 0.0, -body.gravity), method.settings, step)
+    moments, axes = _principal(body.moments)
+    links = [(body.mass, body.pivot, (0.0, 0.0, -body.arm), axes, (1, 0, 0), moments)]
+    if body.platform_rate is not None:
+        still = (0.0, 0.0, 0.0)
+        links.insert(0, (1.0, still, still, [0.0, 0.0, 0.0, 1.0], (0, 0, 1), [1.0, 1.0, 1.0]))
+    tree, hinge = _articulated(client, links), len(links) - 1
     _settle(client, tree, method.settings)
-    hinge = count - 1
     client.resetJointState(tree, hinge, body.theta, body.theta_dot)
     if body.platform_rate is not None:
         client.resetJointState(tree, 0, 0.0, body.platform_rate)
@@ -277,14 +284,18 @@ def _shell(client: Any, body: ThreeFeet) -> int:
     return shell  # type: ignore[no-any-return]
 
 
+def _heading(a: float, b: float, c: float, w: float) -> float:
+    """Angle about the vertical of a quaternion, its real part last."""
+    return math.atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c))
+
+
 def _reading(body: ThreeFeet, client: Any, shell: int) -> Read:
     latest = [body.setup.heading]
 
     def read() -> Mapping[str, float]:
-        (x, y, z), (a, b, c, w) = client.getBasePositionAndOrientation(shell)
+        (x, y, z), attitude = client.getBasePositionAndOrientation(shell)
         (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
-        angle = math.atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c))
-        latest[0] = nearest_turn(angle, latest[0])
+        latest[0] = nearest_turn(_heading(*attitude), latest[0])
         slid, pace = client.getJointState(shell, 0)[:2] if body.tracks else (0.0, 0.0)
         pose = Pose((x, y), (vx, vy), latest[0], rate, z, slid, pace)
         return {**body.observed(pose), "height": z}
@@ -330,7 +341,6 @@ ENGINE = Engine(
     METHODS,
     prepare,
     model_error,
-    scheme=scheme,
     optional=True,
-    model_fields=model_fields,
+    abilities=(SchemeOfCase(scheme), ModelReader(model_fields)),
 )

@@ -56,16 +56,18 @@ class SteppedSimulation:
                 diverged, failure = last * self.step, " ".join(str(error).split())
                 break
         values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-        trajectory = Trajectory(
-            times=np.array(marks[: len(rows)]) * self.step,
-            observables={n: v for n, v in values.items() if n not in built.channels},
-            channels={n: v for n, v in values.items() if n in built.channels},
-            steps=marks[len(rows) - 1],
-            seconds=seconds,
-            diverged_at=diverged,
-            warnings=(failure,) if failure else (),
+        return within(
+            Trajectory(
+                times=np.array(marks[: len(rows)]) * self.step,
+                observables={n: v for n, v in values.items() if n not in built.channels},
+                channels={n: v for n, v in values.items() if n in built.channels},
+                steps=marks[len(rows) - 1],
+                seconds=seconds,
+                diverged_at=diverged,
+                warnings=(failure,) if failure else (),
+            ),
+            built.limits,
         )
-        return within(trajectory, built.limits)
 
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the duration alone."""

@@ -97,6 +97,15 @@ class ContactAudit:
         apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
         return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
 
+    @property
+    def steadiest(self) -> float:
+        """The largest friction coefficient, in two digits, at which it slides along any heading
+        with every load above 0."""
+        body = self.standing
+        most = Stance(body.points, body.height).inside(np.zeros(2)) / body.height
+        digits = 10.0 ** (math.floor(math.log10(most)) - 1)
+        return math.floor(most / digits) * digits
+
     def errors(self, run: Measured) -> Array:
         """Of stopping distances [m], by heading; infinite where the body does not stop."""
         apart = run.distances - self.distances
@@ -171,13 +180,11 @@ def contacts_audited(
             f"{standing.body} rests on fewer than three points that are not on one line "
             f"({', '.join(standing.feet)}): it tips or rolls"
         )
-    reach = float(np.hypot(*standing.points.T).mean())
-    spin = speed / reach
-    friction = standing.coefficient
+    spin = speed / float(np.hypot(*standing.points.T).mean())
     determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
     why = undetermined(standing, determined)
     why_turn = why or undetermined_turn(standing, stance.inside(np.zeros(2)))
-    exact = None if why else stopping_distance(speed, friction, standing.gravity)
+    exact = None if why else stopping_distance(speed, standing.coefficient, standing.gravity)
     exact_turn = None if why_turn else turn(standing, speed, spin)
     as_written, why_not = _halvings(model, "own", speed, spin, fits)
     as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin, fits)

@@ -121,20 +121,8 @@ def _layered(
 ) -> tuple[Reference | None, str]:
     """The motion with contacts that set in over layers, which shrink, and why one of them ended;
     none where fewer than two are computed."""
-    runs = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
-    pace = 1 if executor is None else 2
-    groups = [runs[i : i + pace] for i in range(0, len(runs), pace)]
-    done: dict[tuple[float, float], Course] = {}
-    ended = ""
-    for k, group in enumerate(groups):
-        if not all(course.until > 0.0 for course in done.values()):
-            break
-        seconds = (ends - clock()) / (len(groups) - k)
-        # What one of them does not reach is not known: the others need not go on for longer.
-        short = _up_to(script, min((c.until for c in done.values()), default=script.duration))
-        asked = [_Run("RK45", tolerance, width, seconds) for width, tolerance in group]
-        for key, course in zip(group, _beside(model, short, asked, clock, executor), strict=True):
-            done[key], ended = course, ended or course.why
+    done = _by_width(model, script, ends, clock, executor)
+    ended = next((course.why for course in done.values() if course.why), "")
     layers = [(w, done[w, IN_LAYER]) for w in WIDTHS if (w, IN_LAYER) in done]
     layers = [(w, _cut(c, script, script.duration)) for w, c in layers if c.until > 0.0]
     if len(layers) < 2:
@@ -147,6 +135,26 @@ def _layered(
         last = _Run("RK45", OTHER_IN_LAYER, width, ends - clock())
         again = computed(model, short, last, clock)
     return _in_layers(model, layers, _cut(again, script, script.duration)), ended
+
+
+def _by_width(
+    model: OwnModel, script: Script, ends: float, clock: Clock, executor: Executor | None
+) -> dict[tuple[float, float], Course]:
+    """The motion by width of the layer and tolerance, until one of them has no duration."""
+    runs = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
+    pace = 1 if executor is None else 2
+    groups = [runs[i : i + pace] for i in range(0, len(runs), pace)]
+    done: dict[tuple[float, float], Course] = {}
+    for k, group in enumerate(groups):
+        if not all(course.until > 0.0 for course in done.values()):
+            break
+        seconds = (ends - clock()) / (len(groups) - k)
+        # What one of them does not reach is not known: the others need not go on for longer.
+        short = _up_to(script, min((c.until for c in done.values()), default=script.duration))
+        asked = [_Run("RK45", tolerance, width, seconds) for width, tolerance in group]
+        courses = _beside(model, short, asked, clock, executor)
+        done.update(zip(group, courses, strict=True))
+    return done
 
 
 def _in_layers(model: OwnModel, layers: Sequence[tuple[float, Course]], again: Course) -> Reference:
@@ -238,6 +246,26 @@ def _beside(
     return [task.result() for task in tasks]
 
 
+class _Watch:
+    """Ends an integration where time runs out and, unless `many` events are allowed, where contacts
+    chatter; `events` are the times [s] at which those that act changed."""
+
+    def __init__(self, field: Field, many: bool, clock: Clock, ends: float) -> None:
+        self.field, self.many, self.clock, self.ends = field, many, clock, ends
+        self.events: list[float] = []
+        self.before: bytes | None = None
+
+    def after_step(self, time: float) -> None:
+        """Look at the contacts at `time` [s]; raises NotCertifiable."""
+        if (acting := self.field.active()) != self.before:
+            self.events += [time] if self.before is not None else []
+            self.before = acting
+        if not self.many and _chatters(self.events):
+            raise NotCertifiable(f"contacts chatter from {self.events[-CHATTER - 1]:.4g} s on")
+        if self.clock() > self.ends:
+            raise NotCertifiable(f"{OUT_OF_TIME} at {time:.4g} s")
+
+
 def integrated(
     field: Field,
     script: Script,
@@ -255,30 +283,28 @@ def integrated(
     solver: Any = getattr(integrate, method)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
-    limits = {"rtol": tolerance, "atol": tolerance, "max_step": script.period}
-    begin, events = clock(), list[float]()
+    begin, watch = clock(), _Watch(field, many, clock, ends)
     size: float | None = None
-    before: bytes | None = None
-    how, why, done, decided = f"{method} at {tolerance:g}", "", 0, True
+    why, done, decided = "", 0, True
     try:
         for k, control in enumerate(script.controls):
             start, end = k * script.period, (k + 1) * script.period
             field.hold(control, start, y)
             first = min(size, 0.999 * (end - start)) if size else None
-            run = solver(field, start, y, end, first_step=first, **limits)
+            run = solver(
+                *(field, start, y, end),
+                first_step=first,
+                max_step=script.period,
+                rtol=tolerance,
+                atol=tolerance,
+            )
             while run.status == "running":
                 run.step()
                 if run.status == "failed":
                     raise NotCertifiable(f"the step collapses at {run.t:.6g} s")
                 if run.t < end:
                     size = run.h_abs
-                if (acting := field.active()) != before:
-                    events += [run.t] if before is not None else []
-                    before = acting
-                if not many and _chatters(events):
-                    raise NotCertifiable(f"contacts chatter from {events[-CHATTER - 1]:.4g} s on")
-                if clock() > ends:
-                    raise NotCertifiable(f"{OUT_OF_TIME} at {run.t:.4g} s")
+                watch.after_step(run.t)
             y = field.normalised(run.y)
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
@@ -288,9 +314,9 @@ def integrated(
     return Course(
         states,
         done * script.period,
-        how,
+        f"{method} at {tolerance:g}",
         field.evaluations,
-        tuple(events),
+        tuple(watch.events),
         why,
         decided,
         clock() - begin,

@@ -33,8 +33,17 @@ def to_json(item: Any) -> str:
 def from_json(text: str, kind: type[T]) -> T:
     """The item of this kind that `to_json` made the text of; raises ValueError where it is none."""
     try:
-        return _converter().structure(json.loads(text), kind)
+        plain = json.loads(text)
     except Exception as error:  # a damaged text may raise anything
+        raise ValueError(f"no {kind.__name__}: {error}") from None
+    return restored(plain, kind)
+
+
+def restored(plain: Any, kind: type[T]) -> T:
+    """The item of this kind that plain JSON values are those of; raises ValueError."""
+    try:
+        return _converter().structure(plain, kind)
+    except Exception as error:  # damaged ones may raise anything
         first = getattr(error, "exceptions", (error,))[0]
         raise ValueError(f"no {kind.__name__}: {first}") from None
 
@@ -93,6 +102,7 @@ def _unpacked(packed: tuple[tuple[int, ...], str]) -> Array:
 
 
 def _hashable(value: Any) -> Any:
-    if isinstance(value, Mapping):
+    """JSON with tuples in place of lists."""
+    if isinstance(value, dict):
         return {name: _hashable(entry) for name, entry in value.items()}
-    return tuple(map(_hashable, value)) if isinstance(value, list) else value
+    return tuple(map(_hashable, value)) if isinstance(value, (list, tuple)) else value

@@ -15,6 +15,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import (
     REFERENCE_STEP,
     Measurement,
+    Second,
     confirming,
     floor,
     measure,
@@ -24,7 +25,7 @@ from plumbob.engines.study.measurement import (
 from plumbob.engines.study.order import Order, fit_order
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Case, Scene
 
 TRACE = 160  # points of an error curve: as many as a plot can show
 DEFAULT = ("mujoco/euler", 2e-3)  # MuJoCo's default settings: method and step [s]
@@ -77,45 +78,59 @@ def convergence_study(
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
     beside = () if step_sizes else steps_beside(scene, method, most_steps)
-    taken: list[Measurement] = []
-    finest: tuple[float, Trajectory] | None = None
-    at_floor = 0
     second = cache(partial(confirming, case, method))  # of every tolerance the same
-    waiting = sorted((*chosen, *beside), reverse=True) if beside else list(chosen)
-    dense = False
-    while waiting:
-        step = waiting.pop(0)
-        found, run = measure(case, method, step, second)
-        taken.append(found)
-        if run is not None:
-            keep(step, run)
-        if found.status in ("unsupported", "missing"):
-            break
-        if found.status != "done":
-            continue
-        if not dense and unpredicted((found,), method):
-            dense = True
-            waiting += between(chosen, scene.duration, own_steps(method))
-            waiting = sorted(set(waiting) - {m.step for m in taken}, reverse=True)
-        assert run is not None
-        finest = (step, run) if leading in found.errors else finest
-        if (error := found.errors.get(leading)) is None:
-            continue
-        at_floor += step not in beside and error.largest <= 3.0 * floor(error, found.steps)
-        if at_floor > 2:
-            waiting = [h for h in waiting if h == REFERENCE_STEP]
+    measurements, finest, at_floor = _measured(case, method, chosen, beside, second, keep)
     cut = at_floor <= 2 and len(chosen) < len(
         chosen_step_sizes(scene, method, math.inf, step_sizes)
     )
     trace = _trace(*finest, leading, case.reference) if finest else None
-    taken.sort(key=lambda m: -m.step)
-    listed = [m for m in taken if m.step not in beside]
+    measurements.sort(key=lambda m: -m.step)
+    listed = [m for m in measurements if m.step not in beside]
     another = None if seed is None else drawn_step(listed, scene, method, seed)
     drawn = None if another is None else measure(case, method, another, second)[0]
     orders = _orders(listed, leading, method)
     return ConvergenceStudy(
-        scene.name, method.name, tuple(taken), *orders, trace, cut, drawn, beside
+        scene.name, method.name, tuple(measurements), *orders, trace, cut, drawn, beside
     )
+
+
+def _measured(
+    case: Case,
+    method: Method,
+    chosen: tuple[float, ...],
+    beside: tuple[float, ...],
+    second: Second,
+    keep: Callable[[float, Trajectory], None],
+) -> tuple[list[Measurement], tuple[float, Trajectory] | None, int]:
+    """The measurements, the finest run with an error of the leading observable, and how many of
+    these errors are at their floor."""
+    leading = case.system.observables[0].name
+    measurements: list[Measurement] = []
+    finest: tuple[float, Trajectory] | None = None
+    at_floor, dense = 0, False
+    waiting = sorted((*chosen, *beside), reverse=True) if beside else list(chosen)
+    while waiting:
+        step = waiting.pop(0)
+        measurement, run = measure(case, method, step, second)
+        measurements.append(measurement)
+        if run is not None:
+            keep(step, run)
+        if measurement.status in ("unsupported", "missing"):
+            break
+        if measurement.status != "done":
+            continue
+        if not dense and unpredicted((measurement,), method):
+            dense = True
+            waiting += between(chosen, case.scene.duration, own_steps(method))
+            waiting = sorted(set(waiting) - {m.step for m in measurements}, reverse=True)
+        assert run is not None
+        if (error := measurement.errors.get(leading)) is None:
+            continue
+        finest = step, run
+        at_floor += step not in beside and error.largest <= 3.0 * floor(error, measurement.steps)
+        if at_floor > 2:
+            waiting = [h for h in waiting if h == REFERENCE_STEP]
+    return measurements, finest, at_floor
 
 
 def drawn_step(

@@ -8,7 +8,8 @@ from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import known
-from plumbob.engines.method import Method, Trimming, Unsupported, meant
+from plumbob.engines.abilities import Ablation, Trimming
+from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
@@ -114,11 +115,12 @@ def make(request: RunRequest, method: Method) -> Result:
         return None
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
-    trimming = engine_of(method).trimming
-    if trimming is None:
+    ablation = engine_of(method).ability(Ablation)
+    if ablation is None:
         return None
     try:
-        return trimming(case_of(scene), method, request.step, request.steps, request.repeats)
+        case = case_of(scene)
+        return ablation.measure(case, method, request.step, request.steps, request.repeats)
     except Unsupported:
         return None
 

@@ -11,18 +11,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, Scheme
-from plumbob.analytic.errors.shared import Same, as_stepped, exactly, expected
-from plumbob.analytic.errors.theory import SteppedErrors, reaches
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
+from plumbob.analytic.reference import Array, Reference, answering
+from plumbob.analytic.schemes import ADAPTIVE, Scheme
+from plumbob.analytic.shared import Same, as_stepped, exactly, expected
+from plumbob.analytic.theory import SteppedErrors, reaches
+from plumbob.engines.abilities import SchemeOfCase, SecondRun
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.sampling import cut_short
 from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.scene import Case, Quantity
 
-# Of the difference to a second run with a much smaller tolerance: its error is at most half.
-SURE = 2.0
 REFERENCE_STEP = 1e-3  # [s] that errors of fixed-step methods are shown at
 Status = Literal["done", "diverged", "cut-short", "unsupported", "missing"]
 
@@ -106,22 +106,21 @@ Second = Callable[[], Trajectory | None]
 
 
 def measure(
-    case: Case, method: Method, step: float, second: Second | None = None
+    case: Case, method: Method, step: float, second: Second | None = None, theory: bool = True
 ) -> tuple[Measurement, Trajectory | None]:
     """Run once and measure; the trajectory too, for those who plot it. A method that controls its
-    local error is held to a `second` run, made here if none is given. Raises ParameterError."""
-    scene = case.scene
-    blank = Measurement(scene.name, method.name, step, "unsupported")
-    if not installed(engine_of(method)):
-        return _with(
-            blank, status="missing", reason=f"{engine_of(method).package} is missing"
-        ), None
+    local error is held to a `second` run, made here if none is given. Without `theory` its errors
+    alone are measured, without bounds on them, which take longer than a run. Raises ParameterError,
+    and NoAnswer where double precision does not hold the exact solution."""
     engine = engine_of(method)
-    if not meant(method, scene):
-        return _with(blank, reason=f"{method.name} is not meant for {scene.name}"), None
+    blank = Measurement(case.scene.name, method.name, step, "unsupported")
+    if not installed(engine):
+        return _with(blank, status="missing", reason=f"{engine.package} is missing"), None
+    if not meant(method, case.scene):
+        return _with(blank, reason=f"{method.name} is not meant for {case.scene.name}"), None
     try:
         simulation = engine.prepare(case, method, step)
-        model = engine.model_error(case, method, step)
+        model = engine.model_error(case, method, step) if theory else {}
     except Unsupported as why:
         return _with(blank, reason=str(why)), None
     begin = time.thread_time()
@@ -139,13 +138,17 @@ def measure(
         ), run
     if short := not_asked_for(case, method, step, run):
         return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
-    drifts = _drifts(case, run)
+    if theory:
+        second = second or partial(confirming, case, method)
+        errors, drifts = _errors(case, method, step, run, model, second), _drifts(case, run)
+    else:
+        errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
     return _with(
         blank,
         status="done",
-        errors=_errors(case, method, step, run, model, second or partial(confirming, case, method)),
-        invariants={name: float(np.abs(drift).max()) for name, drift in drifts.items()},
+        errors=errors,
+        invariants=drifts,
         channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
         steps=run.steps,
@@ -164,19 +167,31 @@ def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> s
 
 def scheme_of(case: Case, method: Method) -> Scheme:
     """What a method does in a step of this case: its scheme, or another that its engine names."""
-    other = engine_of(method).scheme
-    return method.scheme if other is None else other(case, method)
+    named = engine_of(method).ability(SchemeOfCase)
+    return method.scheme if named is None else named.of(case, method)
 
 
-def _drifts(case: Case, run: Trajectory) -> Mapping[str, Array]:
-    """The relative drifts of the invariants; none where the run leaves out what they are made
-    of."""
+def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
+    """The errors of the observables, without bounds on them; raises NoAnswer."""
+    with answering():
+        exact, names = case.reference.observe(run.times), [o.name for o in case.system.observables]
+        errors = {n: run.observables[n] - exact[n] for n in names if n in run.observables}
+    return {
+        name: ObservedError(float(np.abs(error).max()), float(error[-1]), 0.0, 0.0)
+        for name, error in errors.items()
+    }
+
+
+def _drifts(case: Case, run: Trajectory) -> Mapping[str, float]:
+    """The largest relative drifts of the invariants; none where the run leaves out what they are
+    made of."""
     try:
-        return case.system.invariants(case.problem, run.observables)
+        drifts = case.system.invariants(case.problem, run.observables)
     except KeyError:
         if all(o.name in run.observables for o in case.system.observables):
             raise
         return {}
+    return {name: float(np.abs(drift).max()) for name, drift in drifts.items()}
 
 
 def _errors(
@@ -187,25 +202,21 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
     second: Second,
 ) -> Mapping[str, ObservedError]:
-    exact, names = case.reference, [o.name for o in case.system.observables]
     forces = {o.name for o in case.system.observables if o.force}
     times, scheme = run.times.tobytes(), scheme_of(case, method)
-    truth, doubt = exactly(Same(exact), times)
-    powers, total, nonlinear = expected(Same(exact), Same(case.errors), scheme, step, times)
-    errors = {n: run.observables[n] - truth[n] for n in names if n in run.observables}
-    predicted = {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
-        for name, error in errors.items()
-        if name in total
-    }
+    truth, doubt = exactly(Same(case.reference), times)
+    names = [o.name for o in case.system.observables if o.name in run.observables]
+    errors = {name: run.observables[name] - truth[name] for name in names}
+    predicted = _by_series(case, scheme, step, run, errors, doubt)
     stepped = SteppedErrors({})
     if method.control == "step" and not (
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
         stepped = as_stepped(Same(case.errors), scheme, step, times)
-    own = stepped.uncertainty or {}
-    adaptive = scheme.integrator == ADAPTIVE
-    controlled = _controlled(exact, run, errors, doubt, second()) if adaptive else {}
+    roundings = stepped.uncertainty or {}
+    controlled: Mapping[str, Controlled] = {}
+    if scheme.integrator == ADAPTIVE:
+        controlled = _controlled(case.reference, run, errors, doubt, second())
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -213,7 +224,9 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(stepped.errors[name], error, doubt[name], own.get(name), run.steps)
+            predicted=_at_step(
+                stepped.errors[name], error, doubt[name], roundings.get(name), run.steps
+            )
             if name in stepped.errors
             else predicted.get(name),
             controlled=controlled.get(name),
@@ -223,13 +236,32 @@ def _errors(
     }
 
 
+def _by_series(
+    case: Case,
+    scheme: Scheme,
+    step: float,
+    run: Trajectory,
+    errors: Mapping[str, Array],
+    doubt: Mapping[str, Array],
+) -> Mapping[str, Prediction]:
+    """The errors that the theory's series predict, beside those measured."""
+    powers, total, nonlinear = expected(
+        Same(case.reference), Same(case.errors), scheme, step, run.times.tobytes()
+    )
+    return {
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
+        for name, error in errors.items()
+        if name in total
+    }
+
+
 def confirming(case: Case, method: Method) -> Trajectory | None:
     """The run that a method which controls its local error is held to; None where its engine has
     none, or it fails."""
-    chosen = engine_of(method).confirming
-    if chosen is None:
+    second = engine_of(method).ability(SecondRun)
+    if second is None:
         return None
-    other, tolerance = chosen(method)
+    other, tolerance = second.of(method)
     return _confirmed(_Second(case, other, tolerance))
 
 
@@ -269,15 +301,14 @@ def _controlled(
     doubt: Mapping[str, Array],
     second: Trajectory | None,
 ) -> Mapping[str, Controlled]:
-    """What the solver does to each observable: its error less that of the second run, which is at
-    most half of it, so that twice the difference bounds it; at its largest so far."""
+    """The errors of a solver in each observable, as the second run shows."""
     if second is None:
         return {}
     truth, found = exact.observe(second.times), {}
     for name, error in errors.items():
         theirs = np.interp(run.times, second.times, second.observables[name] - truth[name])
-        own = np.maximum.accumulate(SURE * np.abs(error - theirs))
-        bound = own + _rounding(doubt[name], run.steps)
+        own = by_second_run(error, theirs)
+        bound = own + by_rounding(doubt[name], run.steps)
         beyond = np.maximum(np.abs(error) - bound, 0.0)
         found[name] = Controlled(float(own.max()), float(beyond.max()))
     return found
@@ -293,15 +324,11 @@ def _series(
     nonlinear: float,
     scheme: Scheme,
 ) -> Prediction:
-    """What a series in the step predicts of an error at the samples, shape (n,). It leaves open
-    what follows in it, less than its last two terms (near-symmetric schemes can have tiny alternate
-    terms), at their largest so far; what is nonlinear in the error is in its coefficients, but not
-    the moment of inertia of a jointed body, which adds about as large a part of the error."""
-    predicted = total[name]
-    last = sum((np.abs(powers[p][name]) for p in sorted(powers)[-2:]), np.zeros(len(error)))
-    remainder = np.maximum.accumulate(last + 2.0 * scheme.jointed_moment * np.abs(predicted))
+    """The prediction of a series in the step of an error at the samples, shape (n,)."""
+    courses = [powers[p][name] for p in sorted(powers)]
+    left = by_series(courses, total[name], scheme.jointed_moment) + by_rounding(doubt, steps)
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
-    return _held(predicted, error, remainder + _rounding(doubt, steps), terms, nonlinear)
+    return _held(total[name], error, left, terms, nonlinear)
 
 
 def _at_step(
@@ -310,7 +337,7 @@ def _at_step(
     """What is predicted of an error at the samples, shape (n,), for this very step: rounding alone
     is left open; `doubt` is the uncertainty of the exact answer, `own` that of the stepped motion,
     where it has one."""
-    left = _rounding(doubt if own is None else own, steps)
+    left = by_rounding(doubt if own is None else own, steps)
     found = _held(predicted, error, left, {}, 0.0)
     return found if own is None else replace(found, uncertainty=float(own.max()))
 
@@ -323,12 +350,6 @@ def _held(
         float(np.abs(predicted).max()), float(predicted[-1]), terms, nonlinear,
         float(difference.max()), float(left.max()), float(np.maximum(difference - left, 0.0).max()),
     )  # fmt: skip
-
-
-def _rounding(doubt: Array, steps: int) -> Array:
-    """What rounding may make of an error at the samples, as in `floor`: at a moment at which the
-    inputs matter little, what steps have rounded before is still there."""
-    return np.asarray(np.maximum.accumulate(doubt) * roundings(steps))
 
 
 def _with(blank: Measurement, **values: Any) -> Measurement:
@@ -344,13 +365,6 @@ def floor(error: ObservedError, steps: int) -> float:
 def rounding(error: ObservedError, steps: int) -> float:
     """What double precision allows the exact answer and the steps, without the model's error."""
     return error.uncertainty * roundings(steps)
-
-
-def roundings(steps: int) -> float:
-    """The effect of rounding in so many steps, in that of one unit in the last place of the inputs:
-    theirs, and half a unit of every step, which adds up as a random walk, four standard deviations
-    of it."""
-    return 1.0 + 2.0 * float(np.sqrt(steps))
 
 
 def unpredicted(found: Sequence[Measurement], method: Method) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from plumbob.engines.method import Method
@@ -66,29 +66,43 @@ def merged(studies: Sequence[Study], scene: Scene | None = None) -> Study | None
         return None
     methods: dict[str, Method] = {m.name: m for study in same for m in study.methods}
     together: dict[Key, ConvergenceStudy] = {}
-    ratios: dict[Key, list[float]] = {}
-    last: dict[Key, Cost] = {}
     for study in same:
         known = {m.name: m for m in study.methods}
         for c in study.convergence:
             if known.get(c.method) == methods[c.method]:
                 key = c.scene, c.method
                 together[key] = _joined(together[key], c) if key in together else c
+    units = [s.reference_step for s in same if math.isfinite(s.reference_step)]
+    unit = units[-1] if units else math.nan
+    return replace(
+        same[-1],
+        scenes=(wanted,),
+        methods=tuple(methods.values()),
+        convergence=tuple(together.values()),
+        costs=_median_costs(same, methods, unit),
+        reference_step=unit,
+    )
+
+
+def _median_costs(
+    studies: Sequence[Study], methods: Mapping[str, Method], unit: float
+) -> dict[Key, Cost]:
+    """The last cost of each pair at its median ratio to the reference step, which takes `unit`
+    [ns]."""
+    ratios: dict[Key, list[float]] = {}
+    last: dict[Key, Cost] = {}
+    for study in studies:
+        known = {m.name: m for m in study.methods}
         for key, cost in study.costs.items():
             if known.get(key[1]) == methods[key[1]]:
                 ratios.setdefault(key, []).append(cost.ratio)
                 last[key] = cost
-    units = [s.reference_step for s in same if math.isfinite(s.reference_step)]
-    unit = units[-1] if units else math.nan
     costs = {}
-    for key, found in ratios.items():
-        ratio = statistics.median(found)
+    for key, measured in ratios.items():
+        ratio = statistics.median(measured)
         scale = ratio * unit / last[key].ns_per_step if math.isfinite(unit) else 1.0
         costs[key] = replace(last[key].scaled(scale), ratio=ratio)
-    return replace(
-        same[-1], scenes=(wanted,), methods=tuple(methods.values()),
-        convergence=tuple(together.values()), costs=costs, reference_step=unit,
-    )  # fmt: skip
+    return costs
 
 
 def searched_runs(studies: Sequence[Study], scene: Scene) -> dict[str, list[Measurement]]:

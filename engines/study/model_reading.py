@@ -11,8 +11,8 @@ from pathlib import Path
 
 import plumbob.models
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.added import one_line
-from plumbob.engines.method import ModelFields
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.models.entry_points import captured
@@ -81,7 +81,7 @@ def models_of(system: System) -> tuple[str, ...]:
 def read_model(reading: ModelReading) -> ModelRead | None:
     """What the engine takes from the model; None where it is not installed, or reads none."""
     engine = find_engine(reading.engine)
-    if engine.model_fields is None or not installed(engine):
+    if engine.ability(ModelReader) is None or not installed(engine):
         return None
     with model_file(reading.model) as file:
         refuses, fields = fields_of(reading.engine, file)
@@ -92,11 +92,11 @@ def read_model(reading: ModelReading) -> ModelRead | None:
 def fields_of(engine: str, file: Path) -> tuple[str, ModelFields]:
     """Why an engine's reader refuses a file, or empty, and what it takes from it; what it prints is
     dropped."""
-    read = find_engine(engine).model_fields
-    assert read is not None
+    reader = find_engine(engine).ability(ModelReader)
+    assert reader is not None
     try:
         with captured():
-            return "", dict(read(file))
+            return "", dict(reader.read(file))
     except ParameterError as error:
         return error.requirement, {}
     except Exception as error:
@@ -120,7 +120,7 @@ def readings(engines: Sequence[str], systems: Sequence[System]) -> tuple[ModelRe
     """The models of these systems, and that of every field, read by each of these engines that
     reads models."""
     models = dict.fromkeys((EVERY_FIELD, *(m for system in systems for m in models_of(system))))
-    readers = [name for name in engines if find_engine(name).model_fields is not None]
+    readers = [name for name in engines if find_engine(name).ability(ModelReader) is not None]
     return tuple(ModelReading(name, model) for model in models for name in readers)
 
 

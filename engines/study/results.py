@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from plumbob.engines.method import Method, Trimming
+from plumbob.engines.abilities import Trimming
+from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (
@@ -37,7 +38,9 @@ class Analysed:
     system: str  # or "engines"
     scene: str  # of a hard one, or ""
     numbers: Any  # None: left out, since runs of the study are not as expected
-    claims: tuple[tuple[str, bool], ...] = ()  # checks: why each would not hold, whether it does
+    claims: tuple[tuple[str, bool], ...] = ()
+    """Checks: why each would not hold, and whether it does; without numbers, the pairs of scene and
+    method whose verdicts are unexpected."""
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ def run_study(
         here = workers if elsewhere or min(workers.count, len(errors)) > 1 else None
         pool = _Pool(here, here if executor is None else executor, workers.count)
         found, seconds = _measured(errors, trims, plan, kept, pool, progress, timed)
-        head = Study(
+        study = Study(
             profile,
             plan.scenes,
             plan.methods,
@@ -133,7 +133,7 @@ def run_study(
             provenance=provenance(command),
             seed=seed,
         )
-        study = assembled(head.described(), found.values())
+        study = assembled(study.described(), found.values())
         progress("analyses", 0, 0)
         study = replace(study, analyses=analyse(study, workers))
     kept.complete(study, found)

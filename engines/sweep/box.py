@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, known
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, NoAnswer, answering
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
-
-
-class NoAnswer(Exception):
-    """A point without an exact answer; its text is the reason, one line."""
 
 
 @dataclass(frozen=True)
@@ -82,16 +77,6 @@ def box(scene: str, changes: Mapping[str, Any], sides: Sequence[Side]) -> Box:
         if isinstance(usual, bool) or not isinstance(usual, (int, float)):
             raise ParameterError("vary", side.name, f"a parameter with one number, not {usual!r}")
     return Box(found.name, tuple(changes.items()), tuple(sides))
-
-
-@contextmanager
-def answering() -> Iterator[None]:
-    """Raises NoAnswer where double precision does not hold an exact solution."""
-    try:
-        with np.errstate(all="ignore"):
-            yield
-    except (ArithmeticError, np.linalg.LinAlgError, RuntimeError) as error:
-        raise NoAnswer("double precision does not hold the exact solution") from error
 
 
 def _between(low: float, high: float, fraction: float) -> float:

@@ -7,21 +7,16 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, NoAnswer, answering
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
-from plumbob.engines.study.measurement import (
-    Measurement,
-    ObservedError,
-    not_asked_for,
-    relative_error,
-)
-from plumbob.engines.sweep.box import Box, NoAnswer, answering
+from plumbob.engines.study.measurement import measure, relative_error
+from plumbob.engines.sweep.box import Box
 from plumbob.engines.workers import Lost, Task, Workers, results
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
@@ -195,21 +190,13 @@ def _without_numbers(why: Exception) -> str:
 def run_error(case: Case, method: Method, step: float) -> float:
     """The relative error of one run: the worst of the quantities of interest, relative to their
     scales; infinite where it diverged. Raises NoAnswer, and Unsupported."""
-    run = engine_of(method).prepare(case, method, step).run()
-    found = Measurement(case.scene.name, method.name, step, "diverged")
     with answering():
         about = case.system.quantities(case)
-        if run.diverged_at is None:
-            if why := not_asked_for(case, method, step, run):
-                raise NoAnswer(f"the run is cut short: {why}")
-            exact, names = case.reference.observe(run.times), {q.observable for q in about}
-            off = {n: run.observables[n] - exact[n] for n in names if n in run.observables}
-            errors = {
-                n: ObservedError(float(np.abs(e).max()), float(e[-1]), 0.0, 0.0)
-                for n, e in off.items()
-            }
-            found = replace(found, status="done", errors=errors)
-        error = relative_error(found, about)
-    if math.isnan(error):
+    run = measure(case, method, step, theory=False)[0]
+    if run.status == "unsupported":
+        raise Unsupported(run.reason)
+    if run.status == "cut-short":
+        raise NoAnswer(run.reason)
+    if math.isnan(error := relative_error(run, about)):
         raise NoAnswer("the run leaves out what the scene is about, or it is not a number")
     return error

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, NoAnswer
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed, methods
-from plumbob.engines.sweep.box import Box, NoAnswer
+from plumbob.engines.sweep.box import Box
 from plumbob.engines.sweep.sweep import run_error
 from plumbob.models.scene import Case
 

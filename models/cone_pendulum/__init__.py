@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.quantities import RADIAN, swing
 from plumbob.models.scene import (

@@ -8,12 +8,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.scene import (
     FREE_ROTATION,
     Case,

@@ -9,12 +9,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
-from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.quantities import swing
 from plumbob.models.scene import (
     ONE_SMOOTH,

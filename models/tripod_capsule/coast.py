@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point
@@ -20,6 +19,7 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.analytic.theory import ErrorTheory, StepErrors
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (

@@ -8,12 +8,12 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.theory import ErrorTheory, StepErrors
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
+from plumbob.analytic.theory import ErrorTheory, StepErrors
 from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,

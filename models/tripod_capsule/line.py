@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
+from plumbob.analytic.theory import StepErrors
 from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,

@@ -7,12 +7,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.theory import ErrorTheory
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.quantities import displaced
 from plumbob.models.scene import (
     ON_SUPPORTS,

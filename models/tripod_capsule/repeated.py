@@ -8,12 +8,12 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.mean_speed import fastest_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
+from plumbob.analytic.theory import StepErrors
 from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-from plumbob.analytic.errors.theory import no_theory
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost, Key
@@ -21,11 +21,12 @@ from plumbob.engines.study.results import Quantities, Study
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import (
-    DEFAULT_METHOD,
     DEFAULT_STEP,
     EXACT,
     Choice,
     Recommendation,
+    Wanted,
+    recommended,
     trusted,
 )
 from plumbob.reports.advice.step_search import Evidence, as_choice, searched
@@ -91,29 +92,36 @@ def advise(
     and for an observable that there is not."""
     positive("error" if asked.observable is None else "absolute", asked.error)
     gathering = _Gathering(asked, dict(known), run_studies, [])
-    first = asked.scenes[0]
-    study = gathering.with_methods([first], asked.methods)
-    quantities = {s.name: counted(study, s.name, asked.observable) for s in [first]}
-    for scene in asked.scenes[1:]:
-        if scene.name in gathering.known:
-            of_scene = gathering.known[scene.name].study
-            quantities[scene.name] = counted(of_scene, scene.name, asked.observable)
-        else:
-            case = case_of(scene)
-            about = replace(
-                study, scenes=(scene,), observed={scene.name: case.system.observables},
-                interest={scene.name: case.system.quantities(case)},
-            )  # fmt: skip
-            quantities[scene.name] = counted(about, scene.name, asked.observable)
+    study = gathering.with_methods(asked.scenes[:1], asked.methods)
+    quantities = {scene.name: gathering.quantities(scene) for scene in asked.scenes}
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         progress(f"{scene.name} {method.name} at {step:.3g}")
-        return _run(scene, method, step)
+        return measure(case_of(scene), method, step, theory=False)[0]
 
     evidence = Evidence(
-        asked.scenes, quantities, gathering.costs(), gathering.runs(),
-        None if run_studies is None else run, seconds + PER_SCENE * (len(asked.scenes) - 1),
-    )  # fmt: skip
+        asked.scenes,
+        quantities,
+        gathering.costs(),
+        gathering.runs(),
+        None if run_studies is None else run,
+        seconds + PER_SCENE * (len(asked.scenes) - 1),
+    )
+    return Answer(
+        _answer(asked, study, evidence, partial(gathering.trusts, evidence)),
+        {name: of_scene.study for name, of_scene in gathering.known.items()},
+        tuple(gathering.made),
+        evidence.taken,
+        evidence.seconds <= 0.0,
+    )
+
+
+def _answer(
+    asked: Question, study: Study, evidence: Evidence, good: Callable[[Method], bool]
+) -> Recommendation:
+    """The recommendation from steps that are searched for; surrogates only where they may be
+    cheaper than the full model that is chosen."""
+    scale = max(q[0].scale for q in evidence.quantities.values())
     methods = [
         m
         for m in asked.methods
@@ -121,32 +129,17 @@ def advise(
         and all(meant(m, scene) for scene in asked.scenes)
         and math.isfinite(evidence.price(m))
     ]
-    scale = max(q[0].scale for q in quantities.values())
-
-    def good(method: Method) -> bool:
-        for scene in asked.scenes:
-            gathering.with_methods([scene] if scene == first else asked.scenes, [method])
-            if scene.name not in gathering.known or not gathering.good(scene.name, method.name):
-                return False
-        for key, runs in gathering.runs().items():
-            evidence.runs.setdefault(key, {}).update(
-                {h: m for h, m in runs.items() if h not in evidence.runs[key]}
-            )
-        return True
-
-    full = searched(
-        evidence, [m for m in methods if not m.surrogate], asked.error, good, scale
-    )  # fmt: skip
-    others = [m for m in methods if m.surrogate]
-    cost = full[0].ns_per_second if full else 0.0
-    beside = searched(evidence, others, asked.error, good, scale, cost) if full else []
-    return Answer(
-        _answer(asked, study, full, beside, evidence, methods, good, quantities, scale),
-        {name: of_scene.study for name, of_scene in gathering.known.items()},
-        tuple(gathering.made),
-        evidence.taken,
-        evidence.seconds <= 0.0,
-    )
+    full = [m for m in methods if not m.surrogate]
+    within = searched(evidence, full, asked.error, good, scale)
+    best = None if within else _best(evidence, full, good, scale)
+    if within:
+        others, cost = [m for m in methods if m.surrogate], within[0].ns_per_second
+        within += searched(evidence, others, asked.error, good, scale, cost)
+    first = asked.scenes[0].name
+    observable = evidence.quantities[first][0].observable
+    unit = next(o.unit for o in study.observables(first) if o.name == observable)
+    wanted = Wanted(asked.name, observable, unit, asked.error, scale)
+    return recommended(wanted, within, best, partial(_at_default, evidence, methods, scale))
 
 
 @dataclass
@@ -194,7 +187,34 @@ class _Gathering:
         assert both is not None
         self.known[scene.name] = Known(both, old.searched if old else {})
 
-    def good(self, scene: str, method: str) -> bool:
+    def quantities(self, scene: Scene) -> Quantities:
+        """The quantities of a scene whose errors count; raises ParameterError."""
+        if scene.name in self.known:
+            study = self.known[scene.name].study
+        else:
+            case = case_of(scene)
+            study = replace(
+                self.known[self.asked.scenes[0].name].study,
+                scenes=(scene,),
+                observed={scene.name: case.system.observables},
+                interest={scene.name: case.system.quantities(case)},
+            )
+        return counted(study, scene.name, self.asked.observable)
+
+    def trusts(self, evidence: Evidence, method: Method) -> bool:
+        """Whether nothing is known against a method on any scene; convergence studies that are
+        missing are run for it, and are evidence too."""
+        for scene in self.asked.scenes:
+            at_once = [scene] if scene == self.asked.scenes[0] else self.asked.scenes
+            self.with_methods(at_once, [method])
+            if scene.name not in self.known or not self._good(scene.name, method.name):
+                return False
+        for key, runs in self.runs().items():
+            there = evidence.runs.setdefault(key, {})
+            there.update({h: m for h, m in runs.items() if h not in there})
+        return True
+
+    def _good(self, scene: str, method: str) -> bool:
         """Whether nothing is known against a method on a scene."""
         study = self.known[scene].study
         part = replace(study, convergence=tuple(c for c in study.convergence if c.method == method))
@@ -228,61 +248,29 @@ class _Gathering:
         return every
 
 
-def _run(scene: Scene, method: Method, step: float) -> Measurement:
-    """One run, without a prediction of its error, which takes longer than the run."""
-    return measure(replace(case_of(scene), errors=no_theory(None)), method, step)[0]
-
-
-def _answer(
-    asked: Question,
-    study: Study,
-    full: Sequence[Choice],
-    beside: Sequence[Choice],
-    evidence: Evidence,
-    methods: Sequence[Method],
-    good: Callable[[Method], bool],
-    quantities: Mapping[str, Quantities],
-    scale: float,
-) -> Recommendation:
-    first = asked.scenes[0].name
-    observable = quantities[first][0].observable
-    unit = next(o.unit for o in study.observables(first) if o.name == observable)
-    choice = full[0] if full else None
-    surrogate = beside[0] if choice and beside else None
-    if surrogate and choice and surrogate.ns_per_second >= choice.ns_per_second:
-        surrogate = None
-    by_engine: dict[str, Choice] = {}
-    for c in full:
-        by_engine.setdefault(c.method.partition("/")[0], c)
-    best = None if choice else _best(evidence, methods, good, scale)
-    named = dict.fromkeys((DEFAULT_METHOD, *([choice.method] if choice else [])))
-    defaults = [
-        _at(evidence, m, DEFAULT_STEP, scale)
-        for name in named
-        for m in methods
-        if m.name == name
-        and m.control == "step"
-        and all(DEFAULT_STEP in evidence.of(s, m) for s in asked.scenes)
-    ]
-    return Recommendation(
-        asked.name, observable, unit, asked.error, asked.error * scale, choice,
-        full[1] if len(full) > 1 else None, tuple(by_engine.values()), best,
-        tuple(c for c in defaults if math.isfinite(c.error)), surrogate,
-    )  # fmt: skip
-
-
 def _best(
     evidence: Evidence, methods: Sequence[Method], good: Callable[[Method], bool], scale: float
 ) -> Choice | None:
-    """The run with the smallest error on the hardest scene, of full models that converge."""
+    """The run with the smallest error on the hardest scene, of methods that converge."""
     choices = [
         _at(evidence, m, h, scale)
         for m in methods
-        if not m.surrogate and evidence.common(m, math.inf) and good(m)
+        if evidence.common(m, math.inf) and good(m)
         for h in evidence.common(m, math.inf)
     ]
     done = [c for c in choices if math.isfinite(c.error)]
     return min(done, key=lambda c: (c.error, c.ns_per_second), default=None)
+
+
+def _at_default(
+    evidence: Evidence, methods: Sequence[Method], scale: float, name: str
+) -> Choice | None:
+    """A method at MuJoCo's default step, where that was run on every scene."""
+    method = next((m for m in methods if m.name == name and m.control == "step"), None)
+    if method is None or DEFAULT_STEP not in evidence.common(method, math.inf):
+        return None
+    choice = _at(evidence, method, DEFAULT_STEP, scale)
+    return choice if math.isfinite(choice.error) else None
 
 
 def _at(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:

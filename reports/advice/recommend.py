@@ -19,7 +19,7 @@ beside a full model alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from plumbob.analytic.parameters import ParameterError, positive
@@ -31,7 +31,13 @@ from plumbob.reports.advice.work_precision import Point, converging, of_method, 
 from plumbob.reports.judge.study_verdicts import Judgements
 
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT
-UNTRUSTED = ("fail", "not-converging", "diverged", "cut-short")  # verdicts that rule a method out
+UNTRUSTED = (
+    "off-prediction",
+    "inaccurate",
+    "not-converging",
+    "diverged",
+    "cut-short",
+)  # verdicts that rule a method out
 UNJUDGED = "pre-asymptotic"  # the verdict that leaves it to the curve of errors
 EXACT = "closed-form"  # the scheme of what is no simulation, and is not recommended as one
 _DIGITS = 2  # of an interpolated step, rounded down
@@ -72,6 +78,48 @@ class Recommendation:
     surrogate: Choice | None = None  # the cheapest, if cheaper than the full model
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """An error that is wanted on a scene, or on every scene of a family."""
+
+    scene: str  # its name, or the family's
+    observable: str  # the first quantity of interest
+    unit: str
+    error: float  # relative
+    scale: float  # of the observable, in its unit
+
+
+def recommended(
+    wanted: Wanted,
+    within: Sequence[Choice],
+    best: Choice | None,
+    at_default: Callable[[str], Choice | None],
+) -> Recommendation:
+    """The recommendation from candidates that are `within` the wanted error, at most one a method,
+    and the `best` of all; `at_default` gives a method, by its name, at MuJoCo's default step."""
+    by_cost = sorted(within, key=lambda c: c.ns_per_second)
+    full = [c for c in by_cost if not c.surrogate]
+    choice = full[0] if full else None
+    cheaper = [c for c in by_cost if choice and c.ns_per_second < choice.ns_per_second]
+    by_engine: dict[str, Choice] = {}
+    for c in full:
+        by_engine.setdefault(c.method.partition("/")[0], c)
+    named = dict.fromkeys((DEFAULT_METHOD, *((choice.method,) if choice else ())))
+    return Recommendation(
+        wanted.scene,
+        wanted.observable,
+        wanted.unit,
+        wanted.error,
+        wanted.error * wanted.scale,
+        choice,
+        full[1] if len(full) > 1 else None,
+        tuple(by_engine.values()),
+        best,
+        tuple(default for name in named if (default := at_default(name)) is not None),
+        cheaper[0] if cheaper else None,  # a surrogate: no full model is cheaper than the choice
+    )
+
+
 def cheapest(
     study: Study, scene: str, error: float, judged: Judgements | None = None
 ) -> Recommendation:
@@ -84,53 +132,21 @@ def cheapest(
         raise ParameterError("scene", scene, unknown_name(scene, names))
     first = study.quantities(scene)[0]
     unit = next(o.unit for o in study.observables(scene) if o.name == first.observable)
-    full = {m.name for m in study.methods if not m.surrogate}
-    every = points(study, scene)
-    by_method = {c.method: c for c in study.convergence if c.scene == scene}
-    curves = [
-        _Curve(
-            method,
-            of_method(every, method),
-            _envelope(of_method(every, method)),
-            _steepest(by_method.get(method.name), method, first.observable),
-            first.scale,
-        )
-        for method in study.methods
-        if method.scheme.integrator != EXACT
-    ]
-    good = [c for c in curves if trusted(judged, scene, of_method(every, c.method), c.method.name)]
+    curves = {c.method.name: c for c in _curves(study, scene)}
+    good = [c for c in curves.values() if trusted(judged, scene, c.runs, c.method.name)]
     within = [c for curve in good if (c := _coarsest(curve, error)) is not None]
-    within.sort(key=lambda choice: choice.ns_per_second)
-    reached = [c for c in within if c.method in full]
-    choice = reached[0] if reached else None
-    surrogate = next((c for c in within if c.method not in full), None)
-    if choice is None or surrogate is None or surrogate.ns_per_second >= choice.ns_per_second:
-        surrogate = None
-    by_engine: dict[str, Choice] = {}
-    for c in reached:
-        by_engine.setdefault(c.method.partition("/")[0], c)
     runs = [
-        chosen(c.method, p, first.scale)
+        chosen(c.method, p, c.scale)
         for c in good
-        if c.method.name in full
-        for p in of_method(every, c.method)
+        if not c.method.surrogate
+        for p in c.runs
         if math.isfinite(p.error)
     ]
-    best = min(runs, key=lambda c: (c.error, c.ns_per_second), default=None)
-    wanted = dict.fromkeys((DEFAULT_METHOD, *((choice.method,) if choice else ())))
-    defaults = [c for curve in curves if curve.method.name in wanted if (c := _at_default(curve))]
-    return Recommendation(
-        scene,
-        first.observable,
-        unit,
-        error,
-        error * first.scale,
-        choice,
-        reached[1] if len(reached) > 1 else None,
-        tuple(by_engine.values()),
-        best,
-        tuple(sorted(defaults, key=lambda c: c.method != DEFAULT_METHOD)),
-        surrogate,
+    return recommended(
+        Wanted(scene, first.observable, unit, error, first.scale),
+        within,
+        min(runs, key=lambda c: (c.error, c.ns_per_second), default=None),
+        lambda name: _at_default(curves[name]) if name in curves else None,
     )
 
 
@@ -153,6 +169,17 @@ class _Curve:
     envelope: tuple[Point, ...]  # of these
     steepest: float  # the largest slope that may be relied on
     scale: float  # of the first quantity of interest
+
+
+def _curves(study: Study, scene: str) -> Iterator[_Curve]:
+    """The curves of the methods of a study on a scene, but for closed forms."""
+    every, first = points(study, scene), study.quantities(scene)[0]
+    studies = {c.method: c for c in study.convergence if c.scene == scene}
+    for method in study.methods:
+        if method.scheme.integrator != EXACT:
+            runs = of_method(every, method)
+            steepest = _steepest(studies.get(method.name), method, first.observable)
+            yield _Curve(method, runs, _envelope(runs), steepest, first.scale)
 
 
 def _envelope(curve: Sequence[Point]) -> tuple[Point, ...]:
@@ -191,7 +218,7 @@ def _coarsest(measured: _Curve, error: float) -> Choice | None:
     i = within[-1]
     if i + 1 < len(curve) and (lines := _above(curve, i, measured.steepest)):
         reach = min(h * (error / (_MARGIN * e)) ** (1.0 / slope) for h, e, slope in lines)
-        if reach > curve[i].step and (step := _rounded(reach)) > curve[i].step:
+        if reach > curve[i].step and (step := rounded_down(reach, _DIGITS)) > curve[i].step:
             return _between(measured, i, step)
     return chosen(method, curve[i], measured.scale)
 
@@ -264,7 +291,7 @@ def chosen(method: Method, p: Point, scale: float) -> Choice:
     )  # fmt: skip
 
 
-def _rounded(step: float) -> float:
-    """A step rounded down to two significant digits."""
-    exponent = math.floor(math.log10(step)) - _DIGITS + 1
+def rounded_down(step: float, digits: int) -> float:
+    """A step rounded down to so many significant digits."""
+    exponent = math.floor(math.log10(step)) - digits + 1
     return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")

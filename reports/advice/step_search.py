@@ -20,7 +20,7 @@ from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import Choice
+from plumbob.reports.advice.recommend import Choice, rounded_down
 from plumbob.reports.advice.work_precision import error_of
 
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
@@ -43,6 +43,7 @@ _DOUBLINGS = 10  # of the digits of a stride: the last, 10^17, is below all step
 _SMALLEST = 1e-9  # of the smallest step that was run
 _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
+_DIGITS = 3  # of a step that is tried, rounded down
 _FEWEST = 8  # steps of a run
 _MOST = 4_000_000  # steps of a run
 _TIGHTEST = 1e-13  # a relative tolerance
@@ -189,7 +190,7 @@ def _may(evidence: Evidence, method: Method, wanted: float, best: float) -> bool
         return False
     if math.isinf(best) or method.control == "tolerance" or evidence.run is None:
         return True
-    step = _digits(CHEAPER * evidence.cost(method, 1.0) / best)
+    step = _rounded(CHEAPER * evidence.cost(method, 1.0) / best)
     if step > min(scene.duration for scene in evidence.scenes) / _FEWEST:
         return False
     return not _affordable(evidence, method, step) or evidence.reaches(method, step, wanted)
@@ -261,16 +262,16 @@ def _next(
     if math.isinf(failing):
         step = 1.8 * chosen
         if method.control == "tolerance":
-            return _digits(4.0 * chosen) if 4.0 * chosen < 0.1 else None
+            return _rounded(4.0 * chosen) if 4.0 * chosen < 0.1 else None
         longest = min(scene.duration for scene in evidence.scenes) / _FEWEST
-        return _digits(step) if step <= longest else None
+        return _rounded(step) if step <= longest else None
     middle = math.sqrt(chosen * failing)
     low, high = evidence.worst(method, chosen), evidence.worst(method, failing)
     if number % 2 == 0 and 0.0 < low < high < math.inf:
         slope = math.log(high / low) / math.log(failing / chosen)
         there = chosen * (0.99 * wanted / low) ** (1.0 / slope)
         middle = min(max(there, chosen * 1.03), failing / 1.03)
-    step = _digits(middle)
+    step = _rounded(middle)
     return step if chosen < step < failing else None
 
 
@@ -287,7 +288,7 @@ def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) ->
         return None
     factor = min(0.8, 0.9 * (wanted / low) ** (1.0 / slope))
     # Smaller steps take too long, and may underflow.
-    return _digits(min(failing, every[0]) * factor) if factor > _SMALLEST else None
+    return _rounded(min(failing, every[0]) * factor) if factor > _SMALLEST else None
 
 
 def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
@@ -346,7 +347,5 @@ def _fractions(step: float, fractions: Iterable[float]) -> list[float]:
     return [float(f"{step * fraction:.4g}") for fraction in fractions]
 
 
-def _digits(step: float) -> float:
-    """A step rounded down to three significant digits."""
-    exponent = math.floor(math.log10(step)) - 2
-    return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")
+def _rounded(step: float) -> float:
+    return rounded_down(step, _DIGITS)

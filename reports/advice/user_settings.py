@@ -15,7 +15,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import EXACT, Choice, cheapest, chosen, trusted
 from plumbob.reports.advice.work_precision import Point, error_of, of_method, points
 from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.verdict import Judgement
+from plumbob.reports.judge.verdict import Verdict
 
 HERE = "mujoco/"  # methods that are other settings of the user's own engine
 
@@ -39,7 +39,7 @@ class UserResult:
     error: float  # of the observable at that step; infinite where the run diverged
     relative: float  # the error of that run, of all quantities of interest
     ns_per_second: float  # [ns] of wall time per simulated second; infinite where it diverged
-    judgement: Judgement  # on all steps that were run
+    verdict: Verdict  # on all steps that were run
     finest: tuple[float, float] | None  # the smallest step [s] that was run, and the error there
     at_equal_accuracy: Instead  # the cheapest with an error no larger
     better: Instead  # the most accurate that costs no more
@@ -63,14 +63,14 @@ def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
         ),
     )
     return tuple(
-        _of_scene(study, other, c, judged[c.scene, USER_METHOD].whole)
+        _of_scene(study, other, c, judged[c.scene, USER_METHOD].whole.verdict)
         for c in study.convergence
         if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
-def _of_scene(study: Study, other: Study, runs: ConvergenceStudy, judged: Judgement) -> UserResult:
+def _of_scene(study: Study, other: Study, runs: ConvergenceStudy, verdict: Verdict) -> UserResult:
     run = runs.measurements[0]
     about = study.quantities(runs.scene)
     first = replace(about[0], scale=1.0)  # in its own unit
@@ -91,7 +91,7 @@ def _of_scene(study: Study, other: Study, runs: ConvergenceStudy, judged: Judgem
         error_of(run, (first,)),
         relative,
         price,
-        judged,
+        verdict,
         (last.step, error_of(last, (first,))) if last and last is not run else None,
         _at_equal_accuracy(other, runs.scene, relative),
         _better(other, runs.scene, relative, price),

@@ -7,22 +7,30 @@ has. The module `engines` holds what is about all systems.
 from __future__ import annotations
 
 import importlib
+import json
 import pickle
 import tempfile
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from plumbob.engines.study.codec import to_json
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
+from plumbob.reports.analyses import page_numbers
 from plumbob.reports.analyses.analysis import Section, analysed
+from plumbob.reports.analyses.replay.runs import requests as replay_requests
+from plumbob.reports.judge.sensitivity import parameters_of
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
-from plumbob.reports.view.replay.runs import requests as replay_requests
+from plumbob.reports.view.records import SCENE, STUDY
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.reports.view.trimming import requests as trimming_requests
 
 MANY = 8  # scenes: fewer are analysed before another process is ready
-LIMIT = 600.0  # [s]: the analyses of a system that take longer hang
+LIMIT = 600.0  # [s]: a part of the analyses that takes longer hangs
+MOST = 1000  # parameters of a scene: the analyses of a system come first
+Part = tuple[str, str]  # "system" or "scene", and its name
 
 
 def section(system: str) -> Section | None:
@@ -47,42 +55,59 @@ def requests(plan: StudyPlan) -> tuple[Request, ...]:
     return tuple(dict.fromkeys((*extra, *replay_requests(plan), *trimming_requests(plan))))
 
 
-def analyses_of(study: Study, jobs: int | Workers = 1) -> tuple[Analysed, ...]:
-    """The analyses of all systems of a study, and those of engines, the same for any number of
-    processes, of which `jobs`, or those given, are used where there is much to analyse."""
-    judged = judge_study(study)
-    systems = tuple(dict.fromkeys((*(scene.system for scene in study.scenes), OF_ENGINES)))
-    named = [name for name in systems if section(name) is not None]
-    found: dict[str, tuple[Analysed, ...]] = {}
+def analyses_of(
+    study: Study, jobs: int | Workers = 1, judged: Judgements | None = None
+) -> tuple[Analysed, ...]:
+    """The analyses of all systems of a study, those of engines, and what its pages take, the same
+    for any number of processes, of which `jobs`, or those given, are used where there is much to
+    analyse; `judged` are the study's verdicts where they are known already."""
+    judged = judge_study(study) if judged is None else judged
+    systems = dict.fromkeys((*(scene.system for scene in study.scenes), OF_ENGINES))
+    parts = [
+        *(("system", name) for name in systems if section(name) is not None),
+        *(("scene", scene.name) for scene in study.scenes),
+    ]
+    results: dict[Part, tuple[Analysed, ...]] = {}
     with workers_of(jobs) as workers:
         if workers.count > 1 and len(study.scenes) >= MANY:
-            found = _side_by_side(study, named, judged, workers)
-    missing = [name for name in named if name not in found]
-    found |= {name: _analysed(study, name, judged) for name in missing}
-    return tuple(analysis for name in named for analysis in found[name])
+            results = _side_by_side(study, parts, judged, workers)
+    results |= {part: _analysed(study, part, judged) for part in parts if part not in results}
+    every = (analysis for part in parts for analysis in results[part])
+    about = page_numbers.study_record(study, judged)
+    return (*every, Analysed("", STUDY, "", "", json.loads(to_json(about))))
 
 
-def _analysed(study: Study, name: str, judged: Judgements) -> tuple[Analysed, ...]:
+def _analysed(study: Study, part: Part, judged: Judgements) -> tuple[Analysed, ...]:
+    kind, name = part
+    if kind == "scene":
+        scene = next(scene for scene in study.scenes if scene.name == name)
+        record = page_numbers.scene_record(study, judged, scene)
+        return (Analysed("", SCENE, scene.system, name, json.loads(to_json(record))),)
     of = section(name)
     assert of is not None
     return analysed(study, of, name, judged)
 
 
 def _side_by_side(
-    study: Study, names: list[str], judged: Judgements, workers: Workers
-) -> dict[str, tuple[Analysed, ...]]:
-    """The analyses of each system by its name, without those whose process died."""
+    study: Study, parts: Sequence[Part], judged: Judgements, workers: Workers
+) -> dict[Part, tuple[Analysed, ...]]:
+    """The analyses of each part, without those whose process died; of scenes those with many
+    parameters first: each is changed, and the exact motion found anew."""
+    changes = {("scene", scene.name): len(parameters_of(scene)) for scene in study.scenes}
     with tempfile.TemporaryDirectory(prefix="plumbob-") as folder:
         file = Path(folder) / "study.pickle"
         file.write_bytes(pickle.dumps((study, judged), pickle.HIGHEST_PROTOCOL))
-        tasks = [Task(name, _by_a_worker, (str(file), name), LIMIT, name) for name in names]
+        tasks = [
+            Task(part, _by_a_worker, (str(file), part), LIMIT, part[1].partition("/")[0])
+            for part in sorted(parts, key=lambda part: -changes.get(part, MOST))
+        ]
         results = workers.results(tasks)
-        return {task.key: part for task, part in results if not isinstance(part, Lost)}
+        return {task.key: of for task, of in results if not isinstance(of, Lost)}
 
 
-def _by_a_worker(file: str, name: str) -> tuple[Analysed, ...]:
+def _by_a_worker(file: str, part: Part) -> tuple[Analysed, ...]:
     study, judged = _read(file)
-    return _analysed(study, name, judged)
+    return _analysed(study, part, judged)
 
 
 @lru_cache(maxsize=1)

@@ -7,6 +7,7 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
+from plumbob.engines.abilities import ContactRecord
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.analyses.measurements import case, problem
@@ -23,8 +24,8 @@ def step_term(scene: str, step: float) -> float:
 def contact_of(scene: str, method: str, step: float) -> SoftContact:
     """The record of a method's contacts at `step` [s]."""
     chosen = find_method(method)
-    model = engine_of(chosen).contact_model
-    contact = None if model is None else model(case(scene), chosen, step)
+    record = engine_of(chosen).ability(ContactRecord)
+    contact = None if record is None else record.of(case(scene), chosen, step)
     assert isinstance(contact, SoftContact), method
     return contact
 
@@ -43,11 +44,6 @@ def deflection_term(scene: str, contact: SoftContact) -> float:
 def stiction_drift(scene: str, contact: SoftContact) -> float:
     """Drift of regularised stiction while friction holds m w2 until t2 [m]: on three contacts, or
     on a joint's friction loss."""
-    parts = 1 if contact.normal is None else 3
-    return contact.slip_compliance / parts * _held(scene)
-
-
-def _held(scene: str) -> float:
-    """Force that friction holds, times how long [N s]."""
-    line = problem(scene).motion
-    return float(line.capsule.slider_mass * line.w2 * (line.t2 - line.t_star))
+    line, parts = problem(scene).motion, 1 if contact.normal is None else 3
+    held = line.capsule.slider_mass * line.w2 * (line.t2 - line.t_star)
+    return float(contact.slip_compliance / parts * held)

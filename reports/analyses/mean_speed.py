@@ -1,39 +1,73 @@
-"""The finding on how fast repeated manoeuvres can go: the optimum in closed form, and engines."""
+"""How fast repeated manoeuvres can go: the optimum in closed form, and engines at it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from plumbob.analytic.systems.manoeuvres.mean_speed import (
-    fastest,
-    fastest_speed,
-    longest_stroke,
-    mean_speed,
-)
+from plumbob.analytic.systems.manoeuvres import mean_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.engines.study.extra_runs import Changes, ExtraRun
+from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK, capsule
-from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
-from plumbob.reports.view.notation import number, short
-from plumbob.reports.view.palette import GREY, OLIVE, PERIWINKLE, RED
-from plumbob.reports.view.sources import CHERNOUSKO
-from plumbob.reports.view.traces import Trace, curve, figure, linear, logarithmic
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.measurements import covers
 
-SCENE, STEP, COUNT = "capsule-train/ten", 1e-3, 5
+SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the longer one, where it was run
+SCENE, STEP, COUNT = SCENES[1], 1e-3, 5
 METHODS = ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side", "pymunk/feet")
 STROKE, PUSH = 0.2, 10.0  # [m], and w1 over f g/mu
-BRAKES = ((1.0, RED), (0.5, OLIVE), (0.1, PERIWINKLE))  # w2 over f g/mu
+CHECKED = 0.0817786125  # [m]: the stroke of the check manoeuvre
+BRAKES = (1.0, 0.5, 0.1)  # w2 over f g/mu
+PUSHES = tuple(np.geomspace(1.001, 100.0, 120).tolist())  # w1 over f g/mu
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The mean speed of a method's run [m/s], and its relative error."""
+
+    method: str
+    speed: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """Mean speeds over the push, with one brake [m/s]."""
+
+    brake: float  # w2 over f g/mu
+    speeds: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class MeanSpeed:
+    """Mean speeds of the check body [m/s]: of manoeuvres, their limits, and in engines."""
+
+    checked: float  # of the check manoeuvre
+    pushed: float  # with w1 of `push`
+    limit: float  # with w1 without bound
+    most: float  # and the stroke too
+    longest: float  # [m]: the longest stroke
+    paused: float  # with a pause to the next step
+    runs: tuple[Reached, ...]
+    over_push: tuple[Speeds, ...]
+    pushes: tuple[float, ...] = PUSHES
+    stroke: float = STROKE  # [m]
+    check_stroke: float = CHECKED  # [m]
+    push: float = PUSH
+    count: int = COUNT
+    step: float = STEP  # [s]
 
 
 @cache
 def best() -> RepeatedLine:
     """The fastest manoeuvres of STROKE with w1 of PUSH f g/mu, started on the grid of steps."""
     body = capsule(CHECK)
-    line = fastest(body, PUSH * body.holding_acceleration, STROKE)
+    line = mean_speed.fastest(body, PUSH * body.holding_acceleration, STROKE)
     lasting = RepeatedLine(line, COUNT).period
     return RepeatedLine(line, COUNT, 1.0, math.ceil(lasting / STEP) * STEP - lasting)
 
@@ -51,86 +85,48 @@ def request(method: str) -> ExtraRun:
     return ExtraRun(SCENE, method, STEP, lasting, changes())
 
 
-def finding(study: Study) -> Finding:
-    """The optimum and its limit, with the engines at it."""
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The fastest manoeuvres, with the methods that a study has."""
+    if not any(covers(plan, name) for name in SCENES):
+        return ()
+    planned = {method.name for method in plan.methods}
+    return [request(name) for name in METHODS if name in planned]
+
+
+def numbers(study: Study) -> MeanSpeed | None:
+    """The optimum and its limits, with the engines at it; None where the study repeats nothing."""
+    if not any(covers(study, name) for name in SCENES):
+        return None
     body, many = capsule(CHECK), best()
-    low, high = longest_stroke(body, 0.0)
-    limit, most = fastest_speed(body, STROKE), fastest_speed(body, high - low)
+    holding = body.holding_acceleration
+    low, high = mean_speed.longest_stroke(body, 0.0)
+    return MeanSpeed(
+        mean_speed.mean_speed(body, 3 * holding, 0.8 * holding, CHECKED, 0.9),
+        RepeatedLine(many.manoeuvre, 1).mean_speed,
+        mean_speed.fastest_speed(body, STROKE),
+        mean_speed.fastest_speed(body, high - low),
+        high - low,
+        many.mean_speed,
+        tuple(_reached(study, many)),
+        tuple(Speeds(brake, _speeds(brake)) for brake in BRAKES),
+    )
+
+
+def _reached(study: Study, exact: RepeatedLine) -> list[Reached]:
     rows = []
     for method in METHODS:
         if request(method) in study.extras and (run := study.recording(request(method))):
-            mean = abs(float(run.observables["displacement"][-1] / run.times[-1]))
-            rows.append(row(method_cell(method), value(mean, 6), value(mean / many.mean_speed - 1)))
-    tables = [
-        Table("Mean speeds of the check body along C–A₁", ("manoeuvres", "stroke [m]", "V [m/s]"), (
-            row("the check manoeuvre, return at 0.9 f g/μ", value(0.0817786),
-                value(mean_speed(body, 3 * body.holding_acceleration,
-                                 0.8 * body.holding_acceleration, 0.0817786125, 0.9), 5)),
-            row(f"w₁ = {number(PUSH)} f g/μ, w₂ = f g/μ", value(STROKE),
-                value(RepeatedLine(many.manoeuvre, 1).mean_speed, 5)),
-            row("w₁ without bound", value(STROKE), value(limit, 5)),
-            row("and the stroke too", value(high - low), value(most, 5)),
-        )),
-    ]  # fmt: skip
-    if rows:
-        heads = ("method", "mean speed [m/s]", "relative error")
-        exact = f"Exact, with a pause to the next step: {number(many.mean_speed, 6)} m/s."
-        title = f"{COUNT} of the fastest manoeuvres, step {short(STEP)} s"
-        tables.append(Table(title, heads, tuple(rows), exact))
-    return Finding(
-        "capsule-mean-speed",
-        "The mean speed has its optimum at the bounds, in closed form",
-        "extended",
-        "The fastest walk is known in closed form and need not be searched for. "
-        f"With a stroke of {number(STROKE)} m the check body goes at most {number(limit)} m/s on "
-        f"average; with the longest that keeps all Nᵢ above zero, {number(most)} m/s.",
-        (
-            "With x = fg/(μw₁) and y = fg/(μw₂), a stroke L and a slow return at the fraction p of "
-            "fg/μ, eqs. 17, 18, 21 and 22 give V = √(μfgL) (1–x)/(1+y) / (√(2(x+y)) + 2/√p). It "
-            "falls with x and y and grows with p and L, so there is no optimum inside: brake and "
-            "return with all the friction there is, y = p = 1, push as hard as the actuator can, "
-            "and use the whole stroke. As x → 0, V → √(μfgL)/(2√2 + 4).",
-            "The longest stroke is the chord d of the triangle on the line, over μ (a finding of "
-            "its own): V is then below 0.146 √(fgd), whatever the masses.",
-        ),
-        tuple(tables),
-        (_figure(limit),),
-        ("plumbob solve capsule-train/ten",),
-        (
-            Statement(
-                CHERNOUSKO,
-                "after (22)",
-                "Motions with the greatest mean speed have been found",
-                "no value",
-                f"at most {number(limit)} m/s with a stroke of {number(STROKE)} m, {number(most)} "
-                "m/s with the longest",
-                "extended",
-            ),
-        ),
-    )
+            speed = abs(float(run.observables["displacement"][-1] / run.times[-1]))
+            rows.append(Reached(method, speed, speed / exact.mean_speed - 1))
+    return rows
 
 
-def _figure(limit: float) -> Figure:
+def _speeds(brake: float) -> tuple[float, ...]:
     body = capsule(CHECK)
     holding = body.holding_acceleration
-    pushes = np.geomspace(1.001, 100.0, 120)
-    traces: list[Trace] = [
-        curve(
-            pushes,
-            [mean_speed(body, p * holding, brake * holding, STROKE) for p in pushes],
-            colour=colour,
-            name=f"w₂ = {number(brake)} f g/μ",
-        )
-        for brake, colour in BRAKES
-    ]
-    ends = pushes[[0, -1]]
-    traces.append(curve(ends, [limit, limit], colour=GREY, dash="dash", name="the limit"))
-    return figure(
-        "Mean speed over the push",
-        f"A stroke of {number(STROKE)} m, the return at f g/μ.",
-        traces,
-        logarithmic("w₁ over f g/μ"),
-        linear("V [m/s]"),
-        legend=True,
-        height=300,
+    return tuple(
+        mean_speed.mean_speed(body, push * holding, brake * holding, STROKE) for push in PUSHES
     )
+
+
+MEAN_SPEED = Analysis("capsule_train/mean_speed", numbers, requests)

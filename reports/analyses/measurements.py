@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from itertools import product
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -28,12 +28,6 @@ HIGHEST = 3  # samples higher than their neighbours: the highest may be beside a
 PERIODS = 3.1  # of a run whose period is measured: two whole ones between crossings, and some more
 
 LINE = "capsule-line/ca1"  # the check manoeuvre of the source
-METHOD_NAMES = (
-    "Methods: +coulomb has contacts that are soft in the normal direction and stiff in the "
-    "tangential one, so that friction converges; +reduced is one sliding joint with friction loss; "
-    "pymunk/feet is the body from above, on three feet with given normal forces; pymunk/side is "
-    "the body from the side, in contact with the plane."
-)
 
 
 @cache
@@ -112,16 +106,29 @@ def measured(study: Study, scene: str, method: str, step: float) -> Measurement 
     return None
 
 
-def displacement(study: Study, scene: str, method: str, step: float) -> float | None:
-    """Displacement at the end of a recorded run [m], or None where there is no such run."""
-    run = study.recording(ExtraRun(scene, method, step))
-    return None if run is None else float(run.observables["displacement"][-1])
+def recordings(study: Study, requests: Iterable[ExtraRun]) -> Mapping[ExtraRun, Trajectory]:
+    """The recordings of those requested runs that were made."""
+    every = {request: study.recording(request) for request in requests}
+    return {request: run for request, run in every.items() if run is not None}
+
+
+def end_error(scene: str, run: Trajectory) -> float:
+    """Relative error of the displacement at the end of a recording of a scene."""
+    reached = float(run.observables["displacement"][-1])
+    return reached / float(problem(scene).motion.displacement) - 1.0
 
 
 def displacement_error(study: Study, scene: str, method: str, step: float) -> float | None:
-    """Relative error of the displacement at the end of a recorded run, or None."""
-    reached = displacement(study, scene, method, step)
-    return None if reached is None else reached / float(problem(scene).motion.displacement) - 1.0
+    """The same of a recorded run, or None where there is no such run."""
+    run = study.recording(ExtraRun(scene, method, step))
+    return None if run is None else end_error(scene, run)
+
+
+def measured_error(study: Study, scene: str, method: str, step: float) -> float | None:
+    """Relative error of the displacement at the end of a measured run, or None."""
+    run = measured(study, scene, method, step)
+    exact = float(problem(scene).motion.displacement)
+    return None if run is None else run.errors["displacement"].end / exact
 
 
 def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[str, ...]:

@@ -7,9 +7,7 @@ import json
 import shlex
 import sys
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -18,6 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
@@ -26,7 +25,8 @@ from plumbob.engines.audit.trims import Trim, tried
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
-from plumbob.reports.view.audit.text import lines, to_do
+from plumbob.reports.view.audit.page import answered, lines, rows, write_page
+from plumbob.reports.view.content import Finding
 
 MISSED = 1  # the accuracy asked for
 _LARGEST = 100_000_000  # bytes of a control file
@@ -94,35 +94,21 @@ def command(chosen: argparse.Namespace) -> int:
         )  # fmt: skip
     if target is not None:
         answer = trimmed_file(answer, Path(chosen.model), target, chosen.keyframe)
-    from plumbob.reports.view.audit.page import write_audit_page
-
-    return _answered(
-        answer,
-        chosen,
-        numbers.get("absolute"),
-        lines(answer),
-        as_data(answer),
-        partial(write_audit_page, answer),
-    )
+    return _answered(answer, chosen, numbers.get("absolute"))
 
 
-def _answered(
-    audit: Audit | ContactAudit,
-    chosen: argparse.Namespace,
-    metres: float | None,
-    text: list[str],
-    data: dict[str, Any],
-    write: Callable[[Path, str, bytes | None], Path],
-) -> int:
+def _answered(audit: Audit | ContactAudit, chosen: argparse.Namespace, metres: float | None) -> int:
     """Print an audit as text or JSON, and write its page where one is wanted; returns the exit
     code."""
+    answer = answered(audit)
     if chosen.out is not None:
-        print(page(write, audit, chosen), file=sys.stderr)
+        print(page(answer, audit, chosen), file=sys.stderr)
     if chosen.json:
+        data = contact_data(audit) if isinstance(audit, ContactAudit) else as_data(audit)
         json.dump(values.plain(data), sys.stdout, indent=1)
         print()
     else:
-        print("\n".join(text))
+        print("\n".join(lines(answer)))
     return _within(audit, metres)
 
 
@@ -147,25 +133,15 @@ def _fits(chosen: argparse.Namespace) -> None:
 
 
 def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
-    from plumbob.reports.view.audit.contact_page import write_contact_page
-    from plumbob.reports.view.audit.contacts import contact_lines
-
     audit = audit_contacts(
         Path(chosen.model), speed=numbers.get("speed", SPEED), body=chosen.body,
         friction=numbers.get("friction"), keyframe=chosen.keyframe,
     )  # fmt: skip
-    return _answered(
-        audit, chosen, numbers.get("absolute"), contact_lines(audit), contact_data(audit),
-        partial(write_contact_page, audit),
-    )  # fmt: skip
+    return _answered(audit, chosen, numbers.get("absolute"))
 
 
-def page(
-    write: Callable[[Path, str, bytes | None], Path],
-    audit: Audit | ContactAudit,
-    chosen: argparse.Namespace,
-) -> Path:
-    """Write the page by `write`, into a folder, with the command that reproduces it and a picture
+def page(answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespace) -> Path:
+    """Write the page of an answer into a folder, with the command that reproduces it and a picture
     of the model; raises ParameterError where it cannot be written."""
     options = (
         "keyframe",
@@ -183,8 +159,9 @@ def page(
     words = [w for o, v in options_given for w in (f"--{o.replace('_', '-')}", str(v))]
     words += ["--contacts"] * chosen.contacts
     command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
+    drawn = audit.model.picture() if audit.model else None
     try:
-        return write(folder, command, audit.model.picture() if audit.model else None)
+        return write_page(answer, audit, folder, command, drawn)
     except OSError as error:
         raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
@@ -202,13 +179,12 @@ def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None)
     """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
     together = audit.trims.together if audit.trims else None
-    engine = find_engine("mujoco")
-    assert engine.write_trimmed is not None
-    assert engine.own_model is not None
+    models = find_engine("mujoco").ability(UserModels)
+    assert models is not None
     if together is None or audit.found is None or audit.model is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
-    left_out = engine.write_trimmed(source, together.changes, target)
-    offered = [(left_out, engine.own_model(target, keyframe))]
+    left_out = models.write_trimmed(source, together.changes, target)
+    offered = [(left_out, models.model(target, keyframe))]
     steps = audit.found
     (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
     return replace(audit, written=(target.name, read_back))
@@ -260,7 +236,7 @@ def as_data(audit: Audit) -> dict[str, Any]:
         "events": audit.reference.course.events,
         "clamped": audit.clamped,
         "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
-        "to_do": to_do(audit),
+        "to_do": dict(rows(answered(audit)))["to do"],
         "worst_body": steps.own.worst if steps else None,
         "order": None if not steps or not steps.order else steps.order.__dict__,
         "steps": []

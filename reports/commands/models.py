@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import StepsOfFiles
 from plumbob.engines.method import time_step
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
@@ -96,7 +97,7 @@ def _same(content: bytes, copy: Path) -> bool:
 
 def _content(path: Path, step: float | None) -> bytes:
     """The bytes to write for the file `path`: its contacts, if it has any, for `step` [s]."""
-    content, rewrite = path.read_bytes(), find_engine("mujoco").model_text
-    if step is None or rewrite is None or path.suffix != ".xml" or CONTACTS not in content:
+    content, steps = path.read_bytes(), find_engine("mujoco").ability(StepsOfFiles)
+    if step is None or steps is None or path.suffix != ".xml" or CONTACTS not in content:
         return content
-    return rewrite(content.decode("utf-8"), step).encode("utf-8")
+    return steps.rewrite(content.decode("utf-8"), step).encode("utf-8")

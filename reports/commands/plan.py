@@ -22,7 +22,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK
 from plumbob.models.tripod_capsule.plan import LIMITS, planned
-from plumbob.reports.analyses.plan_errors import (
+from plumbob.reports.analyses.capsule_plan.pose_errors import (
     PoseError,
     PoseErrors,
     by_kind,

@@ -294,7 +294,7 @@ def _own_settings(study: Study) -> tuple[UserResult, ...]:
 def _user_settings(results: Sequence[UserResult]) -> list[dict[str, Any]]:
     return [
         {name: value for name, value in asdict(result).items() if name != "judgement"}
-        | {"verdict": result.judgement.verdict}
+        | {"verdict": result.verdict}
         for result in results
     ]
 

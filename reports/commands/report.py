@@ -15,18 +15,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("out", metavar="OUT", help="a results folder of `plumbob validate`")
     parser.add_argument("--study", metavar="N", help="number of the study (default: the newest)")
-    values.add_jobs(parser)
+    parser.add_argument("--jobs", help=argparse.SUPPRESS)  # one process draws: it takes seconds
     parser.add_argument(
         "--single", metavar="FILE.html", help="write all pages into this one file instead, to mail"
     )
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Write the same pages that `validate` wrote, to the byte for any number of jobs, or one file
-    with the content of all of them, and print where it is."""
+    """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
+    of them, and print where it is."""
     number = None if chosen.study is None else values.count("study", chosen.study)
     single = None if chosen.single is None else html_file("single", chosen.single)
-    jobs = values.jobs(chosen)
+    values.jobs(chosen)
     study = store.load(Path(chosen.out) / store.FILE, number)
     if study is None and number is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
@@ -38,9 +38,9 @@ def command(chosen: argparse.Namespace) -> int:
 
     history = store.history(Path(chosen.out) / store.FILE)
     if single is None:
-        print(write_page(study, Path(chosen.out), history=history, jobs=jobs))
+        print(write_page(study, Path(chosen.out), history))
     else:
-        text = render(study, others=versions(history, chosen.out), jobs=jobs)
+        text = render(study, versions(history, chosen.out))
         print(written(text, single.parent, single.name))
     return 0
 

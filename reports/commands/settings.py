@@ -9,7 +9,8 @@ from pathlib import Path
 from textwrap import fill, indent
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method, Settings, time_step
+from plumbob.engines.abilities import FileChecks, Settings, SettingsToPaste
+from plumbob.engines.method import Method, time_step
 from plumbob.engines.registry import engine_of, installed, method
 from plumbob.reports.commands.arguments.values import number, positive_number
 
@@ -46,11 +47,12 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.step is None:
         raise ParameterError("step", None, "given, in seconds: settings are for one step")
     named, step = method(chosen.method), time_step("step", number("step", chosen.step))
-    write = engine_of(named).settings_text
-    if write is None or named.control != "step":
+    of_engine = engine_of(named).ability(SettingsToPaste)
+    if of_engine is None or named.control != "step":
         raise ParameterError("method", named.name, "one of an engine with settings to paste")
     stiffness = None if chosen.stiffness is None else positive_number("stiffness", chosen.stiffness)
-    settings = write(named, step, stiffness, positive_number("friction", chosen.friction))
+    friction = positive_number("friction", chosen.friction)
+    settings = of_engine.write(named, step, stiffness, friction)
     print(json.dumps(asdict(settings), indent=1) if chosen.json else _text(settings))
     return 0
 
@@ -80,9 +82,10 @@ def _check(chosen: argparse.Namespace) -> int:
             raise ParameterError(name, getattr(chosen, name), "left out: --check takes the file's")
     named: Method = method(chosen.method or CHECKED)
     engine = engine_of(named)
-    if engine.check_file is None or not installed(engine):
+    checks = engine.ability(FileChecks)
+    if checks is None or not installed(engine):
         raise ParameterError("method", named.name, "one of an installed engine that reads MJCF")
-    checked = engine.check_file(Path(chosen.check), named)
+    checked = checks.check(Path(chosen.check), named)
     if chosen.json:
         print(json.dumps(asdict(checked), indent=1))
         return 1 if checked.warnings else 0

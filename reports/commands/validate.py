@@ -10,7 +10,6 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +20,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.study.runner import pairs, run_study
 from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
@@ -33,7 +32,7 @@ from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import add_like, beside, own_method
-from plumbob.reports.judge.expectations import accurate, as_expected
+from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 
@@ -105,6 +104,12 @@ def _validated(
     from plumbob.reports.analyses import analyses_of, requests
     from plumbob.reports.view.page import NAME
 
+    judged: list[Judgements] = []  # once, for the analyses and for what is printed
+
+    def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
+        judged.append(judge_study(study, within))
+        return analyses_of(study, workers, judged[0])
+
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     _replaceable("out", Path(chosen.out) / NAME)
     out = _writable("out", Path(chosen.out))
@@ -126,7 +131,7 @@ def _validated(
                     command=line,
                     kept=kept,
                     seed=int(chosen.seed),
-                    analyse=analyses_of,
+                    analyse=analyse,
                 )
             except BaseException as error:
                 error.add_note("what is measured is stored: the same command goes on from there")
@@ -134,7 +139,7 @@ def _validated(
         for what in kept.given_up:
             _noted(f"given up: {what}; the same command tries it again")
         try:
-            code = _report(chosen, out, kept.number, junit, within, workers)
+            code = _report(chosen, out, kept.number, junit, judged[0])
             return code or (INCOMPLETE if kept.given_up else 0)
         except BaseException as error:
             drawn = shlex.join(["plumbob", "report", str(out), "--study", str(kept.number)])
@@ -147,24 +152,17 @@ def _report(
     out: Path,
     number: int,
     junit: Path | None,
-    within: float | None,
-    workers: Workers,
+    judged: Judgements,
 ) -> int:
-    """Judge the stored study of that number, as `plumbob report` does, and write what was asked
-    for; returns the exit code."""
+    """Write the pages of the stored study of that number, as `plumbob report` does, and what else
+    was asked for; returns the exit code."""
     from plumbob.reports.view.site.writing import write_page
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)
     assert study is not None
-    judged = judge_study(study)
-    if within is not None:
-        judged = {
-            pair: replace(verdicts, whole=accurate(verdicts.whole, within))
-            for pair, verdicts in judged.items()
-        }
     results = user_results(study, judged)
-    page = write_page(study, out, judged, store.history(out / store.FILE), workers)
+    page = write_page(study, out, store.history(out / store.FILE))
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

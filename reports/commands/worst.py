@@ -88,7 +88,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 def of_tolerance(case: Case, method: Method, step: float) -> float:
     """The most of its tolerance that an observable's error uses up in a run: above 1 its verdict is
-    `fail`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
+    `off-prediction`; 0 where nothing is judged, infinite where the run diverged or is cut short."""
     from plumbob.engines.study.measurement import measure
     from plumbob.reports.judge.tolerance import used
     from plumbob.reports.judge.verdict import judge

@@ -9,6 +9,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
 from plumbob.engines.audit.controls import script
@@ -50,9 +51,7 @@ def audit(
     positive("budget", budget)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        ready = find_engine("mujoco").own_model
-        assert ready is not None
-        user_model = ready(model, keyframe)
+        user_model = _user_models().model(model, keyframe)
         moved = script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
@@ -63,12 +62,16 @@ def audit(
     return replace(answer, slides=_slides(model, keyframe))
 
 
+def _user_models() -> UserModels:
+    models = find_engine("mujoco").ability(UserModels)
+    assert models is not None
+    return models
+
+
 def _slides(model: Any, keyframe: int | str | None) -> str:
     """The free body of `model` that a contact audit can slide; empty where there is none."""
-    ready = find_engine("mujoco").own_contacts
-    assert ready is not None
     try:
-        standing = ready(model, keyframe, None, None).standing
+        standing = _user_models().contacts(model, keyframe, None, None).standing
     except NotCertifiable:
         return ""
     return standing.body if rests(standing) else ""
@@ -102,9 +105,8 @@ def audit_contacts(
         positive("friction", friction)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        ready = find_engine("mujoco").own_contacts
-        assert ready is not None
-        return contacts_audited(ready(model, keyframe, body, friction), speed)
+        standing = _user_models().contacts(model, keyframe, body, friction)
+        return contacts_audited(standing, speed)
     except NotCertifiable as why:
         what = f"one whose contacts can be audited; {why}"
         raise ParameterError("model", name, what) from None

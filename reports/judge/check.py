@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from plumbob.analytic.parameters import positive
+from plumbob.engines.method import present
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import SEED, convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
@@ -19,7 +20,7 @@ from plumbob.reports.judge.expectations import (
     run_surprise,
     surprise,
 )
-from plumbob.reports.judge.verdict import Judgement, Verdict, judge, judged
+from plumbob.reports.judge.verdict import Judgement, judge, judged
 
 
 def check(
@@ -29,7 +30,7 @@ def check(
     changes: Mapping[str, Any] | None = None,
     *,
     within: float | None = None,
-    expect: Verdict | None = None,
+    expect: str | None = None,
 ) -> Judgement:
     """Run `scene` with `method` at `step` [s] (or relative tolerance), or without one at the step
     sizes of the quick profile, as `plumbob validate` does, and return the judgement. Raises
@@ -39,7 +40,7 @@ def check(
     two of what its convergence study spans.
 
     >>> check("cone-pendulum/rotating-base", "ode/rk4", step=1e-3).verdict
-    'pass'
+    'predicted'
     """
     if within is not None:
         positive("within", within)
@@ -58,7 +59,7 @@ def check(
         why = run_surprise(chosen, how, judgement)
     if within is not None:
         judgement = accurate(judgement, within)
-        why = INACCURATE if judgement.inaccurate else why
+        why = INACCURATE if judgement.verdict == "inaccurate" else why
     wanted = expected(chosen.name, how.name)
     # A test that a step outside the asymptotic range, or a missing engine, cannot fail would claim
     # nothing.
@@ -67,6 +68,7 @@ def check(
     if nothing and not met and not wanted.allows(judgement):
         why = f"{judgement.verdict}, expected {wanted.verdict}"
     if expect is not None:
+        expect = present(expect)
         why = "" if judgement.verdict == expect else f"{judgement.verdict}, expected {expect}"
     if not why:
         return judgement

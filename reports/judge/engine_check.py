@@ -15,7 +15,9 @@ import numpy as np
 
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported, meant
 from plumbob.engines.registry import unguarded
+from plumbob.engines.sampling import step_count
 from plumbob.engines.study.convergence import chosen_step_sizes, convergence_study
+from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.runner import most_steps
 from plumbob.engines.trajectory import Trajectory, not_a_trajectory
 from plumbob.models.entry_points import captured
@@ -168,12 +170,8 @@ def samples(subject: Subject) -> str:
     if subject.method.control == "tolerance":
         return _samples_of_a_solver(subject, case, step)
     run = subject.prepared(long, step).run()
-    _is_run(run)
-    count = round(long.scene.duration / step)
+    _is_asked_for(subject, long, step, run)
     indices = np.rint(run.times / step).astype(int)
-    _hold(np.abs(run.times - indices * step).max() <= 1e-6 * step, "times that are no whole steps")
-    _hold(indices[0] == 0, f"the first sample is at {run.times[0]:g} s, not at the start")
-    _hold(indices[-1] == count, f"the last sample is at step {indices[-1]} of {count}")
     _starts_right(case, run)
     for index in {1, int(indices[1]), int(indices[len(indices) // 2])}:
         part = subject.prepared(case.lasting(index * step), step).run()
@@ -229,11 +227,7 @@ def _states(case: Case) -> tuple[str, ...]:
 
 def _samples_of_a_solver(subject: Subject, case: Case, tolerance: float) -> str:
     run = subject.prepared(case, tolerance).run()
-    _is_run(run)
-    duration = case.scene.duration
-    _hold(run.times[0] == 0.0, f"the first sample is at {run.times[0]:g} s, not at the start")
-    _hold(abs(run.times[-1] - duration) <= 1e-9 * duration, "the last sample is not at the end")
-    _hold(bool((np.diff(run.times) > 0.0).all()), "times do not increase")
+    _is_asked_for(subject, case, tolerance, run)
     _starts_right(case, run)
     exact = case.reference.observe(run.times)
     for name in _states(case):
@@ -303,6 +297,7 @@ def cost(subject: Subject) -> str:
     case, step = _short(subject)
     simulation = subject.prepared(case, step)
     run, full, half = simulation.run(), simulation.stepped(1.0), simulation.stepped(0.5)
+    _is_asked_for(subject, case, step, run)
     _hold(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
     for what, counted, seconds in (
         ("a run", run.steps, run.seconds), ("stepped(1)", full.steps, full.seconds),
@@ -311,8 +306,7 @@ def cost(subject: Subject) -> str:
         _hold(counted > 0, f"{what} counts no steps")
         _hold(seconds > 0.0, f"{what} takes no time")
     if subject.method.control == "step":
-        count = round(case.scene.duration / step)
-        _hold(run.steps == count, f"a run counts {run.steps} steps, and takes {count}")
+        count = step_count(case.scene.duration, step)
         _hold(full.steps == count, f"stepped(1) counts {full.steps} steps of {count}")
         near = abs(half.steps - count / 2) <= 1
         _hold(near, f"stepped(0.5) counts {half.steps} steps of {count}")
@@ -326,12 +320,12 @@ def order(subject: Subject) -> str:
     if method.order is None:
         raise NotChecked("it chooses its steps: no order")
     slopes: dict[str, float] = {}
-    good = [s for s in subject.scenes if expected(s.name, method.name).verdict == "pass"]
+    good = [s for s in subject.scenes if expected(s.name, method.name).verdict == "predicted"]
     for scene in good[:TRIED]:
         study = convergence_study(scene, method, most_steps(scene, "quick"))
         case = case_of(scene)
         judgement = judge_convergence(study, case.system, method, case.system.quantities(case))
-        right = judgement.verdict in ("pass", "converges", "pre-asymptotic")
+        right = judgement.verdict in ("predicted", "converges", "pre-asymptotic")
         _hold(right, f"{scene.name}: {judgement.verdict}, {judgement.reason}")
         if study.order is None or judgement.verdict == "pre-asymptotic":
             continue
@@ -359,6 +353,13 @@ def _short(subject: Subject) -> tuple[Case, float]:
 def _is_run(run: Trajectory, where: str = "a run") -> None:
     why = not_a_trajectory(run)
     _hold(not why, f"{where}: {why}")
+
+
+def _is_asked_for(subject: Subject, case: Case, step: float, run: Trajectory) -> None:
+    """A run is one, with the samples, the end and the count of steps that were asked for."""
+    _is_run(run)
+    why = not_asked_for(case, subject.method, step, run)
+    _hold(not why, f"a run of {case.scene.name}: {why}")
 
 
 CHECKS: Mapping[str, Look] = MappingProxyType({

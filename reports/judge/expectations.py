@@ -10,25 +10,23 @@ from typing import Literal, cast
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
-from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import engine_of, limits_of
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import find_system
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.known_limits import (
-    declared_limit,
+from plumbob.reports.judge.sizes import (
+    differs,
+    differs_at,
     differs_from,
-    errors_of_solvers,
-    fits,
     known_within,
     not_those,
-    sizes,
 )
 from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE
 from plumbob.reports.judge.verdict import LEAVES_OUT, NO_STEP_FITS, Judgement, Verdict
 
 NO_LIMITS = (LEAVES_OUT, STARTS_OFF, TOO_WIDE)  # reasons of a failure that no limit admits
-INACCURATE = "fail, off the accuracy asked for"
+INACCURATE = "inaccurate, off the accuracy asked for"
 # Calibrated: what an error at a drawn step, or tolerance, may be times those at listed ones, where
 # no theory says more. Of 1752 draws of the quick profile, by the seeds 1 to 4, the largest were 2.2
 # and 6.6 (`python -m plumbob.tests.validation.drawn_steps 1 4`); seed 5 has one of 2.6.
@@ -38,18 +36,17 @@ Standing = Literal["as expected", "known limit", "pre-asymptotic", "not run", "u
 
 @dataclass(frozen=True)
 class Expectation:
-    """A verdict other than `pass` that scenes and methods of these patterns are to have."""
+    """The verdict that a scene with a method is to have."""
 
-    scenes: str
-    methods: str
     verdict: Verdict
     reason: str
     other: Verdict | None = None  # also expected: which of the two depends on the step sizes
+    size: float = 0.0  # relative error of a known limit, where only that is declared of it
 
     @property
     def limit(self) -> bool:
         """Whether it admits a known limit, the error of which has a size."""
-        return not {self.verdict, self.other} <= {"pass", "converges", "unsupported", None}
+        return not {self.verdict, self.other} <= {"predicted", "converges", "unsupported", None}
 
     def allows(self, judgement: Judgement) -> bool:
         """Whether a verdict is an expected one. Of a convergence study cut short, a failure is also
@@ -60,147 +57,19 @@ class Expectation:
             return False
         allowed = {self.verdict, self.other}
         if judgement.cut and "not-converging" in allowed:
-            allowed.add("fail")
+            allowed.add("off-prediction")
         if judgement.cut and self.verdict == "pre-asymptotic":
-            allowed.discard("pass")
+            allowed.discard("predicted")
         return judgement.verdict in allowed
 
 
-# MuJoCo with contacts that are not those of `coulomb`.
-_CONTACTS = (
-    *("mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "mujoco/euler+pyramidal"),
-    *("mujoco/euler+elliptic", "mujoco/euler+elliptic+noslip"),
-)
-_CHATTER = (
-    "contact chatter of a sliding body: the friction cone couples slip speed to normal force; the"
-    " channels show the vertical displacement, and samples without all three contacts, at every"
-    " step"
-)
-_DRIFT = (
-    "friction at rest is a spring and damper here, whose regularised stiction drifts at every"
-    " step; noslip stops where its own tolerance allows, and pyramids have less friction between"
-    " their edges"
-)
-_DEFLECTION = "a contact deflection of 0.1 mm tilts the body: 1e-10 m, and normal forces that lag"
-_AFTERWARDS = (
-    "noslip changes friction after the normal forces are found: where a support carries hardly"
-    " anything, that is up to 1.4 times theory's bound at the coarsest step, 3e-10 m and 3e-10 rad,"
-    " and falls with the square of the step"
-)
-_EQUAL_LOADS = (
-    "one equation, of vertical displacement, for three normal forces: MuJoCo distributes the weight"
-    " equally over them, where statics does not, and friction turns the body"
-)
-_PIVOTS = (
-    "a joint on a rigid body off its centre clamps the impulse that would bring it to rest, which"
-    " is not along its velocity; no step and no number of solver iterations fixes it"
-)
-_QUICK_TURN = (
-    f"{_PIVOTS}; but in a quick turn friction contributes epsilon^2 alone, less than the error of"
-    " the step"
-)
-_HIDDEN = f"{_CHATTER}; an Euler step's leak of angular momentum may hide that plateau"
-_NANOMETRE = (
-    "the body moves by 1.3 nm in all, and what the solver's iterations leave may be micrometres"
-)
-_VARIES = (
-    f"{_CHATTER}; where a plan then ends differs from step to step by more than a plateau shows"
-)
-_BOX = (
-    "friction is a box by default, whose sides lie along the world's axes: off them it is up to"
-    " 1.41 times what it should be"
-)
-_DAMPED = "every body's velocities are damped by 4 % a second by default, whatever the step"
-_IMPULSES = (
-    "friction at the contacts of a rigid body is solved direction by direction: its error depends"
-    " on the heading, and not on the step"
-)
-_REGULARISED = (
-    "friction is regularised over the speed of the stiction tolerance, 0.1 mm/s by default, in"
-    " which a body that should stick drifts"
-)
-_STUCK = (
-    "the solver gives up where a support that is all but unloaded sticks within 1e-7 m/s, and says"
-    " so"
-)
-_NO_CONTACTS = (
-    "the engine has no unilateral contacts with Coulomb friction, or none that is carried over"
-)
-_SPINNING = (
-    "with a lone free body that turns, implicitfast takes derivatives of centripetal forces into"
-    " its step, which no theory here covers"
-)
-_NO_THEORY = "no theory here covers what the engine does in a step"
-_NO_CLOSED_FORM = "the reference is a series or a quadrature: there is no closed form"
-_TWO_DIMENSIONS = "pymunk has two dimensions, and the body turns in three"
-_NUMERICAL = (  # scenes whose reference is no closed form
-    *("capsule-coast/spin", "capsule-plan/*", "capsule-turn/*", "simple-pendulum/damped-*"),
-    *("simple-pendulum/forced-*", "simple-pendulum/overdamped"),
-)
-EXPECTATIONS: tuple[Expectation, ...] = (
-    Expectation("capsule-line/w1-threshold*", "pymunk/feet", "pre-asymptotic", _NANOMETRE, "pass"),
-    Expectation("capsule-line/frictionless", "pymunk/pivots", "pass", ""),
-    Expectation("capsule-hold/0.5", "pymunk/pivots", "pass", ""),
-    Expectation("capsule-hold/0.9", "pymunk/pivots", "pass", ""),
-    Expectation("capsule-coast/rotation", "pymunk/pivots", "pass", ""),
-    Expectation("capsule-turn/0.0*", "pymunk/pivots", "fail", _QUICK_TURN),
-    Expectation("capsule-turn/unloaded*", "pymunk/pivots", "not-converging", _QUICK_TURN, "fail"),
-    Expectation("capsule-*", "pymunk/pivots", "not-converging", _PIVOTS),
-    Expectation("capsule-line/frictionless", "mujoco/rk4", "not-converging", _DEFLECTION),
-    *(Expectation("capsule-line/frictionless", m, "fail", _DEFLECTION) for m in _CONTACTS),
-    *(Expectation("capsule-hold/*", m, "not-converging", _DRIFT) for m in _CONTACTS),
-    *(
-        Expectation(scenes, m, "not-converging", _HIDDEN, "fail")
-        for scenes in ("capsule-turn/0.[01]*", "capsule-turn/heading-*", "capsule-turn/unloaded*")
-        for m in _CONTACTS
-        if m != "mujoco/rk4"
-    ),
-    *(Expectation("capsule-plan/*", m, "not-converging", _VARIES, "fail") for m in _CONTACTS),
-    *(
-        Expectation(scene, "mujoco/euler+coulomb+noslip", "fail", _AFTERWARDS)
-        for scene in ("capsule-coast/edge", "capsule-hold/unloading")
-    ),
-    *(Expectation("capsule-*", m, "not-converging", _CHATTER) for m in _CONTACTS),
-    Expectation("capsule-line/*", "mujoco/euler+planar", "fail", _EQUAL_LOADS),
-    Expectation("free-body/*", "pymunk/*", "unsupported", _TWO_DIMENSIONS),
-    *(
-        Expectation(s, "dart/default", "not-converging", _BOX)
-        for s in (
-            *("capsule-line/heading-030", "capsule-line/heading-045", "capsule-coast/*"),
-            *("capsule-turn/heading-*", "capsule-plan/heading-*", "capsule-*/light-slider"),
-        )
-    ),
-    Expectation("capsule-hold/unloading", "drake/tamsi+stiction", "diverged", _STUCK),
-    Expectation("capsule-*", "exudyn/default", "unsupported", _NO_CONTACTS),
-    Expectation("capsule-*", "pinocchio/aba+rk4", "unsupported", _NO_CONTACTS),
-    Expectation("capsule-line/*", "drake/default", "not-converging", _REGULARISED),
-    Expectation("capsule-line/*", "drake/tamsi", "not-converging", _REGULARISED),
-    Expectation("capsule-line/*", "drake/sap", "not-converging", _REGULARISED),
-    *(
-        Expectation("capsule-line/*", m, "not-converging", _REGULARISED, "pre-asymptotic")
-        for m in ("drake/similar", "drake/lagged+stiction")
-    ),
-    Expectation("*-pendulum/*", "pybullet/default", "not-converging", _DAMPED),
-    Expectation("capsule-*", "pybullet/*", "not-converging", _IMPULSES),
-    *(Expectation(s, "exact/closed-form", "unsupported", _NO_CLOSED_FORM) for s in _NUMERICAL),
-    Expectation("capsule-coast/spin", "mujoco/implicitfast+coulomb", "converges", _SPINNING),
-    *(
-        Expectation("*-pendulum/*", m, "converges", _NO_THEORY)
-        for m in ("exudyn/default", "exudyn/alpha+tight", "exudyn/rk67", "mjx/default")
-    ),
-    *(Expectation("capsule-*", m, "converges", _NO_THEORY) for m in ("dart/*", "drake/*")),
-)
-
-
 def expected(scene: str, method: str) -> Expectation:
-    """The first expectation that matches, of plumbob's own or what the package of an added engine
-    declares; or `pass`, or where a package brings no theory `converges`."""
-    for entry in EXPECTATIONS:
-        if fits(scene, entry.scenes) and fits(method, entry.methods):
-            return entry
-    if (limit := declared_limit(scene, method)) is not None:
-        return Expectation(limit.scenes, method, cast(Verdict, limit.verdict), limit.reason)
-    return Expectation(scene, method, "pass", "", _without_theory(scene, method))
+    """The declared expectation, from the limits of the method's engine; or `predicted`, or where a
+    package brings no theory `converges`."""
+    if (known := limits_of(method).limit(scene, method)) is None:
+        return Expectation("predicted", "", _without_theory(scene, method))
+    verdict, other = cast(Verdict, known.verdict), cast("Verdict | None", known.other)
+    return Expectation(verdict, known.reason, other, known.size)
 
 
 def _without_theory(scene: str, method: str) -> Verdict | None:
@@ -228,7 +97,7 @@ def surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     """Why a verdict on a convergence study is not the expected one; empty where it is. An engine
     that is not installed is no surprise, nor is a verdict on a user's own settings, of which
     nothing is expected, unless the accuracy that was asked for is missed."""
-    if judgement.inaccurate:
+    if judgement.verdict == "inaccurate":
         return INACCURATE
     if method.name == USER_METHOD or judgement.verdict == "missing":
         return ""
@@ -279,12 +148,12 @@ def run_surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
     error is larger; and it may be too large for the theory, or smaller than all steps of a study
     that are. The error of a known limit lies within a factor of two of what its study spans."""
     wanted, short = expected(scene.name, method.name), replace(judgement, cut=True)
-    if judgement.inaccurate:
+    if judgement.verdict == "inaccurate":
         return INACCURATE
     if method.name == USER_METHOD or judgement.verdict in ("pre-asymptotic", "missing"):
         return ""
     passes = {wanted.verdict, wanted.other} & {"pre-asymptotic", "not-converging"}
-    if judgement.verdict == "pass" and passes:
+    if judgement.verdict == "predicted" and passes:
         return ""
     return _verdicts(wanted, short) or _other_size(scene, method, judgement, wanted, run=True)
 
@@ -309,19 +178,19 @@ def _other_size(
     if _changed(scene):
         return ""
     if method.control == "tolerance":
-        held = errors_of_solvers().get((scene.name, method.name), {})
+        held = limits_of(method.name).solvers.get((scene.name, method.name), {})
         return not_those(held, judgement.errors, known_within(method, judgement.versions))
-    if not wanted.limit or judgement.verdict == "pass":
+    if not wanted.limit or judgement.verdict == "predicted":
         return ""
-    known = sizes().get((scene.name, method.name))
-    if known is None and (limit := declared_limit(scene.name, method.name)) is not None:
-        why = "" if run else differs_from(limit.size, judgement.errors)
+    known = limits_of(method.name).sizes.get((scene.name, method.name))
+    if known is None and wanted.size:
+        why = "" if run else differs_from(wanted.size, judgement.errors)
     elif known is None:
         why = "no size of it is known"
     elif run:
-        why = next((known.differs_at(*entry) for entry in judgement.errors.items()), "")
+        why = next((differs_at(known, *entry) for entry in judgement.errors.items()), "")
     else:
-        why = known.differs(judgement.errors, known_within(method, judgement.versions))
+        why = differs(known, judgement.errors, known_within(method, judgement.versions))
     return f"{judgement.verdict}, a known limit, but {why}" if why else ""
 
 
@@ -335,22 +204,12 @@ def _changed(scene: Scene) -> bool:
 
 
 def accurate(judgement: Judgement, within: float) -> Judgement:
-    """The judgement, as `fail` where the relative error of the finest run exceeds `within`."""
+    """The judgement, `inaccurate` where the relative error of the finest run exceeds `within`."""
     if not judgement.errors or judgement.errors[finest := min(judgement.errors)] <= within:
         return judgement
     error = f"the relative error is {judgement.errors[finest]:.2g} at {finest:g}"
     why = f"{error}, and {within:g} was asked for"
-    return replace(judgement, verdict="fail", reason=why, inaccurate=True)
-
-
-def marked(scene: str, method: str, judgement: Judgement) -> str:
-    """The mark beside a verdict: `known`, `unexpected`, or nothing."""
-    try:
-        where, how = find_scene(scene), find_method(method)
-    except ParameterError:  # a scene no longer registered, or user settings
-        return "unexpected" if judgement.inaccurate else ""
-    means = standing(where, how, judgement)
-    return {"unexpected": "unexpected", "known limit": "known"}.get(means, "")
+    return replace(judgement, verdict="inaccurate", reason=why)
 
 
 def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
@@ -360,7 +219,7 @@ def standing(scene: Scene, method: Method, judgement: Judgement) -> Standing:
         return "unexpected"
     if judgement.verdict in ("unsupported", "missing"):
         return "not run"
-    if method.name == USER_METHOD or judgement.verdict == "pass":
+    if method.name == USER_METHOD or judgement.verdict == "predicted":
         return "as expected"
     if expected(scene.name, method.name).limit:
         return "known limit"

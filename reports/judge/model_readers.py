@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import ModelFields
+from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.registry import engines, installed
 from plumbob.engines.study.model_reading import EVERY_FIELD, fields_of, model_file
 from plumbob.engines.workers import Workers
@@ -47,7 +47,7 @@ def read_by(file: Path) -> tuple[Reader, ...]:
         raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
     readers = [Reader(RULE, read=fields_stated(wanted))]
     for engine in engines().values():
-        if engine.name == RULE or engine.model_fields is None or not installed(engine):
+        if engine.name == RULE or engine.ability(ModelReader) is None or not installed(engine):
             continue
         try:
             with Workers(1) as workers:

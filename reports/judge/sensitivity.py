@@ -11,14 +11,16 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from plumbob.analytic.left_open import roundings
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import Measurement, roundings
+from plumbob.engines.study.measurement import Measurement
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Parameters, Scene
+from plumbob.reports.judge.tightness import Noticed
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Judged
 
@@ -54,15 +56,6 @@ class Parameter:
     def changed(self, parameters: Parameters, by: float) -> Mapping[str, Any]:
         """The setting that makes it larger `by` so many of its units."""
         return {self.name: _with(parameters[self.name], self.place, self.value + by * self.unit)}
-
-
-@dataclass(frozen=True)
-class Noticed:
-    """The smallest change that is noticed, and in which run and observable."""
-
-    change: float  # relative to the parameter; in its SI unit where that is zero
-    step: float
-    observable: str
 
 
 @runtime_checkable
@@ -131,9 +124,9 @@ class Sensitivities:
         """For each parameter the smallest change that fails a run of `series`: at some moment it
         moves an observable by more than is allowed there, beside what the run differs by already.
         Without parameters that move nothing that is judged; empty where the verdict is not
-        `pass`."""
+        `predicted`."""
         least: dict[Parameter, Noticed] = {}
-        if judged.whole.verdict != "pass":
+        if judged.whole.verdict != "predicted":
             return least
         for run, verdict in zip(series.measurements, judged.runs, strict=True):
             for name, held in verdict.tolerances.items():

@@ -10,7 +10,7 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Observable
-from plumbob.reports.judge.expectations import standing
+from plumbob.reports.judge.expectations import accurate, standing
 from plumbob.reports.judge.verdict import Judged, judged
 
 
@@ -24,15 +24,17 @@ class StoredObservables:
 Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
 
 
-def judge_study(study: Study) -> Judgements:
-    """The verdicts on everything that a study measured; each run is judged once."""
+def judge_study(study: Study, within: float | None = None) -> Judgements:
+    """The verdicts on everything that a study measured; each run is judged once. Where a relative
+    error `within` is asked for, a method whose finest run misses it fails."""
     methods = {m.name: m for m in study.methods}
     observed = {s.name: StoredObservables(study.observables(s.name)) for s in study.scenes}
     verdicts = {}
     for c in study.convergence:
         result = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
         claims = _of_its_cost(study.costs.get((c.scene, c.method)))
-        judgement = replace(result.whole, claims=claims, versions=study.provenance.versions)
+        judgement = result.whole if within is None else accurate(result.whole, within)
+        judgement = replace(judgement, claims=claims, versions=study.provenance.versions)
         verdicts[c.scene, c.method] = replace(result, whole=judgement)
     return verdicts
 
@@ -46,7 +48,10 @@ def unexpected(study: Study, judgements: Judgements) -> list[str]:
         if (judged := judgements.get((scene.name, method.name))) is not None
         and (
             standing(scene, method, judged.whole) == "unexpected"
-            or (method.name == USER_METHOD and judged.whole.verdict not in ("pass", "converges"))
+            or (
+                method.name == USER_METHOD
+                and judged.whole.verdict not in ("predicted", "converges")
+            )
         )
     ]
 

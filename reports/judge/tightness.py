@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from sys import float_info
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.engines.study.measurement import Measurement, ObservedError, roundings
+from plumbob.analytic.left_open import roundings
+from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import Tolerance
@@ -55,11 +56,32 @@ class Spread:
     worst: float
 
 
+@dataclass(frozen=True)
+class Tightness:
+    """How tight the tolerances of a method are, over all runs that pass and all observables."""
+
+    method: str
+    bound_only: bool
+    held: int  # values
+    rounded: int  # of these those that rounding alone may make, which are left out of `over_use`
+    over_use: Spread | None  # allowed over actual
+    over_scale: Spread | None  # allowed over motion
+
+
+@dataclass(frozen=True)
+class Noticed:
+    """The smallest change of a parameter that is noticed, and in which run and observable."""
+
+    change: float  # relative to the parameter; in its SI unit where that is zero
+    step: float
+    observable: str
+
+
 def slacks(study: Study, judged: Judgements) -> Iterator[Slack]:
     """Every observable that is held to a tolerance in a run that passes."""
     for c in study.convergence:
         for run, verdict in zip(c.measurements, judged[c.scene, c.method].runs, strict=True):
-            if verdict.verdict == "pass":
+            if verdict.verdict == "predicted":
                 for name, held in verdict.tolerances.items():
                     yield _slack(run, name, held)
 
@@ -70,6 +92,21 @@ def spread(ratios: Sequence[float]) -> Spread | None:
         return None
     median, most = np.quantile(ratios, [0.5, 0.9])
     return Spread(float(median), float(most), float(np.max(ratios)))
+
+
+def tightness(every: Iterable[Slack]) -> tuple[Tightness, ...]:
+    """How tight tolerances are, by method: those of predictions, and bounds alone."""
+    by_method: dict[tuple[str, bool], list[Slack]] = {}
+    for slack in every:
+        by_method.setdefault((slack.method, slack.bound_only), []).append(slack)
+    return tuple(_tightness(*key, of) for key, of in by_method.items())
+
+
+def _tightness(method: str, bound_only: bool, of: Sequence[Slack]) -> Tightness:
+    telling = [slack.over_use for slack in of if not slack.rounded]
+    over_scale = [ratio for slack in of if (ratio := slack.over_scale) is not None]
+    rounded = len(of) - len(telling)
+    return Tightness(method, bound_only, len(of), rounded, spread(telling), spread(over_scale))
 
 
 def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
@@ -87,5 +124,5 @@ def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
 def _round_off(error: ObservedError, steps: int) -> float:
     """Of an observable that stays zero, which rounds to nothing: one in the last place of its
     unit."""
-    least = error.uncertainty if error.scale > 0.0 else max(error.uncertainty, ULP)
-    return least * roundings(steps)
+    unit = 0.0 if error.scale > 0.0 else float_info.epsilon
+    return max(error.uncertainty, unit) * roundings(steps)

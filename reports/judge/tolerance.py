@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
+from sys import float_info
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
-from plumbob.analytic.errors.theory import reaches
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.schemes import ADAPTIVE
+from plumbob.analytic.theory import reaches
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError, floor, rounding
 from plumbob.models.scene import Quantity
@@ -161,7 +161,7 @@ def round_off(run: Measurement, name: str, units: Mapping[str, str]) -> float:
     error, every = run.errors[name], run.errors
     alike = max(e.scale for n, e in every.items() if units.get(n) == units.get(name))
     scale = alike if error.scale else max(e.scale for e in every.values())
-    doubt = max(error.uncertainty, ULP * scale)
+    doubt = max(error.uncertainty, float_info.epsilon * scale)
     return floor(replace(error, model={}, uncertainty=doubt), run.steps)
 
 

@@ -22,12 +22,12 @@ from plumbob.engines.study.measurement import (
 )
 from plumbob.models.scene import Observable, Quantity
 from plumbob.reports.judge.converging import convergence
+from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
-from plumbob.reports.judge.unjudged import declared, undeclared
 
 Verdict = Literal[
-    "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "unsupported",
-    "missing", "pre-asymptotic",
+    "predicted", "converges", "off-prediction", "inaccurate", "not-converging", "diverged",
+    "cut-short", "unsupported", "missing", "pre-asymptotic",
 ]  # fmt: skip
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
@@ -50,7 +50,6 @@ class Judgement:
     """Observables that no tolerance is held to though others have one, and why."""
     errors: Mapping[float, float] = field(default_factory=dict)
     """Relative errors of the runs that were made, by step [s], of the quantities of interest."""
-    inaccurate: bool = False  # the accuracy that a user asked for is missed
     claims: str = ""  # what the engine says of its runs that is not so
     drawn: Judgement | None = None  # of the run at a step that nobody listed
     versions: Mapping[str, str] | None = None
@@ -144,9 +143,9 @@ class _Run:
         """Observables without a tolerance where others have one, each with the reason."""
         if self.found.status != "done" or not self.tolerances:
             return {}
-        known = declared(self.found.scene, self.found.method)
+        known = not_read(self.found.scene, self.found.method)
         return {
-            name: known[name].reason if name in known else self._silent(name)
+            name: known[name] if name in known else self._silent(name)
             for name in self.units
             if name not in self.tolerances
         }
@@ -172,12 +171,12 @@ def _leaves_out(run: _Run) -> Judgement | None:
 
 
 def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
-    missing = [name for name in observables if name not in run.errors]
-    names = undeclared(run.scene, run.method, missing, left_out=True)
+    declared = not_read(run.scene, run.method)
+    names = [name for name in observables if name not in run.errors and name not in declared]
     if run.status != "done":
         return None
     why = f"{LEAVES_OUT} {', '.join(names)}" if names else starts_off(run)
-    return Judgement("fail", {}, why) if why else None
+    return Judgement("off-prediction", {}, why) if why else None
 
 
 def _leads_elsewhere(run: _Run) -> Judgement | None:
@@ -199,7 +198,7 @@ def _beyond_tolerance(run: _Run) -> Judgement | None:
     """An error above its bound, or off a prediction to the last digit, fails."""
     for name, bound in run.tolerances.items():
         if (why := exceeded(run.found, name, bound, run.units)) is not None:
-            return Judgement("fail", run.tolerances, f"the error of {name} is {why}")
+            return Judgement("off-prediction", run.tolerances, f"the error of {name} is {why}")
     return None
 
 
@@ -230,7 +229,7 @@ def _no_theory(run: _Run) -> Judgement | None:
 
 
 def _within(run: _Run) -> Judgement:
-    return Judgement("pass", run.tolerances, "")
+    return Judgement("predicted", run.tolerances, "")
 
 
 _RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
@@ -319,7 +318,7 @@ def _without_theory(several: _Runs) -> Judgement | None:
 
 def _fails(several: _Runs) -> Judgement | None:
     """A failed run fails the method; where no step helps, it does not converge."""
-    failed = several.first("fail")
+    failed = several.first("off-prediction")
     if failed is None or several.flat is None:
         return failed
     return Judgement("not-converging", failed.tolerances, several.flat)
@@ -334,32 +333,34 @@ def _stays(several: _Runs) -> Judgement | None:
 
 
 def _claims_too_much(several: _Runs) -> Judgement | None:
-    """To pass, every observable is judged in some run, or declared to be judged in none; and what
-    is declared so is not judged after all."""
-    passed = next((run for run in reversed(several.runs) if run.verdict == "pass"), None)
+    """To pass, every observable that the engine gives is judged in some run; and none is that it
+    is declared not to give."""
+    passed = next((run for run in reversed(several.runs) if run.verdict == "predicted"), None)
     if passed is None:
         return None
-    scene, method = several.found[0].scene, several.found[0].method
     names = [n for n in several.observables if any(n in m.errors for m in several.found)]
-    silent = undeclared(scene, method, (n for n in names if n in several.unjudged), left_out=False)
+    silent = [name for name in names if name in several.unjudged]
     if silent:
         why = several.unjudged[silent[0]]
-        return Judgement("fail", passed.tolerances, f"{', '.join(silent)}: not judged, {why}")
-    judged = [name for name in declared(scene, method) if name not in several.unjudged]
+        return Judgement(
+            "off-prediction", passed.tolerances, f"{', '.join(silent)}: not judged, {why}"
+        )
+    declared = not_read(several.found[0].scene, several.found[0].method)
+    judged = [name for name in declared if name not in several.unjudged]
     if judged:
         why = f"{', '.join(judged)}: judged, and declared to be not"
-        return Judgement("fail", passed.tolerances, why)
+        return Judgement("off-prediction", passed.tolerances, why)
     return None
 
 
 def _passes(several: _Runs) -> Judgement | None:
     """The finest run that passes stands for all, unless its model-error bound is too wide."""
     pairs = zip(several.found, several.runs, strict=True)
-    passed = [(m, run) for m, run in pairs if run.verdict == "pass"]
+    passed = [(m, run) for m, run in pairs if run.verdict == "predicted"]
     if not passed:
         return None
     why = too_wide(passed[-1][0], several.quantities)
-    return Judgement("fail", passed[-1][1].tolerances, why) if why else passed[-1][1]
+    return Judgement("off-prediction", passed[-1][1].tolerances, why) if why else passed[-1][1]
 
 
 def _no_step_fits(several: _Runs) -> Judgement | None:

@@ -28,7 +28,6 @@ all numbers as `numbers`.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -37,7 +36,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
-from plumbob.engines.study.codec import from_json
 from plumbob.engines.study.results import Analysed
 from plumbob.reports.view import notation, palette, traces
 from plumbob.reports.view.content import (
@@ -62,7 +60,7 @@ KEY = re.compile(r"([a-z][a-z ]*): ?")
 HELD = re.compile(r"\x02(\d+)\x03")  # the place of a part that is no text
 BAR = re.compile(r"(?<!\\)\|")
 UNITS = MappingProxyType(
-    {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6}
+    {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6, "kW": 1e-3}
 )
 
 
@@ -92,8 +90,6 @@ def findings_of(analysis: Analysed) -> tuple[Finding, ...]:
     of stored numbers; raises jinja2.UndefinedError where the template needs numbers that are not
     stored, and TextError."""
     claims = tuple(Claim(text, holds) for text, holds in analysis.claims)
-    if not analysis.template:
-        return (from_json(json.dumps(analysis.numbers), Finding),)
     return written(analysis.template, analysis.numbers, claims)
 
 
@@ -221,6 +217,9 @@ def _environment() -> Environment:
         "percent": notation.percent,  # 12 %: a whole number of them
         "short": notation.short,  # 1e-4: a step
         "seconds": notation.seconds,  # 12 ms
+        "metres": notation.metres,  # 1.2 mm, two digits
+        "duration": notation.duration,  # 2 ms
+        "in_cell": lambda text: BAR.sub(r"\\|", text),  # whose bars end no cell
         "plural": notation.plural,  # 3 feet
         "unit": in_unit,  # 12 µm
         "scene": lambda name: name.partition("/")[2],

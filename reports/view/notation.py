@@ -56,6 +56,23 @@ def seconds(value: float) -> str:
     return f"{number(value / 1e-9)} ns"
 
 
+def metres(value: float) -> str:
+    """A length [m] with two digits, in the unit that suits it."""
+    if not math.isfinite(value):
+        return "diverged"
+    for unit, size in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
+        if value >= 0.9995 * size:
+            return f"{float(f'{value / size:.2g}'):g} {unit}"
+    return f"{value:.1e} m" if value else "0"
+
+
+def duration(value: float) -> str:
+    """A time step [s] in the unit that suits it."""
+    if value >= 1.0:
+        return f"{value:.3g} s"
+    return f"{1e3 * value:.3g} ms" if value >= 1e-3 else f"{1e6 * value:.3g} µs"
+
+
 def real_time_factor(ns_per_second: float) -> str:
     """Simulated time over wall time, of a cost [ns per simulated second]."""
     return number(1e9 / ns_per_second) if ns_per_second > 0 else "–"

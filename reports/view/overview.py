@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.advice.recommend import DEFAULT_METHOD, Choice, Recommendation, cheapest
-from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.advice.recommend import DEFAULT_METHOD, Choice, Recommendation
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Finding, StatementVerdict, Table, row
 
 # Relative, and as they are written.
 ERRORS = ((0.1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %"), (1e-4, "1e-4"), (1e-6, "1e-6"))
+
+Advice = Sequence[Recommendation]  # for each of these errors; empty where nothing was timed
 
 # The sources in the order of the table, each with its places in the order of its text.
 PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType({
@@ -46,13 +47,13 @@ def anchor(scene: str) -> str:
     return scene.replace("/", "-")
 
 
-def recommendations(study: Study, judged: Judgements) -> Table | None:
+def recommendations(study: Study, by_scene: Mapping[str, Advice]) -> Table | None:
     """The cheapest method for each wanted error, a row a scene; None where nothing was timed."""
     if not study.costs:
         return None
     rows = []
     for scene in study.scenes:
-        answers = [cheapest(study, scene.name, error, judged) for error, _ in ERRORS]
+        answers = by_scene[scene.name]
         unit = f"{answers[0].observable} [{answers[0].unit}]"
         name = Cell(scene.name, "scene", scene.summary, anchor(scene.name))
         default = next(iter(answers[0].defaults), None)
@@ -75,13 +76,12 @@ def recommendations(study: Study, judged: Judgements) -> Table | None:
                  tuple(rows), note, folded=True)  # fmt: skip
 
 
-def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table | None:
+def scene_recommendations(advice: Advice) -> Table | None:
     """The same for one scene, with runner-up, and what MuJoCo's default step gives."""
-    if not study.costs:
+    if not advice:
         return None
     rows = []
-    for error, name in ERRORS:
-        answer = cheapest(study, scene, error, judged)
+    for (_, name), answer in zip(ERRORS, advice, strict=True):
         wanted = Cell(name, "number", f"{notation.number(answer.absolute)} {answer.unit}")
         if answer.choice is None:
             best = answer.best
@@ -106,7 +106,7 @@ def scene_recommendations(study: Study, scene: str, judged: Judgements) -> Table
                 _surrogate(answer.surrogate),
             )
         )
-    first = cheapest(study, scene, ERRORS[0][0], judged)
+    first = advice[0]
     note = "".join(
         f"The error of MuJoCo with default settings ({_said(c)} real time) is "
         f"{notation.relative(c.error)}, of {first.observable} at most "

@@ -9,15 +9,14 @@ import numpy as np
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
-from plumbob.models.registry import case_of, system_of
-from plumbob.models.scene import Scene, System
+from plumbob.engines.study.results import Observables
+from plumbob.models.scene import Observable
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.advice.work_precision import Point, front
-from plumbob.reports.judge.verdict import Judged
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import COLOURS, GREY, Style
-from plumbob.reports.view.tables import budgeted
+from plumbob.reports.view.records import Motion, PairVerdict
 from plumbob.reports.view.traces import (
     Trace,
     curve,
@@ -29,7 +28,6 @@ from plumbob.reports.view.traces import (
 )
 
 SEEN = 0.01  # of a tolerance: smaller terms are drawn together
-PERIODS = 15  # of a motion that a plot can show
 GREEK = (
     ("theta", "θ"),
     ("theta_dot", "dθ/dt"),
@@ -44,36 +42,34 @@ def symbol(name: str) -> str:
 
 
 def scene_figures(
-    scene: Scene,
+    observables: Observables,
     convergence: Sequence[ConvergenceStudy],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
-    points: Sequence[Point],
-    absolute: Mapping[tuple[str, float], str],
+    motion: Motion,
+    against_cost: Figure,
 ) -> tuple[Figure, ...]:
-    """All figures of one scene, with its relative errors `points` and the same in SI units as text;
-    what was not measured leaves its figure out."""
-    system = system_of(scene)
+    """All figures of one scene, that of errors against cost first; what was not measured leaves its
+    figure out."""
     stepped = [c for c in convergence if methods[c.method].control == "step"]
     figures = [
-        error_against_cost(points, absolute, methods, styles),
-        error_against_step(system, stepped, styles),
-        errors_over_time(system, convergence, methods, styles),
-        exact_motion(system, scene),
+        against_cost,
+        error_against_step(observables[0], stepped, styles),
+        errors_over_time(observables[0], convergence, methods, styles),
+        exact_motion(observables, motion),
         *drifts(stepped, styles),
     ]
     return tuple(f for f in figures if f is not None and f.traces)
 
 
 def errors_over_time(
-    system: System,
+    leading: Observable,
     convergence: Sequence[ConvergenceStudy],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
 ) -> Figure:
     """Magnitude of the error of the leading observable over the run, each method at its finest
     step."""
-    leading = system.observables[0]
     traces = [
         curve(
             c.trace.times,
@@ -95,25 +91,20 @@ def errors_over_time(
     )
 
 
-def exact_motion(system: System, scene: Scene) -> Figure:
+def exact_motion(observables: Observables, motion: Motion) -> Figure:
     """The exact leading observable, and the second one on an axis of its own."""
-    case = case_of(scene)
-    period = system.facts(case.problem).get("period") or np.inf
-    shown = min(scene.duration, PERIODS * period)
-    times = np.linspace(0.0, shown, 240)
-    observed = case.reference.observe(times)
-    leading, *more = system.observables
+    leading, *more = observables
     title = f"{symbol(leading.name)} [{leading.unit}]"
-    traces = [curve(times, observed[leading.name], colour="#0072b2", name=symbol(leading.name))]
-    if more:
-        second = more[0]
-        other = curve(times, observed[second.name], colour="#e69f00", dash="dash",
+    first, *others = motion.channels
+    traces = [curve(motion.times, first, colour="#0072b2", name=symbol(leading.name))]
+    for second, values in zip(more[:1], others, strict=True):
+        other = curve(motion.times, values, colour="#e69f00", dash="dash",
                       name=symbol(second.name))  # fmt: skip
         traces.append({**other, "yaxis": "y2"})
     drawn = figure(
         "The exact motion",
         "What every method is compared with"
-        + ("." if shown == scene.duration else f": the first {PERIODS} periods."),
+        + (f": the first {motion.periods} periods." if motion.periods else "."),
         traces,
         linear("time [s]"),
         linear(title),
@@ -127,10 +118,9 @@ def exact_motion(system: System, scene: Scene) -> Figure:
 
 
 def error_against_step(
-    system: System, convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
+    leading: Observable, convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
 ) -> Figure:
     """Largest error against the step, and the predicted one, dashed."""
-    leading = system.observables[0]
     traces: list[Trace] = []
     for c in convergence:
         done = [m for m in _done(c) if leading.name in m.errors]
@@ -256,29 +246,28 @@ def _margin(speed: float) -> Mapping[str, object]:
 
 
 def budget_bars(
-    system: System,
+    leading: Observable,
     convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, Judged],
+    judged: Mapping[str, PairVerdict],
     methods: Mapping[str, Method],
     shown: Sequence[str],
 ) -> Figure | None:
     """The terms of the tolerance of one run of each of the `shown` methods, as stacked bars: of the
     allowed difference from the predicted error, or without a prediction, of the bound. None where
     none of them has a tolerance."""
-    observable, parts, bars = system.observables[0], dict[str, dict[int, float]](), list[str]()
-    for c in convergence:
-        held = budgeted(c, judged[c.method]) if c.method in shown else None
-        bound = held[1].tolerances.get(observable.name) if held else None
-        if held is None or bound is None:
+    parts, bars = dict[str, dict[int, float]](), list[str]()
+    for c in (c for c in convergence if c.method in shown):
+        verdict = judged[c.method]
+        held = next((b for b in verdict.budgets if b.observable == leading.name), None)
+        if held is None:
             continue
-        predicted = held[0].errors[observable.name].predicted
-        terms = bound.terms[1:] if predicted and len(bound.terms) > 1 else bound.terms
+        terms = held.tolerance.terms
+        if held.predicted and len(terms) > 1:
+            terms = terms[1:]
         if not (total := sum(term.value for term in terms)) > 0.0:
             continue
-        what = f"±{notation.number(total, 2)} {observable.unit}"
-        bars.append(
-            f"{c.method}<br>{notation.step(held[0].step, methods[c.method].control)}, {what}"
-        )
+        at = notation.step(verdict.budget_step, methods[c.method].control)
+        bars.append(f"{c.method}<br>{at}, ±{notation.number(total, 2)} {leading.unit}")
         for term in terms:
             named = (
                 term.name.removeprefix("regularisation: ")
@@ -299,7 +288,7 @@ def budget_bars(
     )  # fmt: skip
     axis, legend = 50, 24 * len(parts)  # [px]; a legend that moves margins may be laid out forever
     return Figure(
-        f"What the tolerance of {symbol(observable.name)} is made of",
+        f"What the tolerance of {symbol(leading.name)} is made of",
         "One run of each method: by what its largest error may differ from the predicted one, or "
         "without a prediction, how large it may be. Reasons stand in the table of the budget.",
         traces,

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from plumbob.engines.method import Settings, Snippet
-from plumbob.engines.registry import engine_of, method
-from plumbob.engines.study.results import Study
+from plumbob.engines.abilities import Settings, Snippet
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 
-SHOWN = (  # methods, what for, and the step [s] to write the settings for
-    ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo", 1e-3),
-    ("mujoco/rk4", "A robot without contacts in MuJoCo", 1e-3),
-    ("pymunk/feet", "A body that slides in pymunk, seen from above", 1e-3),
+SHOWN = (  # methods, and what for
+    ("mujoco/euler+coulomb", "A robot with contacts in MuJoCo"),
+    ("mujoco/rk4", "A robot without contacts in MuJoCo"),
+    ("pymunk/feet", "A body that slides in pymunk, seen from above"),
 )
-FRICTION = 0.3  # coefficient in the text, as `plumbob settings` has it by default
 
 
 @dataclass(frozen=True)
@@ -34,29 +31,17 @@ class Pasted:
             yield "Python", snippet.python
 
 
-def pasted(study: Study) -> tuple[Pasted, ...]:
-    """The settings to show for the engines that are in the study."""
-    engines = {m.engine for m in study.methods}
-    return tuple(
-        written_for(name, step, title) for name, title, step in SHOWN if _writes(name, engines)
-    )
+def pasted(settings: Mapping[str, Settings]) -> tuple[Pasted, ...]:
+    """The settings to show of those that a study has, by method."""
+    return tuple(to_copy(settings[name], title) for name, title in SHOWN if name in settings)
 
 
-def written_for(name: str, step: float, title: str, cost: str = "") -> Pasted:
-    """The settings of a method, of an engine that writes some, at a step [s]; a study's own `cost`
-    of a step, in steps of MuJoCo's default method, takes the place of the usual one."""
-    chosen = method(name)
-    write = engine_of(chosen).settings_text
-    assert write is not None, name
-    command = f"plumbob settings {name} --step {step:g}"
-    settings = write(chosen, step, None, FRICTION)
+def to_copy(settings: Settings, title: str, cost: str = "") -> Pasted:
+    """Settings under a title; a study's own `cost` of a step, in steps of MuJoCo's default method,
+    takes the place of the usual one."""
+    command = f"plumbob settings {settings.method} --step {settings.step:g}"
     if cost:
         words = f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
         snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
         settings = replace(settings, snippets=snippets)
     return Pasted(title, command, settings)
-
-
-def _writes(name: str, engines: set[str]) -> bool:
-    chosen = method(name)
-    return chosen.engine in engines and engine_of(chosen).settings_text is not None

@@ -3,59 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy, timed_run
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.order import Order
-from plumbob.models.registry import case_of
-from plumbob.models.scene import Scene, System
-from plumbob.reports.judge.expectations import expected, marked
-from plumbob.reports.judge.tolerance import Tolerance, exceeded
-from plumbob.reports.judge.verdict import Judged, Judgement
+from plumbob.engines.study.results import Observables
+from plumbob.models.scene import Observable, Scene
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.records import Budget, PairVerdict, RunVerdict
 
 Costs = Mapping[str, Cost]  # by method
-BAD = ("fail", "not-converging", "diverged", "cut-short")
 
 
-def verdict_cell(scene: str, method: str, judged: Judgement, link: str = "") -> Cell:
+def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
     """A verdict, coloured, and marked as known limit or as unexpected."""
-    wanted = expected(scene, method)
     text, hint = (
         judged.verdict.replace("-", " "),
         judged.reason or "as predicted, or within its bound",
     )
-    if mark := marked(scene, method, judged):
-        text += f" ({mark})"
-        hint += f"; expected {wanted.verdict}"
-        hint += f": {wanted.reason}" if wanted.reason else ""
-    kind = f"{judged.verdict} surprise" if mark == "unexpected" else judged.verdict
+    if judged.mark:
+        text += f" ({judged.mark})"
+        hint += f"; expected {judged.expected}"
+        hint += f": {judged.declared}" if judged.declared else ""
+    kind = f"{judged.verdict} surprise" if judged.mark == "unexpected" else judged.verdict
     return Cell(text, kind, hint, link)
 
 
 def summary(
-    system: System,
+    observables: Observables,
     convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, Judged],
+    judged: Mapping[str, PairVerdict],
     methods: Mapping[str, Method],
 ) -> Table:
     """Verdict of each method, and its errors and drift at the finest step."""
     invariants = dict.fromkeys(n for c in convergence for m in c.measurements for n in m.invariants)
     rows = []
     for c in convergence:
-        verdict = verdict_cell(c.scene, c.method, judged[c.method].whole)
+        verdict = verdict_cell(judged[c.method])
         finest = next((m for m in reversed(c.measurements) if m.status == "done"), None)
-        reason = Cell(judged[c.method].whole.reason, "reason")
+        reason = Cell(judged[c.method].reason, "reason")
         if finest is None:
-            blank = [""] * (1 + len(system.observables) + len(invariants))
+            blank = [""] * (1 + len(observables) + len(invariants))
             rows.append(row(Cell(c.method, "method"), verdict, *blank, reason))
             continue
         errors = [
             _number(finest.errors[o.name].largest) if o.name in finest.errors else ""
-            for o in system.observables
+            for o in observables
         ]
         kept = [_number(finest.invariants[n]) if n in finest.invariants else "" for n in invariants]
         at = Cell(notation.step(finest.step, methods[c.method].control), "number")
@@ -64,7 +61,7 @@ def summary(
         "method",
         "verdict",
         "finest step",
-        *(f"error of {o.name} [{o.unit}]" for o in system.observables),
+        *(f"error of {o.name} [{o.unit}]" for o in observables),
         *(f"drift of {n}" for n in invariants),
         "reason",
     )
@@ -149,18 +146,18 @@ def cost(
 
 
 def every_run(
-    system: System,
+    observables: Observables,
     convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, Judged],
+    judged: Mapping[str, PairVerdict],
     methods: Mapping[str, Method],
 ) -> Table:
     """Largest error of the leading observable of every run, with its verdict."""
-    leading = system.observables[0]
+    leading = observables[0]
     most = max((len(c.measurements) for c in convergence), default=0)
     rows = []
     for c in convergence:
         cells = [
-            _run(m, j, methods[c.method], leading.name)
+            _run(m, j, methods[c.method], leading)
             for m, j in zip(c.measurements, judged[c.method].runs, strict=True)
         ]
         rows.append(row(Cell(c.method, "method"), *cells, *[""] * (most - len(cells))))
@@ -171,32 +168,30 @@ def every_run(
 
 
 def budgets(
-    system: System,
+    observables: Observables,
     convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, Judged],
+    judged: Mapping[str, PairVerdict],
     methods: Mapping[str, Method],
 ) -> Table | None:
     """The tolerance of one run of each method, term by term: the first that fails, else the
     finest that is judged."""
-    rows = []
+    units, rows = {o.name: o.unit for o in observables}, []
     for c in convergence:
-        if (held := budgeted(c, judged[c.method])) is None:
+        verdict, name = judged[c.method], Cell(c.method, "method")
+        if not verdict.budgets and not verdict.unjudged:
             continue
-        m, j = held
-        shown = [system.observables[0].name] if j.verdict != "fail" else list(j.tolerances)
-        for name, bound in ((n, b) for n, b in j.tolerances.items() if n in shown):
-            error = m.errors[name].largest
-            head = f"{name}, error {notation.number(error)} {bound.unit}"
-            total = Cell(notation.number(bound.bound), "number total")
-            verdict = Cell(_within(system, m, name, bound), "total")
-            at = Cell(notation.step(m.step, methods[c.method].control), "number")
-            rows.append(row(Cell(c.method, "method"), at, head, total, "", verdict))
-            for term in bound.terms:
+        at = Cell(notation.step(verdict.budget_step, methods[c.method].control), "number")
+        for held in verdict.budgets:
+            head = (
+                f"{held.observable}, error {notation.number(held.error)} {units[held.observable]}"
+            )
+            total = Cell(notation.number(held.tolerance.bound), "number total")
+            rows.append(row(name, at, head, total, "", Cell(_within(held), "total")))
+            for term in held.tolerance.terms:
                 value = Cell(notation.number(term.value), "number")
                 rows.append(row("", "", "", value, term.name, Cell(term.reason, "reason")))
-        for name, why in judged[c.method].whole.unjudged.items():
-            cells = ("", name, "", "not judged", Cell(why, "reason"))
-            rows.append(row(Cell(c.method, "method"), *cells))
+        for unjudged, why in verdict.unjudged.items():
+            rows.append(row(name, "", unjudged, "", "not judged", Cell(why, "reason")))
     if not rows:
         return None
     heads = ("method", "step", "observable", "bound", "term", "reason")
@@ -209,30 +204,19 @@ def budgets(
     return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
 
 
-def budgeted(series: ConvergenceStudy, judged: Judged) -> tuple[Measurement, Judgement] | None:
-    """The run whose tolerance is shown: the first that fails, else the finest that is judged; None
-    where no run has a tolerance."""
-    held = [(m, j) for m, j in zip(series.measurements, judged.runs, strict=True) if j.tolerances]
-    if not held:
-        return None
-    return next((pair for pair in held if pair[1].verdict == "fail"), held[-1])
-
-
-def _within(system: System, run: Measurement, name: str, bound: Tolerance) -> str:
-    units = {o.name: o.unit for o in system.observables}
-    if (why := exceeded(run, name, bound, units)) is None:
+def _within(held: Budget) -> str:
+    if not held.exceeded:
         return "the sum: within"
-    larger = run.errors[name].largest > bound.bound
-    return "the sum: EXCEEDED" if larger else f"the sum: within, but EXCEEDED: {why}"
+    larger = held.error > held.tolerance.bound
+    return "the sum: EXCEEDED" if larger else f"the sum: within, but EXCEEDED: {held.exceeded}"
 
 
-def parameters(system: System, scene: Scene) -> Table:
+def parameters(scene: Scene, facts: Mapping[str, Any]) -> Table:
     """The scene's parameters and what is exactly known of it, to the last digit."""
-    rows = [row(name, Cell(_plain(value), "number")) for name, value in scene.parameters.items()]
-    rows += [
-        row(name.replace("_", " "), Cell(_plain(value), "number"))
-        for name, value in system.facts(case_of(scene).problem).items()
-        if isinstance(value, (int, float, str)) and value != ""
+    known = {name.replace("_", " "): value for name, value in facts.items()}
+    rows = [
+        row(name, Cell(_plain(value), "number"))
+        for name, value in (*scene.parameters.items(), *known.items())
     ]
     caption = "Parameters (SI), and what is exactly known"
     return Table(caption, ("name", "value"), tuple(rows), scene.source, folded=True)
@@ -242,20 +226,20 @@ def _plain(value: object) -> str:
     return f"{value:.17g}" if isinstance(value, float) else str(value)
 
 
-def _run(run: Measurement, judged: Judgement, method: Method, leading: str) -> Cell:
+def _run(run: Measurement, judged: RunVerdict, method: Method, leading: Observable) -> Cell:
     at = notation.step(run.step, method.control)
     if run.status != "done":
         return Cell(run.status, judged.verdict, f"{at}: {run.reason}")
     hint = f"{at}: {judged.reason or judged.verdict}"
-    if leading not in run.errors:
+    if leading.name not in run.errors:
         return Cell("–", f"{judged.verdict} number", hint)
-    error = run.errors[leading]
-    if bound := judged.tolerances.get(leading):
-        allowed, what = bound.bound, "allowed"
+    error = run.errors[leading.name]
+    if judged.bound is not None:
+        allowed, what = judged.bound, "allowed"
         if (predicted := error.predicted) is not None and error.left_open is not None:
             allowed = error.left_open
             what = f"{notation.number(predicted.difference)} off its prediction, allowed"
-        hint += f"; {what} {notation.number(allowed)} {bound.unit}"
+        hint += f"; {what} {notation.number(allowed)} {leading.unit}"
     return Cell(notation.number(error.largest), f"{judged.verdict} number", hint)
 
 

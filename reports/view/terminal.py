@@ -66,8 +66,8 @@ def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]
         verdicts[judgement.verdict] += 1
     runs = sum(m.status in ("done", "diverged") for c in study.convergence for m in c.measurements)
     counted = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common())
-    if verdicts["pass"]:
-        yield "pass: understood, the error is what theory predicts; how large it is stands beside"
+    if verdicts["predicted"]:
+        yield "predicted: the error is what theory predicts; how large it is stands beside"
     judgements = notation.plural(verdicts.total(), "verdict")
     yield f"{notation.plural(runs, 'run')}, {judgements}: {counted}"
     limits = notation.plural(means["known limit"], "known limit")

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.study.results import Study
-from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.tightness import ROUND_OFFS, Slack, Spread, slacks, spread
+from plumbob.reports.judge.tightness import ROUND_OFFS, Spread, Tightness
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 
@@ -16,12 +14,9 @@ HEADS = (
 )  # fmt: skip
 
 
-def tables(study: Study, judged: Judgements) -> tuple[Table, ...]:
+def tables(every: Sequence[Tightness]) -> tuple[Table, ...]:
     """One table of methods whose error is predicted, and one of those whose error has a bound
     alone."""
-    every = list(slacks(study, judged))
-    predicted = [slack for slack in every if not slack.bound_only]
-    bounded = [slack for slack in every if slack.bound_only]
     apart = f"Values within {ROUND_OFFS:g} times the round-off level are counted apart."
     parts = (
         _table(
@@ -29,36 +24,30 @@ def tables(study: Study, judged: Judgements) -> tuple[Table, ...]:
             "Over all runs that pass, and all observables that are judged: by how much measured "
             "and predicted error may differ, over the actual difference and over the motion. "
             f"{apart}",
-            predicted,
+            [tightness for tightness in every if not tightness.bound_only],
         ),
         _table(
             "How tight the tolerances are: adaptive solvers and closed forms",
             "Their errors have a bound and no prediction: bound over error, and over the motion. "
             f"{apart}",
-            bounded,
+            [tightness for tightness in every if tightness.bound_only],
         ),
     )
     return tuple(table for table in parts if table is not None)
 
 
-def _table(caption: str, note: str, every: Sequence[Slack]) -> Table | None:
-    if not every:
-        return None
-    rows = []
-    for method in dict.fromkeys(slack.method for slack in every):
-        of_method = [slack for slack in every if slack.method == method]
-        telling = [slack for slack in of_method if not slack.rounded]
-        over_scale = [ratio for slack in of_method if (ratio := slack.over_scale) is not None]
-        rows.append(
-            row(
-                Cell(method, "method"),
-                Cell(str(len(of_method)), "number"),
-                Cell(str(len(of_method) - len(telling)), "number"),
-                *_cells(spread([slack.over_use for slack in telling])),
-                *_cells(spread(over_scale)),
-            )
+def _table(caption: str, note: str, every: Sequence[Tightness]) -> Table | None:
+    rows = tuple(
+        row(
+            Cell(of.method, "method"),
+            Cell(str(of.held), "number"),
+            Cell(str(of.rounded), "number"),
+            *_cells(of.over_use),
+            *_cells(of.over_scale),
         )
-    return Table(caption, HEADS, tuple(rows), note, folded=True)
+        for of in every
+    )
+    return Table(caption, HEADS, rows, note, folded=True) if rows else None
 
 
 def _cells(spread: Spread | None) -> tuple[Cell, ...]:

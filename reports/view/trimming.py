@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.engines.method import Method, Trimming, meant
+from plumbob.engines.abilities import Trimming
+from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import StudyPlan, TrimmingRun
 from plumbob.engines.study.results import Study
@@ -52,9 +53,9 @@ def trimming(study: Study, scene: Scene) -> Table | None:
                 for ns in _as_in_the_study(timed, study.costs.get((scene.name, method)))
             ),
             Cell(f"{100 * timed.saved:.0f} %", "number"),
-            Cell("identical to the last bit", "pass")
+            Cell("identical to the last bit", "predicted")
             if timed.identical
-            else Cell("differs", "fail"),
+            else Cell("differs", "off-prediction"),
         )
         for method, timed in done
     )

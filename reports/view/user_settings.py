@@ -11,10 +11,11 @@ from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
 from plumbob.reports.view.overview import anchor
+from plumbob.reports.view.records import Verdicts
 from plumbob.reports.view.tables import verdict_cell
 
 
-def table(results: Sequence[UserResult]) -> Table | None:
+def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
     """Your settings, a row a scene; None in a study without any."""
     rows = []
     for result in results:
@@ -29,7 +30,7 @@ def table(results: Sequence[UserResult]) -> Table | None:
                 f"{result.observable} [{result.unit}]",
                 Cell(_error(result), "number"),
                 Cell(_finest(result), "number"),
-                verdict_cell(result.scene, USER_METHOD, result.judgement, anchor(result.scene)),
+                verdict_cell(verdicts[result.scene, USER_METHOD], anchor(result.scene)),
                 Cell(notation.times_real(result.ns_per_second), "number"),
                 *cells,
             )
@@ -59,7 +60,7 @@ def lines(results: Sequence[UserResult]) -> list[str]:
             f"{result.scene}: {result.observable} with your settings at {result.step:g} s",
             f"  {'error':<18} {_error(result)} {result.unit}"
             + (f"; {smaller}" if smaller else "")
-            + f"; {result.judgement.verdict}",
+            + f"; {result.verdict}",
         ]
         for head, kind in (
             ("at equal accuracy", result.at_equal_accuracy),

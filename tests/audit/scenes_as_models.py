@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.own_motion import Script
@@ -90,7 +91,8 @@ def pendulum(integrator: str = "Euler") -> Any:
 
 def ready(model: Any, keyframe: int | None = None) -> MujocoModel:
     """A model, or a file, as the engine gets it ready."""
-    assert ENGINE.own_model is not None
-    found = ENGINE.own_model(model, keyframe)
+    models = ENGINE.ability(UserModels)
+    assert models is not None
+    found = models.model(model, keyframe)
     assert isinstance(found, MujocoModel)
     return found

@@ -15,7 +15,7 @@ from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.reports.view.audit.text import rows
+from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.test_audit_caught import parts_of
 
 BUDGET = 60.0  # [s], far more than these take
@@ -131,7 +131,7 @@ class EndsSoon(ContinuousField):
 
 def audit_of(own: MujocoModel, control: str) -> tuple[Audit, dict[str, str]]:
     found = audited(own, script(own, control, DURATION), control, BUDGET)
-    return found, dict(rows(found))
+    return found, dict(rows(answered(found)))
 
 
 def test_a_field_with_the_step_is_no_reference_and_says_so() -> None:

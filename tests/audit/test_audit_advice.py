@@ -30,7 +30,7 @@ from plumbob.engines.audit.steps import (
 from plumbob.engines.method import Stepping
 from plumbob.engines.study import cost as cost_module
 from plumbob.engines.study.cost import Cost
-from plumbob.reports.view.audit.text import rows, to_do
+from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
 
 
@@ -38,6 +38,10 @@ from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, pendulum, ready
 def _found() -> Audit:
     model = ready(pendulum())
     return audited(model, script(model, duration=0.4), "rest", 20.0, time.process_time)
+
+
+def to_do(found: Audit) -> str:
+    return dict(rows(answered(found)))["to do"]
 
 
 def choosing(found: Audit, *chosen: Cheapest) -> str:
@@ -235,7 +239,7 @@ def test_halving_says_what_the_reference_tells(
     steps = tuple(run(0.01 / 2**k, error, 1.0) for k, error in enumerate(errors))
     known = replace(found.reference, uncertainty=np.array([0.0, 0.7e-3]))
     short = replace(found.found, own=steps[0], steps=steps, index=1, order=None)
-    assert dict(rows(replace(found, reference=known, found=short)))["halving"] == said
+    assert dict(rows(answered(replace(found, reference=known, found=short))))["halving"] == said
 
 
 def test_an_order_is_that_of_errors_that_the_reference_resolves(found: Audit) -> None:

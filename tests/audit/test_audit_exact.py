@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.audit.reference import Reference, certified
 from plumbob.engines.registry import method as find_method
@@ -132,4 +133,4 @@ def test_budget_bounds_the_reference() -> None:
 
 
 def test_engine_declares_an_audit() -> None:
-    assert ENGINE.own_model is not None
+    assert ENGINE.ability(UserModels) is not None

@@ -25,8 +25,7 @@ from plumbob.engines.audit.trims import strictest, trims
 from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import as_data
-from plumbob.reports.view.audit.page import render
-from plumbob.reports.view.audit.text import rows
+from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.tests.audit.scenes_as_models import ball, pendulum
 
 SECOND = 1000  # readings of a clock
@@ -169,7 +168,7 @@ def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path: Path) -> Non
     found = plumbob.audit(path, duration=0.1, budget=10.0)
     assert found.found is not None
     assert {s.integrator for s in found.found.steps} == {"euler", "rk4"}
-    assert "implicitfast is not tried: MuJoCo refuses it" in dict(rows(found))["model"]
+    assert "implicitfast is not tried: MuJoCo refuses it" in dict(rows(answered(found)))["model"]
     model = mujoco.MjModel.from_xml_path(str(path))
     model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICIT)
     with pytest.raises(ParameterError, match="MuJoCo refuses it"):
@@ -184,7 +183,8 @@ def test_of_a_step_that_diverges_nothing_is_compared() -> None:
       </mujoco>"""
     model = mujoco.MjModel.from_xml_string(text)
     found = plumbob.audit(model, duration=0.5, budget=20.0)
-    said = dict(rows(found))
+    answer = answered(found)
+    said = dict(rows(answer))
     assert said["your error"].startswith("diverged within")
     assert said["halving"].startswith("needed: from")
     assert "euler 20 ms" in said["cheapest"]
@@ -193,4 +193,6 @@ def test_of_a_step_that_diverges_nothing_is_compared() -> None:
     data = json.dumps(plain(as_data(found)))
     assert "NaN" not in data
     assert "Infinity" not in data
-    assert "nan" not in render(found, "").partition('<section id="answer">')[2].split("<script")[0]
+    shown = page(answer, found, "").partition('<section id="answer"')[2].split("<script")[0]
+    assert shown
+    assert "nan" not in shown

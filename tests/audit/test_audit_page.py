@@ -6,9 +6,9 @@ import base64
 import json
 import re
 import zlib
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,14 +19,7 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
 from plumbob.reports.advice.work_precision import front
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import (
-    contact_timeline,
-    laid_out,
-    page_name,
-    render,
-    write_audit_page,
-)
-from plumbob.reports.view.audit.text import rows
+from plumbob.reports.view.audit.page import answered, page, page_name, rows, write_page
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, ready
 
 
@@ -38,25 +31,32 @@ def _found() -> Audit:
 
 @pytest.mark.long
 def test_page_says_what_the_text_says(found: Audit) -> None:
-    page = render(found, "plumbob audit ball.xml --out <folder>")
-    shown = unescape(page)
-    for name, text in rows(found):
+    answer = answered(found)
+    text = page(answer, found, "plumbob audit ball.xml --out <folder>")
+    shown = unescape(text)
+    for name, line in rows(answer):
         assert name in shown
-        assert text in shown
-    assert "plumbob audit ball.xml --out &lt;folder&gt;" in page
-    assert not re.search(r'(src|href)="(https?:)?//', page.partition("<footer")[0])
+        assert line in shown
+    assert "plumbob audit ball.xml --out &lt;folder&gt;" in text
+    assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
+
+
+def test_a_bar_in_a_name_ends_no_cell(found: Audit) -> None:
+    answer = answered(replace(found, slides="a | b", notes=("c|d",)))
+    assert dict(rows(answer))["more"].startswith("a | b rests on a plane")
+    assert dict(rows(answer))["model"].endswith("; c|d")
 
 
 @pytest.mark.long
 def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
-    page = render(found, "")
+    answer = answered(found)
+    text = page(answer, found, "")
     drawn = [
-        json.loads(text.replace("\\u003c", "<"))
-        for text in re.findall(r'<script type="application/json">(.*?)</script>', page, re.S)
+        json.loads(figure.replace("\\u003c", "<"))
+        for figure in re.findall(r'<script type="application/json">(.*?)</script>', text, re.S)
     ]
     assert len(drawn) == 3
-    timeline = contact_timeline(found)
-    assert timeline is not None
+    timeline = answer.figures[-1]
     assert [t["name"] for t in timeline.traces] == ["floor – geom 1"]
     assert found.touching is not None
     lasting = found.touching.intervals("floor – geom 1")
@@ -90,10 +90,11 @@ def test_front_leaves_out_what_is_worse(found: Audit) -> None:
 
 
 def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:
-    assert "No picture of the model" in render(found, "")
-    page = render(found, "", b"drawn")
-    assert "No picture of the model" not in page
-    assert f'src="data:image/png;base64,{base64.b64encode(b"drawn").decode()}"' in page
+    answer = answered(found)
+    assert "No picture of the model" in page(answer, found, "")
+    text = page(answer, found, "", b"drawn")
+    assert "No picture of the model" not in text
+    assert f'src="data:image/png;base64,{base64.b64encode(b"drawn").decode()}"' in text
 
 
 def test_pictures_are_pngs_of_their_pixels() -> None:
@@ -116,7 +117,7 @@ def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyP
 
 
 def test_page_is_written_whole(found: Audit, tmp_path: Path) -> None:
-    path = write_audit_page(found, tmp_path / "new", "")
+    path = write_page(answered(found), found, tmp_path / "new", "", None)
     assert path == tmp_path / "new" / "audit-model.html"
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
@@ -134,16 +135,14 @@ def test_command_writes_the_page(
     assert capsys.readouterr().err.startswith("plumbob: out = 'rod.xml'")
 
 
-def test_pages_of_files_of_one_name_are_two(tmp_path: Path) -> None:
+def test_pages_of_files_of_one_name_are_two(found: Audit, tmp_path: Path) -> None:
     """A page is written over that of the same file alone, from whatever folder it is audited."""
     names = []
-    texts: dict[str, Any] = dict.fromkeys(("title", "heading", "lead", "code", "command"), "")
-    lists: dict[str, Any] = dict.fromkeys(("answer", "figures", "tables"), ())
     for robot in ("panda", "ur5e", "panda"):
         model = str(tmp_path / robot / "robot.xml")
         names.append(page_name(model, tmp_path, ".html"))
-        text = laid_out(model=model, drawn=None, seconds=0.0, **texts, **lists)
-        (tmp_path / names[-1]).write_text(text, "utf-8")
+        write_page(answered(found), replace(found, name=model), tmp_path, "", None)
+        assert (tmp_path / names[-1]).is_file()
     assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
     (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")
     assert page_name("robot.xml", tmp_path, ".html") == "audit-robot.html"

@@ -23,11 +23,13 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.judge.benchmarks import in_turn
 from plumbob.tests.benchmarks.conftest import Hold
+from plumbob.tests.site import whole_profile
 
 SCENES = "simple-pendulum,linear-pendulum"
 COSTED = "mujoco,pymunk/default,ode/rk4,ode/dop853"
 SAVED = 1.5  # required speed-up by two processes, which take a second each to start
 STARTS = 4.0  # of Python with numpy, that an answer from a stored study may take
+PAGES = 22.0  # of these in processor time, that pages may take: of a measured study three seconds
 QUIET = 0.9  # processor time per wall time of a process on an idle machine
 
 
@@ -88,6 +90,13 @@ def _seconds(*words: str) -> float:
     return time.perf_counter() - begin
 
 
+def _processor(*words: str) -> float:
+    """Processor time [s] of a command of Python."""
+    begin = _computed(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, *words], capture_output=True, check=True)
+    return _computed(resource.RUSAGE_CHILDREN) - begin
+
+
 def test_recommend_answers_in_a_few_starts_of_python(tmp_path: Path, hold: Hold) -> None:
     (scene, *_), here = scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
     store.save(run_study([scene], here), tmp_path / store.FILE)
@@ -96,3 +105,12 @@ def test_recommend_answers_in_a_few_starts_of_python(tmp_path: Path, hold: Hold)
         lambda: _seconds("-m", "plumbob", *asked), lambda: _seconds("-c", "import numpy"), 7
     )
     hold("recommend of a stored study over importing numpy", turns, most=STARTS)
+
+
+def test_report_draws_a_study_in_a_few_starts_of_python(tmp_path: Path, hold: Hold) -> None:
+    """The whole quick profile, invented: nothing is worked out, and so what is measured is what
+    reading and writing take."""
+    store.save(whole_profile.shown().common["study"], tmp_path / store.FILE)
+    asked = ("-m", "plumbob", "report", str(tmp_path))
+    turns = in_turn(lambda: _processor(*asked), lambda: _processor("-c", "import numpy"), 7)
+    hold("report of the quick profile over importing numpy", turns, most=PAGES)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.capsule import Capsule, normal_forces, validity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine

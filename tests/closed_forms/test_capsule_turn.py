@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER as SEMI_IMPLICIT
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER as SEMI_IMPLICIT
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
@@ -19,6 +18,7 @@ from plumbob.analytic.numerics.rotor import taylor_series
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.capsule import direction_to
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine

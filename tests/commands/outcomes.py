@@ -11,12 +11,12 @@ from xml.etree import ElementTree
 import pytest
 
 from plumbob.engines import registry
-from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
+from plumbob.engines.known_limits import Limits
+from plumbob.engines.method import KnownLimit, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.reports.judge.expectations import Expectation
 
 Prepare = Callable[[Case, Method, float], Simulation]
 
@@ -78,7 +78,7 @@ def validated(
 def without_pages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
-    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs: ())
+    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page",
         lambda study, out, *more: out / "none",
@@ -158,6 +158,11 @@ def changed_runs(
     with_prepare(monkeypatch, name, wrong)
 
 
-def declare(monkeypatch: pytest.MonkeyPatch, *entries: Expectation) -> None:
-    """Put these expectations before the others."""
-    monkeypatch.setattr(expectations, "EXPECTATIONS", (*entries, *expectations.EXPECTATIONS))
+def declare(monkeypatch: pytest.MonkeyPatch, *limits: KnownLimit) -> None:
+    """Put these limits before those of every engine."""
+
+    def with_these(method: str) -> Limits:
+        declared = registry.limits_of(method)
+        return replace(declared, known_limits=(*limits, *declared.known_limits))
+
+    monkeypatch.setattr(expectations, "limits_of", with_these)

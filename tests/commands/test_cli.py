@@ -115,7 +115,7 @@ def test_run_answers_with_its_budget(capsys: pytest.CaptureFixture[str]) -> None
     code, out, _ = _run(capsys, "run", "cone-pendulum", "mujoco/rk4", "--step", "1e-3", "--json")
     answer = json.loads(out)
     assert code == 0
-    assert answer["verdict"] == "pass"
+    assert answer["verdict"] == "predicted"
     assert 0 < answer["errors"]["theta"] <= answer["tolerances"]["theta"]
     assert answer["tolerances"]["theta"] == pytest.approx(sum(answer["budget"]["theta"].values()))
     rounding = 2 * answer["steps"] ** 0.5 * answer["budget"]["theta"]["conditioning"]
@@ -167,6 +167,6 @@ def test_run_marks_the_row_that_decided(capsys: pytest.CaptureFixture[str]) -> N
     marked = [row for row in capsys.readouterr().out.splitlines() if "<-" in row]
     assert len(marked) == 1
     assert marked[0].lstrip().startswith("displacement: error")
-    assert marked[0].endswith("  <- fail")
+    assert marked[0].endswith("  <- off-prediction")
     assert main([*line, "mujoco/euler+coulomb", "--step", "1e-3"]) == 0
     assert "<-" not in capsys.readouterr().out  # every row is within its tolerance

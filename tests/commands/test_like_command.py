@@ -100,7 +100,7 @@ def test_run_takes_the_files_step(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert (one["method"], one["step"], one["expected"]) == ("mujoco/mine", STEP, None)
     assert main(["run", LINE, "mujoco/euler+coulomb", "--step", "1e-3", "--like", like]) == 0
     answer = capsys.readouterr().out
-    assert f"{LINE} with mujoco/euler+coulomb at 0.001: pass" in answer
+    assert f"{LINE} with mujoco/euler+coulomb at 0.001: predicted" in answer
     assert f"{LINE} with mujoco/mine at 0.001:" in answer
 
 

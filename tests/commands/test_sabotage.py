@@ -12,15 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
+from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.method import Method, Simulation
 from plumbob.engines.study import measurement
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
-from plumbob.reports.judge import known_limits
+from plumbob.reports.judge import sizes
 from plumbob.tests.commands.outcomes import (
     Changed,
     Outcome,
@@ -110,7 +111,7 @@ def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
     misread(monkeypatch, "mujoco", {"friction": factor})
     found = validate(scene, method)
     assert red(found, scene, method)
-    monkeypatch.setattr(known_limits, "SAME", known_limits.FACTOR)
+    monkeypatch.setattr(sizes, "SAME", sizes.FACTOR)
     assert not red(validate(scene, method), scene, method)
 
 
@@ -119,11 +120,12 @@ def test_a_method_that_loses_its_theory(
 ) -> None:
     """Its error still falls with the step; that no theory covers it is declared of nobody here."""
     engines = dict(registry.built_in())
-    engines["mujoco"] = replace(engines["mujoco"], scheme=lambda case, method: Scheme("own"))
+    mujoco, other = engines["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
+    engines["mujoco"] = replace(mujoco, abilities=(other, *mujoco.abilities))
     monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
     found = validate(CONE, "mujoco/euler")
     assert red(found, CONE, "mujoco/euler")
-    assert found.failure(CONE, "mujoco/euler").startswith("converges, expected pass")
+    assert found.failure(CONE, "mujoco/euler").startswith("converges, expected predicted")
 
 
 Broken = Callable[[Prepare, Case, Method, float], Simulation]

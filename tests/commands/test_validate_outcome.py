@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.engines import registry
+from plumbob.engines.method import KnownLimit
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.expectations import (
-    Expectation,
     as_expected,
     expected,
     refused,
@@ -26,7 +26,6 @@ from plumbob.reports.judge.expectations import (
     standing,
     surprise,
 )
-from plumbob.reports.judge.known_limits import errors_of_solvers, sizes, stored
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import Outcome, break_engine, declare, validated, without_pages
@@ -85,7 +84,7 @@ def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> 
     found = validate(f"{CONE},{LINE}", "mujoco/euler,ode/rk4")
     assert all(float(case.attrib["time"]) > 0.0 for case in found.junit.findall("testcase"))
     rk4, euler = found.properties(CONE, "ode/rk4"), found.properties(LINE, "mujoco/euler")
-    assert (rk4["verdict"], rk4["observable"], rk4["unit"]) == ("pass", "theta", "rad")
+    assert (rk4["verdict"], rk4["observable"], rk4["unit"]) == ("predicted", "theta", "rad")
     assert float(rk4["order"]) == pytest.approx(4.0, abs=0.2)
     assert 0.0 < float(rk4["smallest_error"]) < 1e-6 * float(rk4["largest_error"])
     assert float(rk4["step_of_smallest_error"]) < float(rk4["step_of_largest_error"])
@@ -103,9 +102,9 @@ def test_an_engine_that_refuses_every_model_is_unexpected(
     for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
         failure = found.case(scene, method).find("failure")
         assert failure is not None
-        message = "unsupported, expected pass: the compiler refuses this model"
+        message = "unsupported, expected predicted: the compiler refuses this model"
         assert failure.attrib["message"] == message
-        assert f"UNEXPECTED {scene} {method}: unsupported, expected pass" in found.out
+        assert f"UNEXPECTED {scene} {method}: unsupported, expected predicted" in found.out
     # It is no known limit either that the engine does not run at all.
     assert found.case(LINE, "mujoco/euler").find("failure") is not None
     assert found.junit.attrib["failures"] == "3"
@@ -127,22 +126,22 @@ def test_a_closed_form_that_appears_is_reported(scene: str) -> None:
     how = registry.method("exact/closed-form")
     assert as_expected(find_scene(scene), how, Judgement("unsupported", {}, "none"))
     assert standing(find_scene(scene), how, Judgement("unsupported", {}, "none")) == "not run"
-    assert not as_expected(find_scene(scene), how, Judgement("pass", {}, ""))
+    assert not as_expected(find_scene(scene), how, Judgement("predicted", {}, ""))
     assert not as_expected(find_scene(CONE), how, Judgement("unsupported", {}, "none"))
 
 
 def test_a_limit_that_disappears_is_first_on_the_terminal(
     validate: Validate, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     found = validate(CONE, "mujoco/euler,ode/rk4")
     assert found.code == 1
     assert found.out.splitlines()[:3] == [
-        f"UNEXPECTED {CONE} ode/rk4: pass, expected fail",
+        f"UNEXPECTED {CONE} ode/rk4: predicted, expected off-prediction",
         "  every error is within its tolerance",
         "  declared: a limit of old",
     ]
-    assert "pass (UNEXPECTED)" in found.out
+    assert "predicted (UNEXPECTED)" in found.out
     assert found.junit.attrib["failures"] == "1"
     assert "0 known limits, 1 unexpected" in found.out
 
@@ -159,7 +158,7 @@ def test_an_engine_that_is_missing_leaves_the_study_incomplete(
     assert missing is not None
     assert missing.attrib["message"] == "missing: mujoco is missing"
     # A surprise outweighs what is missing.
-    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     assert validate(CONE, "mujoco/euler,ode/rk4").code == 1
 
 
@@ -169,7 +168,7 @@ def test_the_table_and_the_last_lines(validate: Validate) -> None:
     said = found.properties(CONE, "ode/rk4")
     (row,) = [line for line in lines if line.strip().startswith("ode/rk4 ")]
     cells = re.split(r" {2,}", row.strip())
-    assert cells[:2] == ["ode/rk4", "pass"]
+    assert cells[:2] == ["ode/rk4", "predicted"]
     assert cells[2] == notation.number(float(said["relative_error"]), 2)
     assert cells[3] == notation.step(float(said["step"]), "step") == "0.001 s"
     assert said["quantity"] == "theta"
@@ -179,7 +178,7 @@ def test_the_table_and_the_last_lines(validate: Validate) -> None:
     assert any("not-converging (known)" in line for line in lines)
     runs, limits, page = lines[-3:]
     assert page.startswith("page: ")
-    assert re.fullmatch(r"\d+ runs, 5 verdicts: 4 pass, 1 not-converging", runs)
+    assert re.fullmatch(r"\d+ runs, 5 verdicts: 4 predicted, 1 not-converging", runs)
     assert limits == "1 known limit, 0 unexpected"
 
 
@@ -202,7 +201,7 @@ RUN = ("run", CONE, "ode/rk4", "--step", "1e-3")
 
 def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     assert main(RUN) == 0
-    declare(monkeypatch, Expectation("cone-*", "ode/rk4", "fail", "a limit of old"))
+    declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     assert main(RUN) == 1
 
 
@@ -218,12 +217,12 @@ def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize(
     ("method", "verdict", "cut", "accepted"),
     [
-        ("ode/rk4", "pass", False, True),
+        ("ode/rk4", "predicted", False, True),
         ("ode/rk4", "pre-asymptotic", False, False),
         ("ode/rk4", "pre-asymptotic", True, False),
         ("ode/dop853", "pre-asymptotic", False, False),
         ("ode/rk4", "converges", False, False),  # a theory covers it
-        ("ode/rk4", "fail", True, False),
+        ("ode/rk4", "off-prediction", True, False),
         ("ode/rk4", "not-converging", True, False),
         ("ode/rk4", "diverged", True, False),
     ],
@@ -242,14 +241,14 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
     ("verdict", "cut", "accepted"),
     [
         ("not-converging", False, True),
-        ("fail", True, True),
-        ("fail", False, False),
-        ("pass", False, False),
+        ("off-prediction", True, True),
+        ("off-prediction", False, False),
+        ("predicted", False, False),
         ("diverged", True, False),
     ],
 )
 def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
-    known = sizes()[LINE, "mujoco/euler"]
+    known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
     how = registry.method("mujoco/euler")
     assert as_expected(find_scene(LINE), how, found) == accepted
@@ -261,7 +260,7 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
     """As expected within 2 % for a study with the versions that it was measured with, and within a
     factor of two with others, and for one run."""
     how, line = registry.method("mujoco/euler"), find_scene(LINE)
-    known = sizes()[LINE, "mujoco/euler"]
+    known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     accepted = 0.5 <= factor <= 2.0
     study = Judgement(
         "not-converging",
@@ -271,21 +270,23 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
         versions={"mujoco": "3.16.0"},
     )
     assert as_expected(line, how, study) == accepted
-    same = replace(study, versions=stored()["measured_with"])
+    same = replace(study, versions=registry.limits_of(how.name).measured_with)
     assert as_expected(line, how, same) == (0.98 <= factor <= 1.02)
     if not accepted:
         assert f"known to be {known.size:.3g}, within a factor of 2" in surprise(line, how, study)
         assert f"{known.size:.3g}, within 2 %, for these versions" in surprise(line, how, same)
     edge = known.high if factor > 1.0 else known.low
     for step, held in ((known.fine, accepted), (known.fine / 10.0, True)):
-        run = Judgement("fail", {}, "", errors={step: factor * edge})
+        run = Judgement("off-prediction", {}, "", errors={step: factor * edge})
         assert (not run_surprise(line, how, run)) == held
     changed = find_scene(LINE, {"gravity": 9.0})
     assert as_expected(changed, how, study)  # no size is known of it
 
 
 def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(expectations, "sizes", lambda: {})
+    monkeypatch.setattr(
+        expectations, "limits_of", lambda name: replace(registry.limits_of(name), sizes={})
+    )
     found = Judgement("not-converging", {}, "", errors={1e-4: 0.1})
     how = registry.method("mujoco/euler")
     assert surprise(find_scene(LINE), how, found).endswith("no size of it is known")
@@ -297,8 +298,9 @@ def test_every_known_limit_of_the_quick_profile_has_a_size() -> None:
         for scene, method in pairs(scenes("*", "quick"), registry.methods())
         if expected(scene.name, method.name).limit
     }
-    assert limits <= sizes().keys()
-    assert all(expected(*pair).limit for pair in sizes())  # none is left over
+    sizes = {pair for name in registry.built_in() for pair in registry.limits_of(name).sizes}
+    assert limits <= sizes
+    assert all(expected(*pair).limit for pair in sizes)  # none is left over
 
 
 def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None:
@@ -307,17 +309,20 @@ def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None
         for scene, method in pairs(scenes("*", "quick"), registry.methods("ode/*"))
         if method.scheme.integrator == ADAPTIVE
     }
-    assert solvers <= errors_of_solvers().keys()
+    held = registry.limits_of("ode").solvers
+    assert solvers <= held.keys()
     for pair in solvers:  # the loosest are far above the round-off level, with every solver
-        assert {1e-3, 1e-4, 1e-5, 1e-6} <= errors_of_solvers()[pair].keys()
+        assert {1e-3, 1e-4, 1e-5, 1e-6} <= held[pair].keys()
 
 
 def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: pytest.MonkeyPatch) -> None:
     how = registry.method("mujoco/rk4")
-    declare(monkeypatch, Expectation(QUICK, how.name, "pass", "at times", other="fail"))
-    failed = Judgement("fail", {}, "", errors={1e-3: 0.1})
+    declare(
+        monkeypatch, KnownLimit(QUICK, how.name, "predicted", "at times", other="off-prediction")
+    )
+    failed = Judgement("off-prediction", {}, "", errors={1e-3: 0.1})
     assert surprise(find_scene(QUICK), how, failed).endswith("no size of it is known")
-    assert as_expected(find_scene(QUICK), how, Judgement("pass", {}, ""))
+    assert as_expected(find_scene(QUICK), how, Judgement("predicted", {}, ""))
 
 
 @pytest.mark.parametrize(("within", "code"), [("1e-2", 0), ("1e-6", 1)])
@@ -327,7 +332,9 @@ def test_an_accuracy_of_ones_own(validate: Validate, within: str, code: int) -> 
     assert found.code == code
     assert found.failure(CONE, "ode/rk4") == ""
     failure = found.failure(CONE, "mujoco/euler")
-    assert failure.startswith("fail, off the accuracy asked for: the relative error") == bool(code)
+    assert failure.startswith("inaccurate, off the accuracy asked for: the relative error") == bool(
+        code
+    )
 
 
 def test_an_accuracy_that_is_no_number(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,10 @@ THEORY = ("numerics", "systems", "errors")  # parts of `analytic`: each may impo
 ADAPTERS = ("engines", "adapters")
 PAGE = (("reports", "view"), ("reports", "analyses"))
 RUNS = ("prepare", "prepared", "measure", "convergence_study", "run_study")  # what runs an engine
+VIEW = PAGE[0]
+ASKED = ("audit", "sweep")  # pages of answers that are worked out now, and are not stored
+REGISTRY = f"{PACKAGE}.models.registry"  # imports every system and its exact motion when asked
+MOTIONS = (*(f"{PACKAGE}.analytic.{part}" for part in THEORY), "mujoco", "pymunk", "scipy")
 LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")  # all that `analytic` needs beside the language
 HEAVY = (
     *("dartpy", "dask", "distributed", "exudyn", "heyoka", "jax", "jinja2", "mujoco", "pinocchio"),
@@ -131,6 +135,36 @@ def engines_on_the_page(root: Path) -> list[str]:
                 if name in RUNS:
                     wrong.append(f"{path}:{node.lineno}: calls {name}")
     return wrong
+
+
+def motions_on_the_page(root: Path) -> list[str]:
+    """Imports by which a page works out exact motions or theory: those of its own modules, and
+    those that run when what it shows of a stored study is imported."""
+    tree = {module_name(path): (path, module) for path, module in python(root)}
+    pages = [name for name, (path, _) in tree.items() if path.parts[:2] == VIEW]
+    wrong = [
+        f"{tree[name][0]}:{found.line}: a page imports {found.name}"
+        for name in pages
+        for found in imports(*tree[name])
+        if within(found.name, (*MOTIONS, REGISTRY))
+    ]
+    waiting = [name for name in pages if tree[name][0].parts[2] not in ASKED]
+    loaded = set(waiting)
+    while waiting:
+        path, module = tree[waiting.pop()]
+        for found in (found for found in imports(path, module) if found.on_import):
+            target = found.name if found.name in tree else found.name.rpartition(".")[0]
+            if within(found.name, MOTIONS):
+                wrong.append(f"{path}:{found.line}: a page loads {found.name}")
+            elif target in tree and target not in loaded:
+                loaded.add(target)
+                waiting.append(target)
+    return wrong
+
+
+def within(name: str, packages: tuple[str, ...]) -> bool:
+    """Whether a module or a name in it belongs to one of these packages."""
+    return any(name == package or name.startswith(f"{package}.") for package in packages)
 
 
 def at_home(path: Path, package: str) -> bool:

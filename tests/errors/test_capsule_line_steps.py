@@ -9,7 +9,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     Sampling,
     coasting_step_error,
@@ -19,6 +18,7 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     step_error_envelope,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting
 from plumbob.tests.support.random_capsules import CHECK, LINE, lines

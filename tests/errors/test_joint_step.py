@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
 from plumbob.analytic.errors.smooth_motion.jointed_euler import TERMS
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.models.registry import case_of, scene
 
 NAMES = ("theta", "theta_dot", "tension")

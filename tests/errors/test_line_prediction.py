@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     coasting_errors,
     hold_errors,
@@ -19,6 +18,7 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     stroke_errors,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine

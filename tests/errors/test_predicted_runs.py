@@ -83,7 +83,7 @@ def test_a_run_is_as_predicted(name: str, method: str, step: float, duration: fl
     judgement = judge(found, system_of(scene), how)
     # The error of feet may exceed the micrometre by which a push at the threshold moves the body.
     hollow = (name, method) == ("capsule-line/w1-threshold", FEET)
-    assert judgement.verdict == ("pre-asymptotic" if hollow else "pass"), judgement.reason
+    assert judgement.verdict == ("pre-asymptotic" if hollow else "predicted"), judgement.reason
     if name.startswith(("capsule-line", "capsule-train")):
         predicted = {n for n, error in found.errors.items() if error.predicted is not None}
         absent = {"heading", "sideways"} if method == SIDE else set()

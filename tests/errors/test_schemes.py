@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engines
 from plumbob.engines.registry import method as find_method

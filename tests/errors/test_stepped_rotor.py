@@ -8,13 +8,13 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import MOST_STEPS
-from plumbob.analytic.errors.theory import SteppedErrors, reaches
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.tests.numerics.double_pendulum import NAMES, double_pendulum
 
 ROTOR = DrivenRotor(3.0, 1.0, 9.0, 0.3, 1.2, 2.1, 0.4, 0.7)  # every coefficient at once

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.free_body.error_series import FreeBodyErrors, euler_drifts
-from plumbob.analytic.errors.schemes import (
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
     LINEARLY_IMPLICIT,
@@ -17,10 +18,9 @@ from plumbob.analytic.errors.schemes import (
     RK4_ADDED_RATES,
     Scheme,
 )
-from plumbob.analytic.errors.theory import Coefficients
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import FreeBody, turned
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.theory import Coefficients
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene
@@ -127,11 +127,11 @@ def test_two_engines_with_one_scheme_have_one_error() -> None:
 def test_the_verdict_is_two_sided(name: str) -> None:
     of, how, step = case(), method(name), 1e-3
     right, _ = measure(of, how, step)
-    assert judge(right, of.system, how).verdict == "pass"
+    assert judge(right, of.system, how).verdict == "predicted"
     for factor in (1.0 + 1e-3, 1.0 - 1e-3):  # the engine runs a body of another moment
         body = replace(of.problem, inertia_x=of.problem.inertia_x * factor)
         wrong, _ = measure(replace(of, problem=body), how, step)
-        assert judge(wrong, of.system, how).verdict == "fail"
+        assert judge(wrong, of.system, how).verdict == "off-prediction"
 
 
 @pytest.mark.parametrize("scheme", [EULER, LINEARLY_IMPLICIT, LEAPFROG, RK4_ADDED_RATES])
@@ -156,7 +156,7 @@ def test_mujoco_s_rk4_is_not_the_classical_one() -> None:
     # held to the theory of the classical method, its verdict is red
     of, how = replace(case(), errors=Classical(BODY)), method("mujoco/rk4")
     found, _ = measure(of, how, 1e-2)
-    assert judge(found, of.system, how).verdict == "fail"
+    assert judge(found, of.system, how).verdict == "off-prediction"
 
 
 def test_schemes_of_which_nothing_is_known() -> None:

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.adapters.mujoco.options import needless_stages

@@ -196,8 +196,9 @@ def test_controls_are_held_over_each_step(
     [
         "import plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode",
         "from plumbob.engines.registry import engine_of, method; from plumbob.models.registry "
-        "import case_of, scene; how = method('mujoco/euler+coulomb'); assert engine_of(how)."
-        "contact_model(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
+        "import case_of, scene; from plumbob.engines.abilities import ContactRecord; "
+        "how = method('mujoco/euler+coulomb'); record = engine_of(how).ability(ContactRecord); "
+        "assert record.of(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
     ],
 )
 def test_adapters_are_imported_without_their_engines(code: str) -> None:

@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from plumbob.engines.abilities import SettingsToPaste, Snippet
 from plumbob.engines.adapters.mujoco.contacts import DAMPING
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, stable_ratio
-from plumbob.engines.method import Snippet
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 
@@ -59,9 +59,9 @@ METHODS = ("mujoco/euler+coulomb", "mujoco/implicitfast+coulomb", "mujoco/rk4+co
 
 
 def _snippets(method: str, step: float, stiffness: float | None = None) -> tuple[Snippet, ...]:
-    write = engine_of(find_method(method)).settings_text
-    assert write is not None
-    return write(find_method(method), step, stiffness, FRICTION).snippets
+    settings = engine_of(find_method(method)).ability(SettingsToPaste)
+    assert settings is not None
+    return settings.write(find_method(method), step, stiffness, FRICTION).snippets
 
 
 def _model(body: str, mjcf: str, python: str = "") -> mujoco.MjModel:
@@ -113,9 +113,9 @@ def test_stopping_distances_are_as_predicted(
 
 @pytest.mark.parametrize("method", METHODS)
 def test_the_leading_error_is_said(method: str) -> None:
-    write = engine_of(find_method(method)).settings_text
-    assert write is not None
-    found, rk4 = write(find_method(method), 1e-3, None, FRICTION), "rk4" in method
+    settings = engine_of(find_method(method)).ability(SettingsToPaste)
+    assert settings is not None
+    found, rk4 = settings.write(find_method(method), 1e-3, None, FRICTION), "rk4" in method
     assert found.stop_error_per_speed == (0.0 if rk4 else -0.5e-3)
     said = "no term of first order" if rk4 else "-0.0005 s times the initial speed"
     assert all(said in snippet.error for snippet in found.snippets)

@@ -11,13 +11,15 @@ from pathlib import Path
 
 import pytest
 
+from plumbob.engines.added import wrong_limits
+from plumbob.engines.registry import built_in
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.models import entry_points
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
-from plumbob.reports.judge.expectations import surprise
+from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judge_convergence
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
@@ -107,11 +109,14 @@ def test_a_defect_of_an_added_engine_is_a_failure(right: str, wrong: str, site: 
 
     assert right in ENGINE
     broken(site, ENGINE.replace(right, wrong))
-    with seen(site), pytest.raises(AssertionError, match=r"(fail|not-converging), expected pass"):
+    with (
+        seen(site),
+        pytest.raises(AssertionError, match=r"(off-prediction|not-converging), expected predicted"),
+    ):
         check(SWING, "tiny/euler")
 
 
-LIMIT = 'KnownLimit("*/free-small", "tiny/euler", "fail", "gravity is 1 % off", {size})'
+LIMIT = 'KnownLimit("*/free-small", "tiny/euler", "off-prediction", "gravity is 1 % off", {size})'
 OFF = ENGINE.replace("pendulum.gravity /", "1.01 * pendulum.gravity /").replace(
     "import Engine, Method", "import Engine, KnownLimit, Method"
 )
@@ -130,7 +135,7 @@ def limited(limit: str) -> str:
         (SIZE, ""),
         (3.0 * SIZE, "a known limit, but its relative error is"),
         (SIZE / 3.0, "a known limit, but its relative error is"),
-        (None, "expected pass"),
+        (None, "expected predicted"),
     ],
 )
 def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
@@ -138,20 +143,89 @@ def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
 ) -> None:
     broken(site, OFF if size is None else limited(LIMIT.format(size=size)))
     with seen(site):
-        scene, method = find_scene(SMALL), find_method("tiny/euler")
-        found = convergence_study(scene, method, 2000)
-        about = system_of(scene).quantities(case_of(scene))
-        judged = judge_convergence(found, system_of(scene), method, about)
-        assert judged.verdict == "fail"
-        said = surprise(scene, method, judged)
-        assert why in said
-        assert bool(said) == bool(why)
+        surprising = surprise_of_the_defect()
+    assert why in surprising
+    assert bool(surprising) == bool(why)
+
+
+def surprise_of_the_defect() -> str:
+    """Why the failure of the engine with a defect is not expected."""
+    scene, method = find_scene(SMALL), find_method("tiny/euler")
+    study = convergence_study(scene, method, 2000)
+    about = system_of(scene).quantities(case_of(scene))
+    judged = judge_convergence(study, system_of(scene), method, about)
+    assert judged.verdict == "off-prediction"
+    return surprise(scene, method, judged)
+
+
+FILED = OFF.replace("import math\n", "import math\nfrom pathlib import Path\n", 1).replace(
+    "    not_read=", '    limits=Path(__file__).with_name("limits.toml"),\n    not_read='
+)
+README = (ROOT / "engines" / "README.md").read_text("utf-8")
+SHOWN = README[README.index("[[known_limits]]") :].partition("```")[0]
+FILE = SHOWN.partition("size = ")[0]
+SIZES = """
+[measured_with]
+their-package = "1.0"
+[sizes."simple-pendulum/free-small"]
+"tiny/euler" = {{ size = {size}, coarse = 1, fine = 0, low = 1, high = 2, coarsest = 1 }}
+"""
+
+
+@pytest.mark.parametrize("factor", [1.0, 3.0])
+@pytest.mark.parametrize("limits", [SHOWN.replace("1.2", "{size}"), FILE + SIZES])
+def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
+    limits: str, factor: float, site: Path
+) -> None:
+    broken(site, FILED)
+    (site / "limits.toml").write_text(limits.format(size=factor * SIZE), "utf-8")
+    with seen(site):
+        surprising = surprise_of_the_defect()
+        assert expected(SMALL, "tiny/euler").reason == "gravity is 1 % off"
+    assert ("a known limit, but its relative error is" in surprising) == (factor != 1.0)
+    assert bool(surprising) == (factor != 1.0)
+
+
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        (None, "FileNotFoundError"),
+        (FILE, "the size of a known limit is 0.0"),
+        (SHOWN.replace('["tension"]', '"tension"'), "are 'tension', not a list"),
+        (f"{FILE}sizes = 3", "unexpected keyword argument 'sizes'"),
+        ("known_limits = 3", "its file of limits: TypeError"),
+        ("known_limits", "its file of limits: TOMLDecodeError"),
+        (FILE.replace("reason", "because"), "unexpected keyword argument 'because'"),
+        (FILE.replace("tiny/", "huge/"), "('huge/euler',), which is none of its methods"),
+        (f'{FILE}size = 1.0\nother = "never"', "is 'never', not one of"),
+    ],
+)
+def test_a_broken_file_of_limits_costs_the_engine(
+    limits: str | None, why: str, site: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    broken(site, FILED)
+    if limits is not None:
+        (site / "limits.toml").write_text(limits, "utf-8")
+    with seen(site):
+        assert main(["list", "methods"]) == 0
+    out, err = capsys.readouterr()
+    assert "tiny" not in out
+    assert why in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", built_in())
+def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
+    assert wrong_limits(built_in()[name]) == ""
 
 
 LEFT_OUT = {
     "limit's size": (limited(LIMIT.format(size=0.0)), "the size of a known limit is 0.0"),
     "limit's method": (limited(LIMIT.format(size=1.0).replace("/euler", "/rk4")), "'tiny/rk4'"),
-    "limit's verdict": (limited(LIMIT.format(size=1.0).replace('"fail"', '"pass"')), "is 'pass'"),
+    "limit's verdict": (
+        limited(LIMIT.format(size=1.0).replace('"off-prediction"', '"predicted"')),
+        "is 'predicted'",
+    ),
     "limit": (limited("3"), "int in place of a plumbob KnownLimit"),
     "raises": ("import plumbob_has_no_such_module\n", "ModuleNotFoundError on import: No module"),
     "exits": ("raise SystemExit(3)\n", "SystemExit on import: 3"),
@@ -299,7 +373,7 @@ def test_a_broken_system_costs_a_line(
             assert said.count("\n") == 1
 
 
-THEORY = "from plumbob.analytic.errors.theory import StepErrors\n"
+THEORY = "from plumbob.analytic.theory import StepErrors\n"
 RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
 DEFECTS = {  # that no look at a few moments of a scene shows
     "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),
@@ -333,7 +407,7 @@ def test_a_defect_in_an_added_system_costs_its_pieces(
     assert code == 3, said.err
     assert f"given up: {FALL} ode/euler: the system of the package" in said.err
     if kind == "theory":
-        assert re.search(r"ode/euler +pass", said.out)
+        assert re.search(r"ode/euler +predicted", said.out)
     else:
         assert (tmp_path / "out" / "index.html").is_file()
 

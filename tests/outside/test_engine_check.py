@@ -84,7 +84,11 @@ DEFECTS = {
         changed(FIRST, "for _ in range(first, last + (last - first == 3)):"),
         "is not that of a run of",
     ),
-    "times": ("samples at its steps", wrapped("replace(run, times=run.times + 1e-3)"), "whole"),
+    "times": (
+        "samples at its steps",
+        wrapped("replace(run, times=run.times + 1e-3)"),
+        "its times begin at 0.001 s",
+    ),
     "prints": (
         "writes nothing",
         changed("        state = [", "        print('hello')\n        state = ["),

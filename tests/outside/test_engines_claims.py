@@ -75,7 +75,7 @@ def test_a_run_is_the_one_that_was_asked_for(
     said = found.failure(SMALL, "tiny/euler")
     assert bool(said) == bool(why)
     if why:
-        assert said.startswith("cut-short, expected pass: the run is cut short: ")
+        assert said.startswith("cut-short, expected predicted: the run is cut short: ")
         assert why in said
         assert f"UNEXPECTED {SMALL} tiny/euler: cut-short" in found.out
 

@@ -26,7 +26,7 @@ FIXTURE = """
 import pytest
 
 def test_a_run(plumbob_check):
-    assert plumbob_check("cone-pendulum", "ode/rk4", step=1e-3).verdict == "pass"
+    assert plumbob_check("cone-pendulum", "ode/rk4", step=1e-3).verdict == "predicted"
 
 def test_a_run_that_is_off(plumbob_check):
     with pytest.raises(AssertionError, match="off the accuracy"):
@@ -91,7 +91,7 @@ def test_an_unexpected_verdict_fails_with_a_line(repository: Path) -> None:
     chosen = ("--plumbob-scenes", "simple-pendulum/free-large", "--plumbob-methods", "tiny")
     done = session_of(repository, *chosen, "--junitxml", "found.xml")
     assert done.returncode == 1
-    assert "with tiny/euler: not-converging, expected pass" in done.stdout
+    assert "with tiny/euler: not-converging, expected predicted" in done.stdout
     assert "Traceback" not in done.stdout
     assert "tiny/euler" in (repository / "found.xml").read_text("utf-8")
 

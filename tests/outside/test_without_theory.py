@@ -8,8 +8,9 @@ from types import MappingProxyType
 
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
+from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
@@ -43,7 +44,9 @@ def test_an_engine_without_theory(
     assert set(factors) <= set(chosen.parameters)
     own = Scheme("own")
     engines = dict(registry.built_in())
-    engines["mujoco"] = replace(engines["mujoco"], scheme=lambda case, method: own)
+    mujoco = engines["mujoco"]
+    other = SchemeOfCase(lambda case, method: own)
+    engines["mujoco"] = replace(mujoco, abilities=(other, *mujoco.abilities))
     monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(engines))
     if factors:
         misread(monkeypatch, "mujoco", factors)

@@ -37,7 +37,7 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
     """Within the error of the step plus the model-error bound, which is much smaller (except where
     a growing load overcomes friction, and iterations stall)."""
     found, _ = run(name, "feet", step_of(name, parts))
-    assert verdict(found, "feet") == "pass"
+    assert verdict(found, "feet") == "predicted"
     leading = next(iter(found.errors.values()))
     assert leading.predicted is not None
     assert sum(leading.model.values()) <= part * leading.predicted.largest
@@ -61,7 +61,7 @@ def test_a_switch_at_the_very_end_of_a_step(
     step = starts / (round(starts / 5e-5) + late)
     case = case_of(short).lasting(step * math.ceil(problem.motion.duration / step + 1))
     found, _ = measure(case, how, step)
-    assert verdict(found, "feet") == "pass"
+    assert verdict(found, "feet") == "predicted"
     place = found.errors["x"]
     assert least <= beyond(place) <= most
     bound = sum(place.model.values()) * lasts / max(slides)[0]

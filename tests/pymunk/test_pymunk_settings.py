@@ -8,6 +8,7 @@ import pymunk
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 
@@ -18,9 +19,9 @@ REST = 2e-3  # of v dt/2: the next order of the step, dt f g/v = 0.012 at 2 ms, 
 
 
 def _python(method: str, step: float) -> tuple[str, float | None]:
-    write = engine_of(find_method(method)).settings_text
-    assert write is not None
-    found = write(find_method(method), step, None, FRICTION)
+    settings = engine_of(find_method(method)).ability(SettingsToPaste)
+    assert settings is not None
+    found = settings.write(find_method(method), step, None, FRICTION)
     return found.snippets[0].python.partition("while running")[0], found.stop_error_per_speed
 
 

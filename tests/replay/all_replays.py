@@ -12,10 +12,11 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.analyses.replay import replay
+from plumbob.reports.analyses.replay.runs import requests
 from plumbob.reports.view import notation
 from plumbob.reports.view.page import TEMPLATES
-from plumbob.reports.view.replay import Replay, replay
-from plumbob.reports.view.replay.runs import requests
+from plumbob.reports.view.records import Replay
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import declared, nothing
 

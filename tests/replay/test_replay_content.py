@@ -22,18 +22,19 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.view.replay import Replay, errors_said, replay
-from plumbob.reports.view.replay.capsule import motion
-from plumbob.reports.view.replay.pendulums import pendulum
-from plumbob.reports.view.replay.runs import (
+from plumbob.reports.analyses.replay import errors_said, replay
+from plumbob.reports.analyses.replay.capsule import motion
+from plumbob.reports.analyses.replay.pendulums import pendulum
+from plumbob.reports.analyses.replay.runs import (
     DEFAULT_METHOD,
     MOST_SWINGS,
     requests,
     shown_runs,
     shown_seconds,
 )
-from plumbob.reports.view.replay.samples import COUNTS, coded, decoded, floats, sampled
-from plumbob.reports.view.replay.strip import MOMENTS, at
+from plumbob.reports.analyses.replay.samples import COUNTS, coded, decoded, floats, sampled
+from plumbob.reports.analyses.replay.strip import MOMENTS, at
+from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import plan, recorded, replays
 
 KILOBYTES = 150.0  # of a scene's data
@@ -284,7 +285,7 @@ def test_the_largest_factor_shows_the_smallest_errors() -> None:
 
 
 def test_interpolated_states_keep_the_last_one_after_the_end() -> None:
-    from plumbob.reports.view.replay.samples import Samples
+    from plumbob.reports.analyses.replay.samples import Samples
 
     run = Samples(np.array([0.0, 1.0]), {"x": np.array([0.0, 2.0])})
     assert at(run, 0.25) == {"x": 0.5}

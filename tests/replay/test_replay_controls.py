@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.view.replay.runs import shown_runs
+from plumbob.reports.analyses.replay.runs import shown_runs
 from plumbob.tests.replay.all_replays import plan, recorded, replays, write
 from plumbob.tests.replay.in_browser import FRACTION, found, opened, set_time, stopped
 

@@ -17,9 +17,10 @@ from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
-from plumbob.reports.view.replay import PICTURES, Replay
-from plumbob.reports.view.replay.cone import AZIMUTH, ELEVATION
-from plumbob.reports.view.replay.samples import decoded, floats
+from plumbob.reports.analyses.replay import PICTURES
+from plumbob.reports.analyses.replay.cone import AZIMUTH, ELEVATION
+from plumbob.reports.analyses.replay.samples import decoded, floats
+from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import plan, replays, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 

@@ -35,16 +35,16 @@ def study(error: float, predicted: float, beside: tuple[float, ...] = (BESIDE,))
 
 
 def test_an_error_that_is_not_the_predicted_one_fails_beside_the_step_sizes_too() -> None:
-    assert study(1e-3, 1e-3).whole.verdict == "pass"
-    assert study(1.1e-3, 1e-3).whole.verdict == "fail"
-    assert [j.verdict for j in study(1.1e-3, 1e-3).runs] == ["pass"] * 4 + ["fail"]
+    assert study(1e-3, 1e-3).whole.verdict == "predicted"
+    assert study(1.1e-3, 1e-3).whole.verdict == "off-prediction"
+    assert [j.verdict for j in study(1.1e-3, 1e-3).runs] == ["predicted"] * 4 + ["off-prediction"]
 
 
 def test_it_tells_of_no_plateau_and_of_no_size() -> None:
     # as large as the largest of the four before it: among these it would be a plateau
     beside, among = (study(5e-3, 5e-3, steps) for steps in ((BESIDE,), ()))
     assert among.whole.verdict == "not-converging"
-    assert beside.whole.verdict == "pass"
+    assert beside.whole.verdict == "predicted"
     assert set(beside.whole.errors) == set(STEPS)
 
 

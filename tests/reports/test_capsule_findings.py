@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import capsule_train, mean_speed, section
+from plumbob.reports.analyses.analysis import Analysis, plain
 from plumbob.reports.analyses.capsule_line import (
+    FINDINGS,
     contacts,
     displacement,
     drive,
@@ -28,7 +31,8 @@ from plumbob.reports.analyses.capsule_line import (
 )
 from plumbob.reports.analyses.measurements import LINE, problem
 from plumbob.reports.view.content import Finding, Table
-from plumbob.tests.support.declared import declared, measured, nothing
+from plumbob.reports.view.finding_text import written
+from plumbob.tests.support.declared import declared, finding, formed, measured, nothing, plan_of
 from plumbob.tests.support.declared import findings_of as formed_of
 
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
@@ -52,113 +56,123 @@ def known(found: Finding | None) -> Finding:
     return found
 
 
+def numbers_of(analysis: Analysis, ran: Study | None = None) -> Any:
+    """The numbers of a study with the runs that the analysis declares."""
+    return analysis.numbers(declared(ran or nothing(), analysis.requests))
+
+
+@pytest.mark.parametrize("analysis", FINDINGS, ids=lambda analysis: analysis.template)
+def test_a_finding_on_lines_is_written_where_engines_are_missing(analysis: Analysis) -> None:
+    planned = measured(LINE, METHODS)
+    unmade = dict.fromkeys(analysis.requests(plan_of(planned)))
+    shown = formed(analysis, replace(planned, extras=unmade))
+    assert shown is None or shown.summary
+
+
 def test_figure_of_the_source() -> None:
-    ((_, panels),) = source.galleries(declared(nothing(), source.requests))
-    assert [len(panel.traces) for panel in panels] == [3, 3, 3]  # exact, and two engines
-    v, v_c, x = (panel.traces[0]["y"] for panel in panels)
+    check = numbers_of(source.FIGURE_2)
+    (gallery,) = written(source.FIGURE_2.template, plain(check))
+    assert [len(panel.traces) for panel in gallery.figures] == [3, 3, 3]  # exact, and two engines
+    v, v_c, x = (check.exact[name] for name in source.DRAWN)
     assert max(v) == pytest.approx(1.14777, rel=1e-3)
     assert min(v_c) == pytest.approx(-0.17658, rel=1e-3)
     assert x[-1] == pytest.approx(EXACT, rel=1e-3)
-    for panel in panels[:2]:  # dots on the curve of that corner, up to its four digits
-        assert max(panel.traces[1]["y"], key=abs) == pytest.approx(
-            max(panel.traces[0]["y"], key=abs), rel=0.02
-        )
+    for name in source.DRAWN[:2]:  # dots on the curve of that corner
+        corner = max(check.exact[name], key=abs)
+        assert max(check.engines[source.MUJOCO][name], key=abs) == pytest.approx(corner, rel=0.02)
 
 
 def test_misprints() -> None:
-    found = source.misprints(declared(nothing(), source.requests))
-    assert "-0.196 m/s" in found.summary
-    printed, right, seen = (float(line[1].text) for line in found.tables[0].rows)
-    assert printed == pytest.approx(-0.1962, rel=1e-2)
-    assert right == 0.0
-    assert abs(seen) < 5e-3  # t* is inside a step, between whose ends it is interpolated
+    velocities = numbers_of(source.MISPRINTS)
+    assert velocities.printed == pytest.approx(-0.1962, rel=1e-3)
+    assert velocities.derived == 0.0
+    assert abs(velocities.measured) < 5e-3  # t* is inside a step, between whose ends it is
 
 
 def test_any_line() -> None:
-    (table,) = source.any_line(declared(nothing(), source.requests)).tables
-    assert len(table.rows) == 6
-    for line in table.rows:
-        assert float(line[2].text) == pytest.approx(EXACT, rel=1e-4)
-        assert all(float(line[i].text) < 1.2e-4 for i in (3, 5))
-        assert all(float(line[i].text) < 1e-6 for i in (4, 6))
+    lines = numbers_of(source.ANY_LINE).lines
+    assert len(lines) == 6
+    for line in lines:
+        assert line.displacement == pytest.approx(EXACT, rel=1e-4)
+        assert max(line.errors) < 1.2e-4
+        assert max(line.turns) < 1e-6
 
 
 def test_errors_and_what_explains_them() -> None:
-    found = known(displacement.errors(study(LINE, 1e-3, 1e-4)))
-    coarse, fine = (column(found.tables[0], head) for head in ("0.001 s", "1e-4 s"))
-    theory = found.tables[0].rows[0][0].text
-    for name, most in (("mujoco/euler+reduced", 1.01), ("pymunk/side", 1.01),
-                       ("mujoco/euler+coulomb", 1.08)):  # fmt: skip
-        assert 0.99 < coarse[name] / coarse[theory] < most
-        assert 0.99 < fine[name] / fine[theory] < most
-    assert coarse["mujoco/euler"] > 0.02 < fine["mujoco/euler"]
+    numbers = numbers_of(displacement.ERRORS, study(LINE, 1e-3, 1e-4))
+    errors = {method.method: method.errors[:2] for method in numbers.methods}
+    for name, most in (
+        ("mujoco/euler+reduced", 1.01),
+        ("pymunk/side", 1.01),
+        ("mujoco/euler+coulomb", 1.08),
+    ):
+        for error, predicted in zip(errors[name], numbers.predicted, strict=False):
+            assert 0.99 < error / predicted < most
+    assert min(errors["mujoco/euler"]) > 0.02
     # the unexplained part: 4 % for the contacts' delay at the coarse step, and the armature
-    for line in found.tables[1].rows:
-        beyond, *_, left = (float(cell.text) for cell in line[2:])
-        assert abs(left) < 0.04 * abs(beyond) + 4e-13
+    assert len(numbers.beyond) == 4
+    for part in numbers.beyond:
+        assert abs(part.unexplained) < 0.04 * abs(part.error) + 4e-13
     assert displacement.errors(nothing()) is None
 
 
 def test_random_steps_are_on_the_parabola() -> None:
-    (table,) = known(displacement.sawtooth(declared(nothing(), displacement.requests))).tables
-    bare, deflected = (
-        column(table, "largest relative distance"),
-        column(table, "with contact deflection"),
-    )
-    assert max(bare[name] for name in bare if "coulomb" not in name) < 1e-3
-    assert deflected["mujoco/euler+coulomb"] < 0.05 < bare["mujoco/euler+coulomb"]
+    methods = numbers_of(displacement.SAWTOOTH).methods
+    assert max(each.distance for each in methods if "coulomb" not in each.method) < 1e-3
+    (full,) = (each for each in methods if "coulomb" in each.method)
+    assert full.deflected_distance < 0.05 < full.distance
 
 
 def test_contact_chatter() -> None:
-    found = known(contacts.chatter(declared(nothing(), contacts.requests)))
-    default, good = found.tables[0].rows[:2], found.tables[0].rows[2:]
-    assert all(0.15 < float(line[4].text) < 0.4 for line in default)
-    assert all(float(line[3].text) > 5e-6 for line in default)
-    assert all(float(line[5].text) == 0.0 for line in default)
-    assert all(float(line[3].text) < 1e-9 for line in good)
-    assert all([cell.text for cell in line[4:]] == ["0", "3", "1", "1"] for line in good)
-    assert [len(plot.traces) for plot in found.figures] == [2, 2, 2]
+    chatter = numbers_of(contacts.CHATTER)
+    for run in chatter.contacts[:2]:
+        assert 0.15 < run.missing < 0.4
+        assert run.vertical_range > 5e-6
+        assert min(run.contacts) == 0.0
+    for run in chatter.contacts[2:]:
+        assert run.vertical_range < 1e-9
+        assert (run.missing, min(run.contacts)) == (0.0, 3.0)
+        assert run.loads == pytest.approx(1.0, abs=5e-3)
+    (shown,) = written(contacts.CHATTER.template, plain(chatter))
+    assert [len(plot.traces) for plot in shown.figures] == [2, 2, 2]
 
 
 def test_isotropy() -> None:
-    (table,) = known(contacts.isotropy(declared(nothing(), contacts.requests))).tables
-    spread = column(table, "spread")
-    assert spread["mujoco/euler"] > 0.2
-    assert max(spread[name] for name in spread if name != "mujoco/euler") < 1e-12
+    spread = {row.method: row.spread for row in numbers_of(contacts.ISOTROPY).every}
+    assert spread.pop("mujoco/euler") > 0.2
+    assert max(spread.values()) < 1e-12
 
 
 def test_normal_forces() -> None:
-    (table,) = known(contacts.normal_forces(declared(nothing(), contacts.requests))).tables
-    assert max(column(table, "at rest").values()) < 1e-6
-    assert min(column(table, "largest of all").values()) > 1e-4
-    assert max(column(table, "with half").values()) < 1e-5
+    for engine in numbers_of(contacts.LOAD_ERRORS).engines:
+        assert engine.at_rest < 1e-6
+        assert max(engine.distances) > 1e-4
+        assert max(engine.half_step[:-1]) < 1e-5
 
 
 def test_heights() -> None:
-    found = known(fidelity.heights(declared(nothing(), fidelity.requests)))
-    assert "1.2 N" in found.summary
-    rows = {(line[0].text, line[1].text): line for line in found.tables[0].rows}
-    for step, most in (("0.001", 3e-4), ("1e-4", 4e-6)):
-        low, tall = (float(rows[f"mujoco/euler+{n}", step][2].text) for n in ("coulomb", "tall"))
-        assert abs(tall - low) < most
+    heights = numbers_of(fidelity.HEIGHTS)
+    assert heights.shift == pytest.approx(1.2, abs=0.05)
+    coarse, fine = heights.changes
+    assert coarse < 3e-4
+    assert fine < 4e-6
 
 
 def test_momentum_and_saving() -> None:
-    given = declared(nothing(), fidelity.requests)
-    (table,) = known(fidelity.momentum(given)).tables
-    assert len(table.rows) == 5
-    assert max(column(table, "common").values()) < 1e-12
-    (table,) = known(fidelity.saving(given)).tables
-    # of processor time, 0.3 to 0.5 where it was measured
-    assert column(table, "relative to the full")["mujoco/euler+reduced"] < 0.8
+    momentum = numbers_of(fidelity.MOMENTUM)
+    assert len(momentum.shifts) == 5
+    assert momentum.largest < 1e-12
+    _, reduced = numbers_of(fidelity.SAVING).costs
+    assert reduced.method == "mujoco/euler+reduced"
+    assert reduced.relative < 0.8  # of processor time, 0.3 to 0.5 where it was measured
 
 
 def test_what_else_the_source_says_of_lines() -> None:
-    found = source_text.finding(study(LINE, 1e-3))
-    said = {one.place: one for one in found.statements}
-    assert {one.verdict for one in found.statements} == {"holds", "extended"}
-    assert "2.5 % with default contacts" in said["(1)"].ours
-    assert said["(17), (20), Fig. 2"].ours == "0.03, 0.0633333, 0.1425 s"
+    statements = finding(source_text.SOURCE, study(LINE, 1e-3)).statements
+    assert {statement.verdict for statement in statements} == {"holds", "extended"}
+    ours = {statement.place: statement.ours for statement in statements}
+    assert "2.5 % with default contacts" in ours["(1)"]
+    assert ours["(17), (20), Fig. 2"] == "0.03, 0.0633333, 0.1425 s"
     line = problem(LINE).motion
     assert source_text.slope(line) == pytest.approx((2.0, 2.0), abs=1e-12)
     assert source_text.balance(line) < 1e-11
@@ -182,13 +196,10 @@ def test_stiction_in_the_quick_profile_is_that_of_its_own_step() -> None:
 
 def test_hard_case() -> None:
     name = "capsule-line/near-edge"
-    numbers, ends = hard(study(name, 1e-3, 5e-4), find_scene(name))
-    assert isinstance(numbers, Table)
-    assert isinstance(ends, Table)
-    assert float(numbers.rows[0][-1].text) == pytest.approx(1e-4 / 0.3, rel=1e-3)
-    error, predicted = column(ends, "error of"), column(ends, "predicted")
-    reduced = "mujoco/euler+reduced"
-    assert error[reduced] == pytest.approx(predicted[reduced], rel=0.02)
+    case = hard.numbers(study(name, 1e-3, 5e-4), find_scene(name))
+    assert case.lightest == pytest.approx(1e-4 / 0.3, rel=1e-3)
+    (reduced,) = (end for end in case.ends if end.method == "mujoco/euler+reduced")
+    assert reduced.error == pytest.approx(reduced.predicted, rel=0.02)
 
 
 def findings_of(system: str, given: Study) -> Sequence[Finding]:
@@ -208,15 +219,16 @@ def test_drift_of_stiction() -> None:
 
 
 def test_repeated_manoeuvres() -> None:
-    found, _ = findings_of("capsule-train", study("capsule-train/ten", 1e-3))
-    error, predicted = column(found.tables[0], "relative"), column(found.tables[0], "predicted")
-    reduced = "mujoco/euler+reduced"
-    assert error[reduced] == pytest.approx(predicted[reduced], rel=0.01)
-    assert error["mujoco/euler+coulomb"] < 1.2e-4
-    assert error["mujoco/euler"] > 0.02
     ran = study("capsule-train/ten", 1e-3)
+    found = capsule_train.numbers(ran)
+    assert found is not None
+    totals = {total.method: total for total in found.totals}
+    reduced = totals["mujoco/euler+reduced"]
+    assert reduced.error == pytest.approx(reduced.predicted, rel=0.01)
+    assert totals["mujoco/euler+coulomb"].error < 1.2e-4
+    assert totals["mujoco/euler"].error > 0.02
     costs = {(c.scene, c.method): Cost(1e3, 1e3, 1e3, 1.0, 0.0, 5) for c in ran.convergence}
-    timed, _ = findings_of("capsule-train", replace(ran, costs=costs))
+    timed = finding(capsule_train.TOTAL, replace(ran, costs=costs))
     assert {line[-1].text for line in timed.tables[0].rows} == {"320 µs"}  # 320 steps of 1 µs
     assert findings_of("capsule-train", nothing()) == []
 
@@ -231,43 +243,37 @@ def test_stopping_distance() -> None:
 
 
 def test_what_sizes_an_actuator() -> None:
-    found = known(
-        drive.finding(declared(measured(LINE, (*METHODS, "pymunk/pivots"), 1e-3), source.requests))
-    )
-    demands, errors = found.tables
-    peaks = column(demands, "peak of")
-    assert peaks["line, C–A₁"] == pytest.approx(9.7119, rel=1e-3)
-    assert peaks["turn, ε = 0.1"] == pytest.approx(3805.17, rel=1e-3)
+    force = numbers_of(drive.DRIVE, measured(LINE, (*METHODS, "pymunk/pivots"), 1e-3))
+    peak, turns = force.line.peak, force.turns
+    assert peak == pytest.approx(9.7119, rel=1e-3)
+    assert turns["0.1"].peak == pytest.approx(3805.17, rel=1e-3)
     # centripetal force: 1/epsilon^2
-    assert peaks["turn, ε = 0.03"] / peaks["turn, ε = 0.1"] == pytest.approx(1 / 0.09, rel=0.01)
-    missed, allowed = column(errors, "of it"), column(errors, "model")
-    for name in ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side"):
-        assert missed[name] < allowed[name] < 5e-3
-    assert missed["mujoco/euler"] > 0.1
-    # what is said of engines whose friction converges, of which pymunk/pivots is none
-    assert missed["pymunk/pivots"] > 1.0
-    within = float(found.summary.partition("it is within ")[2].split()[0])
-    convergent = [
-        f for n, f in missed.items() if n.endswith(("coulomb", "reduced", "feet", "side"))
-    ]
-    assert within == pytest.approx(max(convergent) / peaks["line, C–A₁"], rel=0.05)
-    assert within < 1e-3
-    exact, *engines = found.figures[0].traces
-    assert len(engines) == 2
-    assert max(exact["y"]) == pytest.approx(9.7119, rel=1e-3)
-    assert min(exact["y"]) == pytest.approx(-3.06072, rel=1e-3)
+    assert turns["0.03"].peak / turns["0.1"].peak == pytest.approx(1 / 0.09, rel=0.01)
+    errors = {error.method: error for error in force.errors}
+    convergent = ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
+    for name in convergent:
+        assert errors[name].unpredicted < errors[name].bound < 5e-3
+    assert errors["mujoco/euler"].unpredicted > 0.1
+    # the text is on engines whose friction converges, of which pymunk/pivots is none
+    assert errors["pymunk/pivots"].unpredicted > 1.0
+    assert force.within == max(errors[name].unpredicted for name in convergent) / peak
+    assert force.within < 1e-3
+    assert len(force.engines) == 2
+    assert max(force.forces) == pytest.approx(9.7119, rel=1e-3)
+    assert min(force.forces) == pytest.approx(-3.06072, rel=1e-3)
 
 
 def test_the_exact_condition_for_contact_and_beyond() -> None:
     ran = declared(study(LINE, 1e-3), tipping.requests)
-    found = known(tipping.finding(ran))
-    assert "4.33 times as far" in found.summary
-    motions, outside = found.tables
-    inside = {line[0].text: (line[1].text, line[2].text) for line in motions.rows}
-    assert list(inside.values()) == [("yes", "yes"), ("yes", "no"), ("no", "yes")]
-    assert all(float(line[3].text) > 0.0 for line in motions.rows)
-    for line in outside.rows:  # eq. 22 holds there as well
-        assert abs(float(line[2].text)) < 2e-4
+    numbers = tipping.numbers(ran)
+    assert numbers is not None
+    assert numbers.reach == pytest.approx(4.33, abs=5e-3)
+    motions = (numbers.check, numbers.edge, numbers.outside)
+    inside = [(motion.com_inside, motion.slider_inside) for motion in motions]
+    assert inside == [(True, True), (True, False), (False, True)]
+    assert min(motion.lowest for motion in motions) > 0.0
+    assert len(numbers.errors) == 2
+    assert max(map(abs, numbers.errors.values())) < 2e-4  # eq. 22 holds there as well
     held, tipped = (ran.recording(one) for one in (tipping.INSIDE, tipping.TIPPED))
     assert held is not None
     assert tipped is not None
@@ -292,13 +298,11 @@ def test_the_reference_refuses_what_tips() -> None:
 
 
 def test_engines_at_the_fastest_manoeuvres() -> None:
-    ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), capsule_train.requests)
-    found = mean_speed.finding(ran)
-    assert "0.054 m/s" in found.summary
-    exact, engines = found.tables
-    speeds = [float(line[2].text) for line in exact.rows]
-    assert speeds == sorted(speeds)
-    errors = column(engines, "relative error")
-    assert len(errors) == len(mean_speed.METHODS)
-    for name, error in errors.items():  # contacts that deflect, at the limit of friction
-        assert abs(error) < 2e-3, name
+    ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), mean_speed.requests)
+    found = mean_speed.numbers(ran)
+    assert found is not None
+    assert found.limit == pytest.approx(0.054, abs=5e-4)
+    assert found.checked < found.pushed < found.limit < found.most
+    assert [run.method for run in found.runs] == [*mean_speed.METHODS]
+    for run in found.runs:  # contacts that deflect, at the limit of friction
+        assert abs(run.error) < 2e-3, run.method

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import between, convergence_study

@@ -246,7 +246,7 @@ def test_a_known_limit_is_strict() -> None:
     scene = find_scene("capsule-line/ca1")
     how = find_methods("pymunk/pivots")[0]
     assert wanted.allows(Judgement("not-converging", {}, ""))
-    assert not as_expected(scene, how, Judgement("pass", {}, ""))
+    assert not as_expected(scene, how, Judgement("predicted", {}, ""))
 
 
 def test_findings_name_commands_that_exist() -> None:

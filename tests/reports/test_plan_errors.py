@@ -9,7 +9,7 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
-from plumbob.reports.analyses.plan_errors import by_kind
+from plumbob.reports.analyses.capsule_plan.pose_errors import by_kind
 from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import run_plan
 

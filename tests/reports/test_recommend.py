@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Prediction
@@ -199,12 +199,12 @@ def test_where_theory_has_no_series_only_steps_that_were_run_count() -> None:
         assert (choice.step, choice.measured) == (5e-4, True)
 
 
-@pytest.mark.parametrize("verdict", ["not-converging", "fail", "diverged"])
+@pytest.mark.parametrize("verdict", ["not-converging", "off-prediction", "diverged"])
 def test_a_method_that_does_not_converge_is_never_recommended(verdict: Verdict) -> None:
     study = made_up([(FIRST, STEPS, lambda h: 1e-9), (FOURTH, STEPS, lambda h: 1e8 * h**4)])
     verdicts = {
         (SCENE, name): Judged(Judgement(found, {}, ""), ())
-        for name, found in ((FIRST.name, verdict), (FOURTH.name, "pass"))
+        for name, found in ((FIRST.name, verdict), (FOURTH.name, "predicted"))
     }
     open_to_all = cheapest(study, SCENE, 1e-3)
     assert open_to_all.choice is not None

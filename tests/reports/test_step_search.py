@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.models.registry import scene as find_scene

@@ -20,7 +20,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
-from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge, judged
 from plumbob.reports.view import notation, overview, tables
@@ -28,7 +28,7 @@ from plumbob.reports.view.content import Finding, Statement, StatementVerdict, T
 from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, finding, nothing
-from plumbob.tests.support.studies import SCENE, quick
+from plumbob.tests.support.studies import SCENE, quick, verdicts
 
 
 def measured() -> list[ConvergenceStudy]:
@@ -66,11 +66,8 @@ def test_a_real_time_factor_is_simulated_over_computing_time() -> None:
 
 
 def test_the_summary_shows_the_finest_run() -> None:
-    verdicts = {
-        method: both for (scene, method), both in judge_study(quick()).items() if scene == SCENE
-    }
-    (scene,) = [s for s in quick().scenes if s.name == SCENE]
-    shown = texts(tables.summary(system_of(scene), measured(), verdicts, by_name()))
+    every = {method: of for (scene, method), of in verdicts(quick()).items() if scene == SCENE}
+    shown = texts(tables.summary(quick().observables(SCENE), measured(), every, by_name()))
     for i, c in enumerate(measured()):
         coarsest, finest = (
             notation.step(c.measurements[k].step, by_name()[c.method].control) for k in (0, -1)
@@ -102,10 +99,11 @@ def test_a_rounding_of_zero_is_no_failure() -> None:
     assert 0.0 < heading.largest < level < 1e-13
     assert exceeded(found, "heading", allowed, units) is None
     shown = judge(found, system, how)
-    assert shown.verdict == "fail"  # of the displacement
+    assert shown.verdict == "off-prediction"  # of the displacement
     c = ConvergenceStudy(scene.name, how.name, (found,))
-    both = {how.name: Judged(shown, (shown,))}
-    cells = texts(tables.budgets(system, [c], both, {how.name: how}))
+    study = replace(nothing(), scenes=(scene,), methods=(how,), convergence=(c,))
+    both = verdict_on(study, c, {(scene.name, how.name): Judged(shown, (shown,))})
+    cells = texts(tables.budgets(system.observables, [c], {how.name: both}, {how.name: how}))
     rows = zip(cells["observable"], cells["reason"], strict=True)
     said = {head.partition(",")[0]: why for head, why in rows if ", error" in head}
     assert said["heading"] == said["sideways"] == "the sum: within"
@@ -126,11 +124,13 @@ def test_a_run_off_its_prediction_is_shown_as_such() -> None:
     wrong = replace(euler, measurements=(*euler.measurements[:-1], replace(finest, errors=errors)))
     (scene,) = [s for s in quick().scenes if s.name == SCENE]
     system, method = system_of(scene), by_name()["mujoco/euler"]
-    found = {"mujoco/euler": judged(wrong, system, method)}
-    assert found["mujoco/euler"].whole.verdict == "fail"
-    shown = texts(tables.budgets(system, [wrong], found, by_name()))
+    both = judged(wrong, system, method)
+    assert both.whole.verdict == "off-prediction"
+    found = {"mujoco/euler": verdict_on(quick(), wrong, {(SCENE, "mujoco/euler"): both})}
+    shown = texts(tables.budgets(system.observables, [wrong], found, by_name()))
     assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])
-    hints = [cell.hint for cell in tables.every_run(system, [wrong], found, by_name()).rows[0]]
+    table = tables.every_run(system.observables, [wrong], found, by_name())
+    hints = [cell.hint for cell in table.rows[0]]
     assert f"{notation.number(error.largest)} off its prediction, allowed" in hints[-1]
 
 

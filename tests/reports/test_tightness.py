@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.judge.tightness import Slack, slacks, spread
-from plumbob.reports.view import sensitivity, tightness
+from plumbob.reports.judge.tightness import Slack, slacks, spread, tightness
+from plumbob.reports.view import sensitivity
+from plumbob.reports.view.records import records_of
+from plumbob.reports.view.tightness import tables
 from plumbob.tests.support.studies import SCENE, quick
 from plumbob.tests.validation.tightness import loosest
 
@@ -39,16 +41,18 @@ def test_no_run_that_passes_uses_more_than_it_is_allowed() -> None:
 
 
 def test_predictions_and_bounds_have_tables_of_their_own() -> None:
-    predicted, bounded = tightness.tables(quick(), judge_study(quick()))
+    predicted, bounded = tables(tightness(slacks(quick(), judge_study(quick()))))
     names = [[cells[0].text for cells in table.rows] for table in (predicted, bounded)]
     assert names == [["mujoco/euler", "ode/leapfrog", "ode/rk4"], ["ode/dop853"]]
     assert all(len(cells) == len(predicted.heads) for cells in predicted.rows)
 
 
 def test_what_is_noticed_stands_under_its_parameter() -> None:
-    (scene,) = (s for s in quick().scenes if s.name == SCENE)
-    table = sensitivity.table(quick(), scene, judge_study(quick()))
-    assert table is not None
+    record = records_of(quick()).scenes[SCENE]
+    assert record.exact is not None
+    assert record.exact.sensitivity is not None
+    methods = {method.name: method for method in quick().methods}
+    table = sensitivity.table(record.exact.sensitivity, record.verdicts, methods)
     for cells in table.rows:
         by = {head: cell for head, cell in zip(table.heads, cells, strict=True)}
         assert by["density"].text == "–"  # the equations do not have it

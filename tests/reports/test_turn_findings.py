@@ -1,16 +1,17 @@
-"""Statements of the page on turns, spins and plans hold."""
+"""Statements of the page on turns and spins hold."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
-from plumbob.reports.analyses import capsule_plan, plan_legs, section
-from plumbob.reports.analyses.capsule_line import source
-from plumbob.reports.analyses.capsule_plan import SHOWN
+from plumbob.reports.analyses import capsule_coast
+from plumbob.reports.analyses.analysis import plain
+from plumbob.reports.analyses.capsule_line.source import ANY_LINE
 from plumbob.reports.analyses.capsule_turn import (
     body_angle,
     course,
@@ -19,12 +20,11 @@ from plumbob.reports.analyses.capsule_turn import (
     modes,
     source_text,
 )
-from plumbob.reports.analyses.capsule_turn.turns import requests, turn
+from plumbob.reports.analyses.capsule_turn.turns import name_of, requests, turn
 from plumbob.reports.analyses.measurements import problem
-from plumbob.reports.analyses.plan_errors import plan_of
-from plumbob.reports.analyses.plan_path import gallery
-from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.tests.support.declared import declared, findings_of, measured, nothing
+from plumbob.reports.view.content import Finding
+from plumbob.reports.view.finding_text import written
+from plumbob.tests.support.declared import declared, finding, measured, nothing
 
 EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
 
@@ -34,12 +34,6 @@ def study(scene: str, methods: tuple[str, ...], *steps: float) -> Study:
     return declared(measured(scene, methods, *steps), requests)
 
 
-def column(table: Table, head: int | str, key: int = 0) -> dict[str, str]:
-    """Texts of a column by the text of their rows' `key`."""
-    place = head if isinstance(head, int) else table.heads.index(head)
-    return {line[key].text: line[place].text for line in table.rows}
-
-
 def known(found: Finding | None) -> Finding:
     assert found is not None
     return found
@@ -47,209 +41,168 @@ def known(found: Finding | None) -> Finding:
 
 def test_second_order_of_the_formula() -> None:
     found = exact_motion.second_order(nothing())
-    assert "1.1202033" in found.summary
-    assert "1.9032533" in found.summary
-    checks, errors = found.tables
-    assert all(abs(float(line[3].text)) < 1e-8 for line in checks.rows)
-    assert len(checks.rows) == 4
-    slopes = {head: float(errors.rows[-1][n].text) for n, head in enumerate(errors.heads) if n}
-    assert slopes["eq. 32 at 2τ"] == pytest.approx(2.0, abs=0.02)
-    assert slopes["corrected at 2τ"] == pytest.approx(4.0, abs=0.02)
-    assert slopes["eq. 32 at rest"] == pytest.approx(2.0, abs=0.02)
+    assert (found.stop, found.rest) == pytest.approx((1.1202033, 1.9032533), abs=1e-7)
+    assert [found.measured["stop"], found.measured["rest"]] == pytest.approx(
+        [found.stop, found.rest], rel=1e-4
+    )
+    assert len(found.checks) == 4
+    assert np.abs(np.array(found.checks)[:, 3]).max() < 1e-8
+    assert found.formula.slopes == pytest.approx({"stop": 2.0, "rest": 2.0}, abs=0.02)
+    assert found.corrected.slopes["stop"] == pytest.approx(4.0, abs=0.02)
     # a fourth order with a logarithm, whose factor theory has as -2.3733 (analytic/README.md)
-    assert 3.6 < slopes["corrected at rest"] < 3.9
-    seen = exact_motion.logarithm(exact_motion.formula_errors().corrected_rest)
-    assert seen == pytest.approx(-2.3733, rel=2e-3)
+    assert 3.6 < found.corrected.slopes["rest"] < 3.9
+    assert found.factor == pytest.approx(-2.3733, rel=2e-3)
 
 
 def test_angle_and_the_required_accuracy() -> None:
-    found = known(body_angle.angle(study("capsule-turn/0.3", (EULER,))))
-    (table,) = found.tables
-    met = {(line[0].text, line[1].text): line[-2].text for line in table.rows}
-    for epsilon in ("0.3", "0.03"):
-        assert met[epsilon, "mujoco/rk4+coulomb"] == met[epsilon, FEET] == "met"
-        assert met[epsilon, EULER] == met[epsilon, DEFAULT] == "not met"
-    for plot in found.figures:  # two formulas, four methods, and Euler's step where it is predicted
+    given = study("capsule-turn/0.3", (EULER,))
+    found = body_angle.angles(given)
+    assert found is not None
+    good = {(e.epsilon, e.method): e.largest <= found.asked for e in found.errors}
+    for epsilon in (0.3, 0.03):
+        assert good[epsilon, "mujoco/rk4+coulomb"]
+        assert good[epsilon, FEET]
+        assert not good[epsilon, EULER]
+        assert not good[epsilon, DEFAULT]
+    for plot in finding(body_angle.ANGLE, given).figures:
+        # two formulas, four methods, and Euler's step where it is predicted
         names = [str(trace["name"]) for trace in plot.traces]
         assert sum("slope" in name for name in names) == 2
         assert {EULER, FEET, DEFAULT} <= set(names)
 
 
 def test_leak() -> None:
-    (table,) = known(body_angle.leak(study("capsule-turn/0.3", (EULER,)))).tables
-    small = column(table, "ε = 0.03")
-    assert float(small[EULER]) == pytest.approx(1.0, abs=6e-3)  # friction, and the step's square
-    assert all(abs(float(small[name])) < 3e-3 for name in small if name != EULER)
+    found = body_angle.leak(study("capsule-turn/0.3", (EULER,)))
+    assert found is not None
+    assert found.epsilons[1] == 0.03
+    small = {name: sizes[1] for name, sizes in found.ratios.items()}
+    assert small.pop(EULER) == pytest.approx(1.0, abs=6e-3)  # friction, and the step's square
+    assert max(map(abs, small.values())) < 3e-3
 
 
 def test_contact_deflection() -> None:
     step = turn(0.03).half_time / 800
-    found = known(body_angle.deflection(study("capsule-turn/0.03", (EULER, DEFAULT), step)))
-    (table,) = found.tables
-    good, bad = ({head: float(cell.text.replace("–", "nan")) for head, cell
-                  in zip(table.heads, line, strict=True) if head not in ("method",)}
-                 for line in table.rows)  # fmt: skip
-    vertical, beyond = table.heads[3:5]
-    assert good[vertical] < 1e-14 < 1e-3 < bad[vertical]
-    bound = good["its bound from contact deflection [rad]"]  # 1.1e-7, until the body rests
-    assert abs(good[beyond]) < bound < 1.5e-7
-    assert bad[beyond] > 1e-3
+    found = body_angle.deflection(study("capsule-turn/0.03", (EULER, DEFAULT), step))
+    assert found is not None
+    good, bad = found.rows
+    assert good.force == pytest.approx(3805.17 / 0.09, rel=0.01)  # as epsilon^-2, of that at 0.1
+    assert good.vertical < 1e-14 < 1e-3 < bad.vertical
+    assert good.bound is not None  # 1.1e-7, until the body rests
+    assert abs(good.beyond) < good.bound < 1.5e-7
+    assert bad.beyond > 1e-3
     assert body_angle.deflection(study("capsule-turn/0.03", (EULER,))) is None
 
 
 def test_a_support_that_stops_and_slides_on() -> None:
-    motion = exact_motion.motion()
-    ((time, support),) = exact_motion.touches(motion)
-    assert time / 0.08 == pytest.approx(1.307, abs=1e-3)
     found = exact_motion.touching(nothing())
-    assert f"A{support + 1}" in found.summary
+    (stay,) = [stay for stay in found.modes.stays if stay.again]
+    assert (found.time, found.support) == (stay.begin, stay.support)
+    assert found.time == pytest.approx(1.307, abs=1e-3)
     # speed over time: down to zero and up again, at different rates
-    before, after = ([float(line[n].text) for line in found.tables[0].rows] for n in (3, 4))
-    assert before[0] == pytest.approx(before[1], rel=1e-2)
-    assert after[0] == pytest.approx(after[1], rel=1e-2)
-    assert before[0] > 1.5 * after[0] > 0.0
+    (before, after), further, *_ = np.array(found.sides)[:, 3:]
+    assert [before, after] == pytest.approx(further, rel=1e-2)
+    assert before > 1.5 * after > 0.0
 
 
 def test_modes_of_a_motion_that_pivots() -> None:
     name = "capsule-turn/pivot"
-    scene = find_scene(name)
-    motion = system_of(scene).problem(scene.parameters).motion
-    strip, slips = modes.figures(motion.single, motion.manoeuvre.half_time)
+    tau = problem(name).motion.manoeuvre.half_time
+    shown = modes.hard_turn(study(name, (EULER, FEET), tau / 50), find_scene(name))
+    strip, slips = written(modes.HARD.template, plain(shown))[0].figures
     assert strip.caption.count("pivot about A2") == 3
     assert strip.caption.endswith("rest.")
     lowest = {t["name"]: min(t["y"]) for t in slips.traces}
     assert lowest["A2"] == pytest.approx(modes.NEAR)
-    tau = motion.manoeuvre.half_time
-    shown = modes.hard(study(name, (EULER, FEET), tau / 50), scene)
-    assert sum(isinstance(one, Figure) for one in shown) == 2
-    ends = shown[-1]
-    assert isinstance(ends, Table)
-    predicted, end = column(ends, "predicted [rad]"), column(ends, "at the finest [rad]")
-    for method in (EULER, FEET):
-        assert float(end[method]) == pytest.approx(float(predicted[method]), rel=0.02)
+    assert [end.method for end in shown.endings] == [EULER, FEET]
+    for end in shown.endings:
+        assert end.fine == pytest.approx(end.predicted, rel=0.02)
 
 
 def test_spin() -> None:
     steps = (1e-3, 5e-4, 2e-4, 1e-4)
-    own = section("capsule-coast")
-    assert own is not None
-    given = declared(measured("capsule-coast/spin", (EULER, DEFAULT), *steps), own.requests)
-    found = next(f for f in findings_of(own, given) if f.name == "capsule-spin")
-    leads, default = found.tables
-    for place, step in enumerate(steps, 1):  # of first order, and its second order
-        assert float(column(leads, place)[EULER]) == pytest.approx(-2.191, abs=6.0 * step)
-    for line in default.rows:
-        heading, rate, missing = (float(cell.text) for cell in line[1:])
-        assert 5e-3 < abs(heading) < 3e-2
-        assert 1e-2 < rate < 0.5
-        assert missing > 0.5
-
-
-@pytest.mark.long
-def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
-    given = declared(measured(SHOWN, (FEET,)), capsule_plan.requests)
-    (table,) = known(capsule_plan.poses(given)).tables
-    (line,) = (dict(zip(table.heads, row, strict=True)) for row in table.rows)
-    assert float(line["error of the reference [m]"].text) < 1e-6
-    assert float(line["naive over best"].text) > 1.3
-    _, drawn = gallery(plan_of(SHOWN))
-    assert len(drawn) == 3
-    found = known(capsule_plan.open_loop(given))
-    for row in found.tables[0].rows:
-        distance, slow = float(row[2].text), float(row[-2].text)
-        assert distance < 2e-4
-        assert slow < 1e-4 * distance
-    assert capsule_plan.poses(study("capsule-turn/0.3", (EULER,))) is None
-
-
-@pytest.mark.long
-def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule_plan, "QUICK", (FEET,))
-    shown = plan_legs.SCENES[1]
-    ran = declared(measured(shown, (FEET,)), capsule_plan.requests)
-    found = known(plan_legs.finding(ran))
-    exact, engines = found.tables
-    assert len({line[0].text for line in exact.rows}) == 6  # 3 pairs of lines, 2 arcs
-    assert all(float(line[n].text) < 1e-12 for line in exact.rows for n in (4, 5))
-    assert [line[1].text for line in engines.rows] == [*plan_legs.METHODS] * 3
-    for line in engines.rows:
-        distance, heading = float(line[2].text), float(line[3].text)
-        assert distance < 5e-4
-        assert abs(heading) < (5e-4 if line[1].text == FEET else 5e-3)  # Euler's leak in a turn
-    assert found.commands[0].endswith("--track curve --set 'legs=[2, 3]' --arc longer")
-    # the quick profile's curve is one of the six, and its naive plan goes along it too
-    assert plan_of(shown).duration == pytest.approx(plan_legs.plans()[3].duration, rel=1e-12)
-    assert (capsule_plan.naive(shown).legs, capsule_plan.naive(shown).arc) == ((2, 3), "longer")
-    assert plan_legs.finding(study("capsule-turn/0.3", (EULER,))) is None
+    given = declared(
+        measured("capsule-coast/spin", (EULER, DEFAULT), *steps), capsule_coast.spin_requests
+    )
+    found = capsule_coast.spin(given)
+    assert found is not None
+    euler, default = found.methods
+    assert euler.slope == pytest.approx(-2.191, abs=6e-4)
+    for step, ratio in zip(steps, euler.ratios, strict=True):  # of first order, and its second
+        assert ratio == pytest.approx(-2.191, abs=6.0 * step)
+    assert (default.method, default.slope) == (DEFAULT, None)
+    for run in found.default:
+        assert 5e-3 < abs(run.heading) < 3e-2
+        assert 1e-2 < run.rate < 0.5
+        assert run.missing > 0.5
+    assert len(found.default) == len(steps)
 
 
 def test_what_a_turn_leaves_at_its_stop() -> None:
-    found = left_over.finding(study("capsule-turn/0.3", (EULER, FEET)))
-    assert "0.655 rad/s" in found.summary
-    assert "3.66 mm/s" in found.summary
-    sizes, engines = found.tables
-    off = {line[0].text: float(line[3].text) for line in sizes.rows}
-    assert off["0.1"] == pytest.approx(-0.0425, abs=5e-4)
-    assert abs(off["0.001"]) < 1e-4
-    for line in engines.rows:
-        if line[1].text == FEET:
-            assert abs(float(line[3].text)) < 0.01
+    found = left_over.numbers(study("capsule-turn/0.3", (EULER, FEET)))
+    assert found.shown.rate == pytest.approx(0.655, abs=5e-4)
+    assert found.shown.speed == pytest.approx(3.66e-3, abs=5e-6)
+    off = {row.epsilon: row.difference for row in found.rows}
+    assert off[0.1] == pytest.approx(-0.0425, abs=5e-4)
+    assert abs(off[0.001]) < 1e-4
+    errors = [error for _, method, _, error in found.engines if method == FEET]
+    assert max(map(abs, errors)) < 0.01
+
+
+def test_a_turn_that_is_lost_has_no_rate_at_its_stop() -> None:
+    plan = study("capsule-turn/0.3", (EULER,))
+    scenes = tuple(find_scene(name_of(0.3, when)) for when in ("stop", "rest"))
+    lost = declared(replace(plan, scenes=scenes), requests)
+    found = left_over.numbers(lost)
+    assert (0.3, EULER) not in {row[:2] for row in found.engines}
 
 
 def test_the_course_of_a_turn() -> None:
     ran = declared(measured("capsule-turn/0.3", (EULER, FEET)), course.requests)
-    found = known(course.finding(ran))
-    over = {line[0].text: float(line[2].text) for line in found.tables[0].rows}
+    found = course.numbers(ran)
+    over = {row.epsilon: row.coefficient for row in found.departures}
     # the next order is the largest at 2 tau, 1.12 epsilon^2 of it
-    assert over["0.03"] == pytest.approx(1.1202, rel=2e-3)
-    assert over["0.3"] == pytest.approx(1.1202, rel=0.1)
-    assert [line[3].text for line in found.tables[0].rows] == ["2"] * 3
-    angles, departures, path = found.figures
-    assert len(angles.traces) == 5
-    assert len(departures.traces) == 3
-    phi, without, exact, *engines = angles.traces
-    assert phi["y"][-1] == pytest.approx(-without["y"][-1] / turn(0.3).inertia_ratio, rel=1e-3)
-    for marks in (*engines, *path.traces[2:]):
-        assert len(marks["x"]) >= course.DOTS
-    for seen in engines:  # marks on the curve
-        near = np.interp(seen["x"], exact["x"], exact["y"])
-        assert np.abs(near - np.array(seen["y"])).max() < 2e-3
+    assert over[0.03] == pytest.approx(1.1202, rel=2e-3)
+    assert over[0.3] == pytest.approx(1.1202, rel=0.1)
+    assert [row.time for row in found.departures] == [2.0] * 3
+    assert found.slider[-1] == pytest.approx(-found.formula[-1] / turn(0.3).inertia_ratio)
+    for run in found.runs:  # on the curve
+        assert len(run.x) == len(run.y) == len(run.phases) >= course.DOTS
+        near = np.interp(run.phases, found.phases, found.exact)
+        assert np.abs(near - run.angles).max() < 2e-3
+    angles, departures, path = finding(course.COURSE, ran).figures
+    assert [len(plot.traces) for plot in (angles, departures, path)] == [5, 3, 4]
 
 
 def test_the_leading_path_is_the_motion_without_friction() -> None:
     """At epsilon 0.01 friction moves C by 1e-4 of its way or less; at 0.3 by 2 % or more."""
     phases = np.linspace(0.0, 2.0, 41)
-    _, place = course.course(0.01, phases)
-    off = np.abs(place - course.leading_path(turn(0.01), phases)).max()
-    assert off < 1e-4 * np.abs(place).max()
-    _, place = course.course(0.3, phases)
-    assert np.abs(place - course.leading_path(turn(0.3), phases)).max() > 0.02 * place.max()
+    for epsilon, low, high in ((0.01, 0.0, 1e-4), (0.3, 0.02, 1.0)):
+        _, place = course.exact_course(epsilon, phases)
+        off = np.abs(place - course.leading_path(turn(epsilon), phases)).max()
+        assert low * np.abs(place).max() < off < high * np.abs(place).max()
 
 
 def test_what_else_the_source_says_of_turns() -> None:
-    found = source_text.finding(nothing())
-    assert {s.verdict for s in found.statements} == {"holds", "extended"}
+    numbers = source_text.numbers(nothing())
+    verdicts = {s.verdict for s in finding(source_text.SOURCE, nothing()).statements}
+    assert verdicts == {"holds", "extended"}
     one, motion = turn(0.3), problem("capsule-turn/0.3").motion.single
-    fraction, given = source_text.friction_turning(one, motion)
     left = float(motion.at(np.array([2 * one.half_time])).angular_velocity[0])
-    assert given == pytest.approx(left, rel=1e-12)
-    assert 0.5 < fraction < 1.0
+    assert numbers.integral == pytest.approx(left, rel=1e-12)
+    assert 0.5 < numbers.friction < 1.0
     # another friction does not give this motion
     other = source_text.friction_turning(turn(0.1), motion)
     assert abs(other[1] / left - 1.0) > 1e-3
-    whole, part = source_text.shortened()
     # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
-    assert part == pytest.approx(whole / 100, rel=2e-4)
-    assert part == pytest.approx(-0.01, rel=2e-3)
+    assert numbers.shorter == pytest.approx(numbers.usual / 100, rel=2e-4)
+    assert numbers.shorter == pytest.approx(-0.01, rel=2e-3)
 
 
 def test_chernousko_is_cited_for_what_he_says() -> None:
     """His text has no list of modes, and argues for any triangle: arms are inversely proportional
     to forces."""
-    statements = exact_motion.touching(nothing()).statements
+    statements = finding(exact_motion.TOUCH, nothing()).statements
     assert [one.place for one in statements] == ["(1)"]
-    given = declared(nothing(), source.requests)
-    argued = " ".join(source.any_line(given).paragraphs)
+    argued = " ".join(finding(ANY_LINE, declared(nothing(), ANY_LINE.requests)).paragraphs)
     assert "N₂ = N₃" not in argued
     assert "inversely proportional to their arms, for any triangle" in argued

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.schemes import CLOSED_FORM, Scheme
+from plumbob.analytic.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.method import USER_METHOD as NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
@@ -17,7 +17,7 @@ from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.user_settings import UserResult, instead, user_results
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.user_settings import lines, table
-from plumbob.tests.support.studies import SCENE, made_up
+from plumbob.tests.support.studies import SCENE, made_up, verdicts
 
 STEPS = step_sizes(5e-3, 1e-4)
 OWN = replace(find_method("mujoco/euler"), name=NAME, step_sizes=(2e-3, 1e-3, 5e-4, 2.5e-4))
@@ -66,7 +66,7 @@ def test_it_is_said_in_words_cells_and_data() -> None:
     assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
     assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer
     assert "at no greater cost ode/rk4 at 0.005 s: error 0.0625 rad, 0.8 of your cost" in answer
-    shown = table(said(study()))
+    shown = table(said(study()), verdicts(study()))
     assert shown is not None
     assert shown.heads[2] == "at your 0.002 s"
     assert [cell.text for cell in shown.rows[0]][2:4] == ["2", "0.25 at 2.5e-4 s"]
@@ -100,7 +100,7 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
 def test_nothing_is_said_without_a_users_settings() -> None:
     without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
     assert (said(without), lines(said(without))) == ((), [])
-    assert table(said(without)) is None
+    assert table(said(without), {}) is None
 
 
 def test_joined_costs_are_those_of_the_first_study() -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.shared import Same, expected
+from plumbob.analytic.shared import Same, expected
 from plumbob.engines.method import Stepping
-from plumbob.engines.registry import engine_of, methods
+from plumbob.engines.registry import engine_of, limits_of, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.sampling import sampled, step_count
 from plumbob.engines.study import measurement
@@ -20,7 +20,6 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge import expectations
-from plumbob.reports.judge.known_limits import sizes
 from plumbob.reports.judge.tolerance import tolerance
 from plumbob.reports.judge.verdict import judge, judge_convergence
 
@@ -64,7 +63,8 @@ def beside_the_series(parts: float, monkeypatch: pytest.MonkeyPatch) -> Measurem
 
 
 @pytest.mark.parametrize(
-    ("parts", "verdict"), [(0.9, "pass"), (-0.9, "pass"), (4.0, "fail"), (-4.0, "fail")]
+    ("parts", "verdict"),
+    [(0.9, "predicted"), (-0.9, "predicted"), (4.0, "off-prediction"), (-4.0, "off-prediction")],
 )
 def test_a_series_leaves_its_last_two_terms_open(
     parts: float, verdict: str, monkeypatch: pytest.MonkeyPatch
@@ -87,7 +87,7 @@ def test_the_remainder_in_a_tolerance_is_the_last_two_terms(
 
 
 @pytest.mark.parametrize(
-    ("left", "verdict"), [(0.25, "pass"), (0.65, "pass"), (0.75, "not-converging")]
+    ("left", "verdict"), [(0.25, "predicted"), (0.65, "predicted"), (0.75, "not-converging")]
 )
 def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left: float, verdict: str) -> None:
     """Of an error that is as predicted at each."""
@@ -108,5 +108,5 @@ def test_no_failure_is_expected_without_a_size() -> None:
     """Also not beside another verdict: a body that nothing touches fails nowhere."""
     for scene, method in pairs(scenes("*", "quick"), methods()):
         wanted = expectations.expected(scene.name, method.name)
-        if {wanted.verdict, wanted.other} & {"fail", "not-converging"}:
-            assert (scene.name, method.name) in sizes()
+        if {wanted.verdict, wanted.other} & {"off-prediction", "not-converging"}:
+            assert (scene.name, method.name) in limits_of(method.name).sizes

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.adapters.mujoco import model_error, prepare
 from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
@@ -79,7 +79,7 @@ def test_the_slider_follows_its_control_but_for_its_armature() -> None:
 
 def test_heights_shift_loads_along_the_line_and_leave_the_motion() -> None:
     low, high = (run("capsule-line/at-123", f"euler+{n}", 1e-4)[0] for n in ("coulomb", "tall"))
-    assert verdict(high, "euler+tall") == "pass"
+    assert verdict(high, "euler+tall") == "predicted"
     assert high.errors["normal_force_2"].largest > 1.0  # f h (M + m) g of 0.19 N m
     assert low.errors["normal_force_2"].largest < 1e-3
     assert abs(high.errors["displacement"].end - low.errors["displacement"].end) < 2e-8
@@ -91,7 +91,7 @@ def test_the_planar_model_splits_the_weight_equally() -> None:
     assert np.ptp(forces, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
     assert found.errors["normal_force_3"].largest > 0.9
     assert found.errors["heading"].largest > 5e-4
-    assert verdict(found, "euler+planar") == "fail"
+    assert verdict(found, "euler+planar") == "off-prediction"
     full, _ = run("capsule-line/off-centroid", "euler+coulomb", 1e-4)
     assert full.errors["heading"].largest < 2e-8
 
@@ -162,7 +162,7 @@ def test_any_body_moves_as_predicted(
     given = {**asdict(line.capsule), **manoeuvre, "heading": heading}
     case, how = case_of(Scene("capsule-line/any", "", given, end, (), "")), METHODS[method]
     judgement = judge(measure(case, how, line.t1 / fine)[0], LINE, how)
-    assert judgement.verdict == "pass", judgement.reason
+    assert judgement.verdict == "predicted", judgement.reason
 
 
 def test_an_unscaled_solver_tolerance_has_no_effect() -> None:

@@ -23,7 +23,7 @@ def test_the_printed_hamiltonian(method: str, step: float) -> None:
     system, how = system_of(scene), find_method(method)
     printed = system.problem(scene.parameters).printed_motion()
     wrong = replace(case_of(scene), reference=printed, errors=PendulumErrors(printed))
-    assert judge(measure(wrong, how, step)[0], system, how).verdict == "fail"
+    assert judge(measure(wrong, how, step)[0], system, how).verdict == "off-prediction"
 
 
 def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
@@ -42,7 +42,7 @@ def test_a_run_far_from_the_exact_motion_has_no_bound() -> None:
     found, _ = measure(case_of(scene), how, 1e-3)
     error = found.errors["displacement"]
     assert error.predicted is not None
-    assert judge(found, system, how).verdict == "pass"
+    assert judge(found, system, how).verdict == "predicted"
     far = replace(error, predicted=replace(error.predicted, largest=0.6 * error.scale))
     elsewhere = replace(found, errors={**found.errors, "displacement": far})
     assert judge(elsewhere, system, how).verdict == "pre-asymptotic"

@@ -18,8 +18,8 @@ from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import run_surprise, surprise
+from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE, model_part
-from plumbob.reports.judge.unjudged import declared
 from plumbob.reports.judge.verdict import Judgement, judge, judge_convergence
 
 TURNED = (
@@ -111,7 +111,7 @@ def _runs(engine: str) -> Iterator[tuple[Scene, Method, Judgement]]:
     for scene, method in pairs(TURNED, methods(engine)):
         steps = method.step_sizes if method.control == "tolerance" else scene.steps
         found, _ = measure(case_of(scene), method, steps[0])
-        if found.status != "unsupported" and "heading" not in declared(scene.name, method.name):
+        if found.status != "unsupported" and "heading" not in not_read(scene.name, method.name):
             yield scene, method, judge(found, system_of(scene), method)
 
 

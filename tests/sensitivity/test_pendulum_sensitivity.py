@@ -44,4 +44,4 @@ def test_a_push_half_a_step_early(system: str, case: str, method: str) -> None:
         judge(measure(early(posed, time), how, STEP)[0], posed.system, how).verdict
         for time in (0.0, STEP / 2)
     ]
-    assert verdicts == ["pass", "fail"]
+    assert verdicts == ["predicted", "off-prediction"]

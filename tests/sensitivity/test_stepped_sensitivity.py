@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from plumbob.analytic.errors.schemes import Scheme
-from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
@@ -41,7 +41,8 @@ class Altered:
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
-    ("sign", "late", "wanted"), [(1.0, 0.0, "pass"), (-1.0, 0.0, "fail"), (1.0, 1.0, "fail")]
+    ("sign", "late", "wanted"),
+    [(1.0, 0.0, "predicted"), (-1.0, 0.0, "off-prediction"), (1.0, 1.0, "off-prediction")],
 )
 @pytest.mark.parametrize(
     ("name", "method", "step"),

@@ -198,8 +198,8 @@ def test_a_wrong_parameter(
         predicted = found.errors["theta"].predicted
         assert predicted is not None
         assert predicted.uncertainty is not None
-    assert verdict(found, how) == "pass"
-    assert verdict(run_of(how, right, step, other)[0], how) == "fail"
+    assert verdict(found, how) == "predicted"
+    assert verdict(run_of(how, right, step, other)[0], how) == "off-prediction"
 
 
 @pytest.mark.parametrize(
@@ -222,5 +222,8 @@ def test_an_error_of_a_larger_step(names: str, methods: str, step: tuple[float, 
                 name: replace(error, largest=large.errors[name].largest)
                 for name, error in right.errors.items()
             }
-            assert verdict(right, how) == "pass"
-            assert verdict(replace(right, errors=pretended), how) == "fail", (case.scene.name, how)
+            assert verdict(right, how) == "predicted"
+            assert verdict(replace(right, errors=pretended), how) == "off-prediction", (
+                case.scene.name,
+                how,
+            )

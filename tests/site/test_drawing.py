@@ -8,17 +8,14 @@ import pytest
 
 from plumbob import reports
 from plumbob.engines.study.extra_runs import StudyPlan
-from plumbob.engines.study.results import Study
 from plumbob.reports.analyses import analyses_of, requests
-from plumbob.reports.view.site import drawing
-from plumbob.reports.view.site.writing import content, one_file
+from plumbob.reports.view.site.writing import render
 from plumbob.tests.support.declared import made, measured
 from plumbob.tests.support.studies import SCENE
 
 
 @pytest.mark.long
 def test_two_processes_work_out_the_same_pages(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drawing, "MANY", 1)
     monkeypatch.setattr(reports.analyses, "MANY", 1)
     studies = [
         measured(scene, ("ode/rk4", "ode/leapfrog"), 1e-2)
@@ -31,8 +28,5 @@ def test_two_processes_work_out_the_same_pages(monkeypatch: pytest.MonkeyPatch) 
     study = replace(studies[0], scenes=scenes, convergence=convergence, extras=extras)
     one, two = (analyses_of(study, jobs) for jobs in (1, 2))
     assert one
-    assert _page(replace(study, analyses=two), 2) == _page(replace(study, analyses=one), 1)
-
-
-def _page(study: Study, jobs: int) -> str:
-    return one_file(content(study, jobs=jobs))
+    pages = [render(replace(study, analyses=analyses)) for analyses in (one, two)]
+    assert pages[0] == pages[1]

@@ -7,7 +7,7 @@ import html
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -16,19 +16,22 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
-from plumbob.models.scene import Quantity
-from plumbob.reports.analyses.capsule_line.displacement import errors
+from plumbob.models.scene import Quantity, Scene
+from plumbob.reports.analyses.capsule_line.displacement import ERRORS
+from plumbob.reports.analyses.page_numbers import scene_record, study_record
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.page import UNITS
+from plumbob.reports.view.records import PairVerdict, RunVerdict, StudyRecord
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.traces import curve, figure, linear, logarithmic
 from plumbob.reports.view.trimming import trimming
+from plumbob.tests.site import whole_profile
+from plumbob.tests.support.declared import finding
+from plumbob.tests.support.studies import verdicts
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
 
@@ -64,8 +67,22 @@ def _about(study: Study, scene: str) -> tuple[Quantity, ...]:
     return study.quantities(scene)
 
 
+def _answers(study: Study) -> tuple[first_screen.Answer, ...]:
+    return first_screen.answers(study, _record())
+
+
+@cache
+def _record() -> StudyRecord:
+    """The record of the whole profile, whatever its numbers are."""
+    return study_record(replace(whole_profile.study(), convergence=()), {})
+
+
+def _matrix(study: Study, scene: Scene) -> Table:
+    return matrix.by_engine(study, matrix.every_pair(study, verdicts(study)), (scene,))
+
+
 def _said(study: Study) -> str:
-    contacts, joints = first_screen.answers(study)
+    contacts, joints = _answers(study)
     assert (contacts.name, joints.name) == ("with-contacts", "without-contacts")
     return " ".join(contacts.sentences)
 
@@ -74,13 +91,13 @@ def test_settings_costs_and_results_stand_on_the_index(study: Study, index: Path
     text = index.read_text("utf-8")
     first = html.unescape(re.sub(r"<[^>]+>", " ", text.partition('id="findings"')[0]))
     words = " ".join(first.split())
-    contacts = first_screen.answers(study)[0]
+    contacts = _answers(study)[0]
     assert all(sentence in words for sentence in contacts.sentences)
     for settings in ('cone="elliptic"', 'solreffriction="-1 -0.1"', 'integrator="RK4"'):
         assert settings in words
     for said in ("what a step costs", "real-time factor at 1 ms", "plumbob settings", "runs."):
         assert said in words
-    for count in first_screen.counts(study, judge_study(study)):
+    for count in first_screen.counts(verdicts(study)):
         assert f"{count.sign} {count.count} {count.name}" in words
 
 
@@ -118,14 +135,14 @@ def _falling(finest: float, step: float) -> float:
 
 
 def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study: Study) -> None:
-    assert first_screen.answers(study)[0].table.note == ""
+    assert _answers(study)[0].table.note == ""
     growing = _with_error(study, LINE, DEFAULT, lambda step: 0.02 if step >= 1e-3 else 0.07)
     for finest, said in (
         (0.0456, "7 % with default contacts, 4.6 % with those written"),
         (0.08, ""),
     ):
         changed = _with_error(growing, LINE, CONVERGENT, partial(_falling, finest))
-        note = first_screen.answers(changed)[0].table.note
+        note = _answers(changed)[0].table.note
         assert said in note
         assert bool(said) == bool(note)
 
@@ -140,10 +157,8 @@ def test_costs_are_computed_from_the_study(study: Study) -> None:
 
 
 def test_a_finding_is_computed_from_the_study(study: Study) -> None:
-    before = errors(study)
-    after = errors(_with_error(study, LINE, "mujoco/euler", 0.123))
-    assert before is not None
-    assert after is not None
+    before = finding(ERRORS, study)
+    after = finding(ERRORS, _with_error(study, LINE, "mujoco/euler", 0.123))
     assert "12 %" not in before.summary
     assert "12 %" in after.summary
     assert picture(before.figures[0]) != picture(after.figures[0])
@@ -152,7 +167,7 @@ def test_a_finding_is_computed_from_the_study(study: Study) -> None:
 def test_the_matrix_is_computed_from_the_study(study: Study) -> None:
     scene = next(s for s in study.scenes if s.name == LINE)
     changed = _with_error(study, LINE, DEFAULT, 0.123)
-    table = matrix.by_engine(changed, judge_study(changed), (scene,))
+    table = _matrix(changed, scene)
     cells = dict(zip(table.heads, table.rows[0], strict=True))
     assert "12 %" in cells["MuJoCo, default settings"].text
 
@@ -197,11 +212,10 @@ def test_an_error_that_crosses_zero_is_shown_beside_it(
 
 def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None:
     found = _at_steps(study, {2e-3: 0.3, 1e-3: 0.2, 5e-4: 0.05})
-    judgement = Judgement("pass", {}, "")
-    large = Judgement("pre-asymptotic", {}, "")
-    for middle, sign in ((judgement, "="), (large, "?")):
-        runs = (judgement, middle, judgement)
-        judged = {(LINE, CONVERGENT): Judged(judgement, runs)}
+    passes, large = RunVerdict("predicted", ""), RunVerdict("pre-asymptotic", "")
+    for middle, sign in ((passes, "="), (large, "?")):
+        runs = (passes, middle, passes)
+        judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, runs)
         one = replace(found, method=CONVERGENT)
         shown = matrix.shown(study, one, find_method(CONVERGENT), judged)
         assert shown.cell().text == f"{sign} 20 %"
@@ -209,19 +223,19 @@ def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None
 
 def test_engines_are_compared_at_one_step(study: Study) -> None:
     scene = find_scene("cone-pendulum/rotating-base")
-    table = matrix.by_engine(study, judge_study(study), (scene,))
+    table = _matrix(study, scene)
     cells = dict(zip(table.heads, table.rows[0], strict=True))
     assert " at " not in cells["ODE solvers, smallest error"].text  # dop853's would be smaller
     (dop853,) = [c for c in study.convergence if (c.scene, c.method) == (scene.name, "ode/dop853")]
     alone = replace(study, convergence=(dop853,), methods=(find_method("ode/dop853"),))
-    ((_, cell),) = matrix.by_engine(alone, judge_study(alone), (scene,)).rows
+    ((_, cell),) = _matrix(alone, scene).rows
     assert "at rtol" in cell.text
 
 
 def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study: Study) -> None:
     hard = "capsule-turn/pivot-short"
     changed = _with_error(study, hard, RK4, 7.7e7)
-    for answer in first_screen.answers(changed):
+    for answer in _answers(changed):
         names = {row[0].text for row in answer.table.rows}
         system = "capsule-" if answer.name == "with-contacts" else "pendulum"
         apart = {s.name for s in study.scenes if system in s.name.partition("/")[0] and s.hard}
@@ -238,7 +252,7 @@ def test_a_method_has_one_cost_on_a_scene(study: Study) -> None:
         for pair in study.costs
     }
     changed = replace(study, costs=costs)
-    (contacts, _) = first_screen.answers(changed)
+    (contacts, _) = _answers(changed)
     rows = {row[0].text: [cell.text for cell in row[1:]] for row in contacts.table.rows}
     assert rows["cost of a step, relative"][:2] == ["1", "1.4"]
     assert rows["ns per step"][:2] == ["6686", "9360"]
@@ -262,8 +276,8 @@ def test_methods_that_did_not_run_are_not_counted(study: Study) -> None:
 
 
 def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
-    for pair, found in judge_study(study).items():
-        means = matrix.meaning(*pair, found.whole)
+    for found in verdicts(study).values():
+        means = matrix.meaning(found)
         shown = matrix.Shown(0.1, 1e-3, "step", means).cell()
         assert ("✗" in shown.text) == (means == "unexpected")
         assert ("unexpected" in shown.kind) == (means == "unexpected")
@@ -329,7 +343,9 @@ def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
     for c in own:
         if c.method in best:
             alone = _with_error(alone, scene.name, c.method, 1e-9)
-    shown = scene_view(alone, system_of(scene), scene, judge_study(alone))
+    record = scene_record(alone, judge_study(alone), scene)
+    assert record.exact is not None
+    shown = scene_view(alone, record, record.exact, scene)
     defaults = {"mujoco/euler", "dart/default", "drake/default", "pybullet/default"}
     assert defaults | best <= set(shown.at_first)
     others = {m for m in shown.at_first if m.partition("/")[0] in ("mujoco", "dart", "drake")}

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from jinja2 import TemplateNotFound
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed, Study
@@ -37,7 +37,7 @@ from plumbob.tests.support.page_document import (
     site_files,
     words,
 )
-from plumbob.tests.support.studies import made_up, quick
+from plumbob.tests.support.studies import made_up, quick, recorded
 
 KILOBYTES = 400.0  # of an index, without the files that it shares
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
@@ -91,7 +91,7 @@ def test_every_scene_method_and_number_is_in_a_table(documents: dict[Path, Docum
         assert scene.name in said
     for method in study.methods:
         assert method.name in said
-    for name in ("pass", "19.655093168750", "13.389704809267", "19.729447983"):
+    for name in ("predicted", "19.655093168750", "13.389704809267", "19.729447983"):
         assert name in said
 
 
@@ -155,12 +155,14 @@ def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
     runs = tuple(
         replace(m, status="diverged", reason=HOSTILE) for m in convergence_study.measurements
     )
-    hostile = replace(
-        study,
-        scenes=(scene,),
-        convergence=(replace(convergence_study, measurements=runs),),
-        costs={},
-        provenance=Provenance(command=HOSTILE),
+    hostile = recorded(
+        replace(
+            study,
+            scenes=(scene,),
+            convergence=(replace(convergence_study, measurements=runs),),
+            costs={},
+            provenance=Provenance(command=HOSTILE),
+        )
     )
     index = write_page(hostile, tmp_path)
     for text in (*(file.read_text("utf-8") for file in site_files(index)),
@@ -181,7 +183,7 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     old = tmp_path / "index.html"
     old.write_text("old", "utf-8")
     with pytest.raises(TemplateNotFound, match="no/such/template"):
-        write_page(replace(quick(), analyses=(broken,)), tmp_path)
+        write_page(replace(quick(), analyses=(*quick().analyses, broken)), tmp_path)
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
@@ -196,7 +198,7 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path: Path) -> None:
         if c.method.startswith("absent") else c
         for c in study.convergence
     )  # fmt: skip
-    index = write_page(replace(study, convergence=lacking), tmp_path)
+    index = write_page(recorded(replace(study, convergence=lacking)), tmp_path)
     page = next(f for f in site_files(index) if f.stem == "cone-pendulum-rotating-base")
     text = page.read_text("utf-8")
     assert text.count("absent") == 1
@@ -228,7 +230,7 @@ def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path)
 
 
 def _small(study_step: float = 1e-3) -> Study:
-    return made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)])
+    return recorded(made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)]))
 
 
 def _folders(out: Path) -> set[str]:
@@ -277,7 +279,7 @@ def test_other_folders_are_left_alone(tmp_path: Path) -> None:
 
 
 def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
-    study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3,), lambda h: h)])
+    study = _small()
     (tmp_path / "out").write_text("other", "utf-8")
     with pytest.raises(OSError, match="out"):
         write_page(study, tmp_path / "out")
@@ -317,7 +319,17 @@ def test_a_cell_that_is_text_alone_is_what_every_cell_is() -> None:
     """Rows write the plain ones themselves, in a third of the time."""
     parts: Any = filled_pages._environment().get_template("parts.html.jinja")
     made = parts.make_module({"styles": {}, "href": str})
-    kinds = ("", "number", "reason", "total", "number total", "text", "scene", "method", "pass")
+    kinds = (
+        "",
+        "number",
+        "reason",
+        "total",
+        "number total",
+        "text",
+        "scene",
+        "method",
+        "predicted",
+    )
     cells = [
         Cell(text, kind, hint, link, span)
         for text in ("", "a/b <c>")

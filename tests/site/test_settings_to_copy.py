@@ -15,7 +15,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.view.page import written
 from plumbob.reports.view.site.writing import render
 from plumbob.tests.support.browser import visited
-from plumbob.tests.support.studies import made_up
+from plumbob.tests.support.studies import made_up, recorded
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -52,7 +52,7 @@ CLIPBOARDS = {
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     study = made_up([(find_method(name), (1e-3, 1e-4), lambda h: h) for name in METHODS])
-    text = render(study)
+    text = render(recorded(study))
     # Without plots, and so without plotly, which would take longer to load than all the rest.
     text, count = re.subn(r'class="area\b', 'class="left-out', text)
     assert count > 0
@@ -79,7 +79,7 @@ def test_it_is_what_the_command_prints(
 
 def test_an_engine_that_is_not_in_the_study_is_not_spoken_of() -> None:
     study = made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)])
-    assert CODE.findall(render(study)) == []
+    assert CODE.findall(render(recorded(study))) == []
 
 
 @pytest.mark.long(keep=1)

@@ -228,7 +228,7 @@ def test_compare_reports_what_changed(
     assert main(["compare", str(tmp_path / "a"), str(tmp_path / "b#2")]) == 1  # and so a verdict
     out = capsys.readouterr().out
     assert "ode/rk4: theta error at" in out
-    assert "ode/rk4: verdict pass -> fail" in out
+    assert "ode/rk4: verdict predicted -> off-prediction" in out
     assert "mujoco/euler: theta error" not in out
     assert main(["compare", str(tmp_path / "a"), str(tmp_path / "c")]) == 2
 

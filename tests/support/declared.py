@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from plumbob.engines.method import Method, Trimming
+from plumbob.engines.abilities import Trimming
+from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import (
@@ -69,10 +69,8 @@ def findings_of(own: Section | None, study: Study) -> list[Finding]:
     return [found for find in own.findings if (found := formed(find, study)) is not None]
 
 
-def formed(analysis: Any, study: Study) -> Finding | None:
+def formed(analysis: Analysis, study: Study) -> Finding | None:
     """The finding that an analysis and its template form of a study."""
-    if not isinstance(analysis, Analysis):
-        return analysis(study)  # type: ignore[no-any-return]
     numbers = analysis.numbers(study)
     if numbers is None:
         return None
@@ -80,7 +78,7 @@ def formed(analysis: Any, study: Study) -> Finding | None:
     return finding
 
 
-def finding(analysis: Any, study: Study) -> Finding:
+def finding(analysis: Analysis, study: Study) -> Finding:
     """The same, where there is one."""
     found = formed(analysis, study)
     assert found is not None

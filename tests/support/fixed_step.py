@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import LEAPFROG, RK4, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import LEAPFROG, RK4, Scheme
 
 
 def run(

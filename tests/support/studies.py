@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
+
+import pytest
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import methods as find_methods
@@ -15,6 +18,9 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
+from plumbob.reports.analyses.page_numbers import verdicts_of
+from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.view.records import Verdicts
 from plumbob.tests.sharing.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
@@ -60,6 +66,18 @@ def made_up(
     }
     methods = tuple(method for method, _, _ in errors)
     return Study("quick", (scene,), methods, convergence, costs, NS, {"errors": 1.0, "costs": 1.0})
+
+
+def recorded(study: Study) -> Study:
+    """A study with the records that its pages take, in place of all analyses of it."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("plumbob.reports.analyses.section", lambda system: None)
+        return replace(study, analyses=analyses_of(study))
+
+
+def verdicts(study: Study) -> Verdicts:
+    """The verdicts on everything that a study measured, as pages take them."""
+    return verdicts_of(study, judge_study(study))
 
 
 def _run(method: Method, step: float, error: float) -> Measurement:

@@ -1,14 +1,14 @@
 """Measure how large the errors of known limits are, and those of solvers at their tolerances, and
-write reports/judge/known_limits.toml.
+write them into the engines' files in `engines/limits`, below what is declared there by hand.
 
     python -m plumbob.tests.validation.limit_sizes [--profile full] [--scenes GLOB] [--methods GLOB]
         [--missing] [--jobs N]
 
 Runs each pair of a scene and a method that a limit is declared for, at the steps of the quick
-profile, and each with a solver that chooses its steps; what is in the file and was not chosen stays
-there, and pairs without a declared limit leave it. `--missing` measures only what the file does not
-hold. Look at the differences before they are committed: a size that changes says that an engine, or
-plumbob, has.
+profile, and each with a solver that chooses its steps; what is in the files and was not chosen
+stays there, and pairs without a declared limit leave them. `--missing` measures only what they do
+not hold. Look at the differences before they are committed: a size that changes says that an
+engine, or plumbob, has.
 """
 
 from __future__ import annotations
@@ -22,35 +22,29 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
-from plumbob.analytic.errors.schemes import ADAPTIVE
+from plumbob.analytic.schemes import ADAPTIVE
+from plumbob.engines.known_limits import FOLDER, Size, declared_by
 from plumbob.engines.method import Method
+from plumbob.engines.registry import find_engine, methods
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import relative_error, rounding, worst
-from plumbob.engines.study.provenance import ABSENT, provenance
+from plumbob.engines.study.provenance import ABSENT, packages_of, provenance
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.known_limits import (
-    FILE,
-    Size,
-    errors_of_solvers,
-    measured,
-    sizes,
-    stored,
-)
+from plumbob.reports.judge.sizes import measured
 
 Errors = Mapping[float, float]
 Sizes = Mapping[tuple[str, str], Size | Errors]
 ABOVE = 100.0  # round-offs: below, what a processor rounds otherwise may be as large as the error
 HEAD = """\
-# Relative errors of known limits, by scene and method: the median over the finest runs of the quick
-# profile, from step `coarse` to `fine` [s], and what its runs from `coarsest` to `fine` span; and
-# those of solvers that choose their steps, by tolerance, above the round-off level.
-# Written by `python -m plumbob.tests.validation.limit_sizes`; measured with these
-# versions, for which they are known within 2 %, and for others within a factor of two.
+# Below: written by `python -m plumbob.tests.validation.limit_sizes`. Relative errors of known
+# limits, by scene and method: the median over the finest runs of the quick profile, from step
+# `coarse` to `fine` [s], and what its runs from `coarsest` to `fine` span; and those of solvers
+# that choose their steps, by tolerance, above the round-off level. They are known within 2 % for
+# these versions, and for others within a factor of two.
 
 [measured_with]
 """
@@ -93,17 +87,16 @@ def limits(of_scenes: str, of_methods: str, profile: str) -> list[tuple[Scene, M
 
 
 def sized(scene: str, method: str) -> bool:
-    """Whether the file holds a size of the pair."""
+    """Whether a file holds a size of the pair."""
     solver = find_method(method).scheme.integrator == ADAPTIVE
     return solver or expected(scene, method).limit
 
 
-def text(found: Sizes) -> str:
-    """The file that holds these sizes."""
-    now = {k: v for k, v in provenance("").versions.items() if v != ABSENT and k != "plumbob"}
-    lines = [HEAD, *(f'"{k}" = "{v}"\n' for k, v in (stored()["measured_with"] | now).items())]
+def text(sizes: Sizes, versions: Mapping[str, str]) -> str:
+    """The part of an engine's file that holds these sizes."""
+    lines = [HEAD, *(f'"{package}" = "{version}"\n' for package, version in versions.items())]
     table = ""
-    for (scene, method), size in sorted(found.items(), key=lambda entry: (_kind(entry[1]), entry)):
+    for (scene, method), size in sorted(sizes.items(), key=lambda entry: (_kind(entry[1]), entry)):
         if table != (table := f'\n[{_kind(size)}."{scene}"]\n'):
             lines.append(table)
         values = asdict(size) if isinstance(size, Size) else size
@@ -113,17 +106,30 @@ def text(found: Sizes) -> str:
 
 
 def _kind(size: Size | Errors) -> str:
-    return "limits" if isinstance(size, Size) else "solvers"
+    return "sizes" if isinstance(size, Size) else "solvers"
 
 
 def _key(name: str | float) -> str:
     return name if isinstance(name, str) else f'"{name:g}"'
 
 
-def write(found: Sizes, file: Path = FILE) -> None:
-    """Write the sizes of the pairs that have one still."""
-    kept = {pair: size for pair, size in found.items() if sized(*pair)}
-    file.write_text(text(kept), "utf-8")
+def held_of(name: str) -> dict[tuple[str, str], Size | Errors]:
+    """The sizes that the file of an engine holds."""
+    limits = declared_by(find_engine(name))
+    return {**limits.sizes, **limits.solvers}
+
+
+def write(name: str, sizes: Sizes, folder: Path = FOLDER) -> None:
+    """Write into the file of an engine the sizes of the pairs that have one still, as measured with
+    the versions that are installed."""
+    file = folder / f"{name}.toml"
+    declared = file.read_text("utf-8").partition(HEAD)[0] if file.is_file() else ""
+    engine, now = find_engine(name), provenance("").versions
+    here = {package: now.get(package, ABSENT) for package in packages_of(engine)}
+    here = {package: version for package, version in here.items() if version != ABSENT}
+    versions = {**declared_by(engine).measured_with, **here}
+    kept = {pair: size for pair, size in sizes.items() if sized(*pair)}
+    file.write_text(f"{declared.rstrip()}\n\n{text(kept, versions)}".lstrip(), "utf-8")
 
 
 def main(arguments: list[str]) -> int:
@@ -135,19 +141,21 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--missing", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     chosen = parser.parse_args(arguments)
-    held: dict[tuple[str, str], Size | Errors] = {**sizes(), **errors_of_solvers()}
     asked = limits(chosen.scenes, chosen.methods, chosen.profile)
+    held = {name: held_of(name) for name in sorted({m.engine for _, m in asked})}
     if chosen.missing:
-        asked = [(s, m) for s, m in asked if (s.name, m.name) not in held]
+        asked = [(s, m) for s, m in asked if (s.name, m.name) not in held[m.engine]]
     with ProcessPoolExecutor(chosen.jobs, multiprocessing.get_context("spawn")) as pool:
         for done in as_completed([pool.submit(of_pair, pair) for pair in asked]):
             scene, method, size = done.result()
             if size is not None:
-                held[scene, method] = size
-                write(held)  # what is measured stays, however the rest ends
+                name = find_method(method).engine
+                held[name][scene, method] = size
+                write(name, held[name])  # what is measured stays, however the rest ends
             print(scene, method, size or "no run", flush=True)
-    write(held)
-    print(f"{len(asked)} measured, {len(held)} in {FILE}")
+    for name, sizes in held.items():
+        write(name, sizes)
+    print(f"{len(asked)} measured, into files in {FOLDER}")
     return 0
 
 

@@ -7,7 +7,7 @@ import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from plumbob.analytic.errors.theory import no_theory
+from plumbob.analytic.theory import no_theory
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods

@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from plumbob.analytic.errors.theory import no_theory
+from plumbob.analytic.theory import no_theory
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.registry import method as find_method
@@ -24,9 +24,10 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses.capsule_line import contacts
 from plumbob.reports.view import notation
-from plumbob.reports.view.site import first_screen, writing
+from plumbob.reports.view.site import first_screen, views, writing
 from plumbob.reports.view.site.matrix import ENGINES
 from plumbob.tests.support.declared import declared, nothing
+from plumbob.tests.support.studies import recorded
 from plumbob.tests.validation.measured_once import Shared
 
 STEP = 1e-3  # [s]
@@ -92,10 +93,10 @@ def study(shared: Shared, pytestconfig: pytest.Config) -> Study:
 
 @pytest.fixture(scope="module")
 def index(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Tables:
-    """The index of that study, read; the pages beside it, and findings, are not drawn."""
+    """The index of that study, read, without findings and timings of trimmed models."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(writing, "system_views", lambda *given: [])
-        pages = writing.content(study)
+        patched.setattr(views, "trimming", lambda *given: None)
+        pages = writing.content(recorded(study))
     page = Tables()
     page.feed(writing.site(pages, tmp_path_factory.mktemp("index")).read_text("utf-8"))
     page.found = [(c, [[cell.strip() for cell in row] for row in rows]) for c, rows in page.found]
@@ -219,12 +220,10 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
 
 
 def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
-    found = contacts.isotropy(declared(nothing(), contacts.requests))
-    assert found is not None
-    said = re.search(
-        r"0.001 s the error is (\S+ %) along heading (\d+)° and (\S+ %) along (\d+)", found.summary
-    )
-    assert said is not None
-    for number, heading in (said.groups()[:2], said.groups()[2:]):
-        scene = f"capsule-line/heading-{int(heading):03d}"
-        assert says(number, error(scene, contacts.DEFAULT, STEP)), (number, scene)
+    isotropy = contacts.isotropy(declared(nothing(), contacts.heading_runs))
+    assert isotropy is not None
+    assert isotropy.step == STEP
+    for heading in (isotropy.best, isotropy.worst):
+        assert heading is not None
+        largest = error(f"capsule-line/heading-{heading.angle:03d}", contacts.DEFAULT, STEP)
+        assert heading.size == pytest.approx(largest, rel=EQUAL), heading

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from plumbob.engines.study.store import FILE, load
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.judge.tightness import Slack, slacks
+from plumbob.reports.judge.tightness import Slack, slacks, tightness
 from plumbob.reports.view.tightness import tables
 
 
@@ -35,11 +35,11 @@ def main(arguments: list[str]) -> int:
         print(f"{folder}: no stored study", file=sys.stderr)
         return 2
     judged = judge_study(study)
-    for table in tables(study, judged):
+    every = list(slacks(study, judged))
+    for table in tables(tightness(every)):
         print(f"\n{table.caption}", " | ".join(table.heads), sep="\n")
         for cells in table.rows:
             print(" | ".join(cell.text for cell in cells))
-    every = list(slacks(study, judged))
     for bound_only in (False, True):
         print(f"\nloosest: {'bounds alone' if bound_only else 'predicted'}")
         chosen = (slack for slack in every if slack.bound_only == bound_only)

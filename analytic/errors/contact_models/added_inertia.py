@@ -24,16 +24,16 @@ a mass m l^2 that is larger by I.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.model_error import NORMAL_FORCES
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, load_slopes
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, ROUNDOFF, load_slopes
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
@@ -43,40 +43,74 @@ TIME_ROUNDINGS = 4  # of the times at which its velocity is evaluated, at most t
 POINTS = 200  # samples of a pendulum's motion
 
 
+@dataclass(frozen=True)
+class PlatformLoad:
+    """J(theta) - J0, K(theta) and their slopes [kg m^2]."""
+
+    lever: float  # 2 M Y S
+    skew: float  # I_y - I_z
+    product: float  # I_yz
+    reach: float  # M X S
+
+    @classmethod
+    def of(cls, pendulum: Any) -> PlatformLoad:
+        """That of a pendulum on a platform."""
+        body = pendulum.body
+        arm = body.mass * body.com_distance
+        skew = body.inertia_y - body.inertia_z
+        return cls(2 * arm * pendulum.pivot_y, skew, body.inertia_yz, arm * pendulum.pivot_x)
+
+    def inertia(self, angle: Any) -> Any:
+        """J - J0."""
+        level = self.lever * np.sin(angle) + self.skew * np.sin(angle) ** 2
+        return level + self.product * np.sin(2 * angle)
+
+    def inertia_slope(self, angle: Any) -> Any:
+        """J'."""
+        level = self.lever * np.cos(angle) + self.skew * np.sin(2 * angle)
+        return level + 2 * self.product * np.cos(2 * angle)
+
+    def inertia_bend(self, angle: Any) -> Any:
+        """J''."""
+        level = -self.lever * np.sin(angle) + 2 * self.skew * np.cos(2 * angle)
+        return level - 4 * self.product * np.sin(2 * angle)
+
+    def coupling(self, angle: Any) -> Any:
+        """K."""
+        return self.reach * np.cos(angle)
+
+    def coupling_slope(self, angle: Any) -> Any:
+        """K'."""
+        return -self.reach * np.sin(angle)
+
+
 @lru_cache(maxsize=64)  # the same for every method and step of a scene
 def platform_error(problem: Any, duration: float, armature: float) -> tuple[float, float]:
     """Largest error of theta [rad] and theta_dot [rad/s] within `duration` [s] that the platform's
     `armature` [kg m^2] brings, to first order in its inverse (module docstring)."""
-    body, rate = problem.body, problem.platform_rate
-    arm = body.mass * body.com_distance
-    skew = body.inertia_y - body.inertia_z
-    rotor = problem.motion.rotor
-    tilt, product = problem.tilt, body.inertia_yz  # the rotor's angle is theta + tilt
-    flow = TangentFlow(rotor, integrate(rotor, problem.theta + tilt, problem.theta_dot, duration))
-    theta_dot = flow.states[1]
-    theta_dot_dot = rotor.acceleration(0.0, *flow.states)
-    theta = flow.states[0] - tilt
-
-    def inertia(angle: Any) -> Any:
-        level = 2 * arm * problem.pivot_y * np.sin(angle) + skew * np.sin(angle) ** 2
-        return level + product * np.sin(2 * angle)
-
-    def coupling(angle: Any) -> Any:
-        return arm * problem.pivot_x * np.cos(angle)
-
-    inertia_slope = 2 * arm * problem.pivot_y * np.cos(theta) + skew * np.sin(2 * theta)
-    inertia_slope += 2 * product * np.cos(2 * theta)
-    coupling_slope = -arm * problem.pivot_x * np.sin(theta)
-    u = rate * (inertia(problem.theta) - inertia(theta))
-    u += coupling(problem.theta) * problem.theta_dot - coupling(theta) * theta_dot
+    load, rate = PlatformLoad.of(problem), problem.platform_rate
+    start = problem.theta + problem.tilt  # the rotor's angle
+    swing = integrate(problem.motion.rotor, start, problem.theta_dot, duration)
+    flow = TangentFlow(problem.motion.rotor, swing)
+    states = flow.states
+    theta, theta_dot = states[0] - problem.tilt, states[1]
+    inertia_slope, coupling = load.inertia_slope(theta), load.coupling(theta)
+    u = rate * (load.inertia(problem.theta) - load.inertia(theta))
+    u += load.coupling(problem.theta) * problem.theta_dot - coupling * theta_dot
     u_rate = -rate * inertia_slope * theta_dot
-    u_rate -= coupling_slope * theta_dot**2 + coupling(theta) * theta_dot_dot
-    push = (inertia_slope * rate * u - coupling(theta) * u_rate) / body.inertia_x
+    theta_dot_dot = flow.rotor.acceleration(0.0, *states)
+    u_rate -= load.coupling_slope(theta) * theta_dot**2 + coupling * theta_dot_dot
+    push = (inertia_slope * rate * u - coupling * u_rate) / problem.body.inertia_x
+    worst = _largest_response(flow, push) / armature
+    return float(worst[0]), float(worst[1])
+
+
+def _largest_response(flow: TangentFlow, push: Array) -> Array:
+    """Of theta and theta_dot to an acceleration `push` [rad/s^2] at the nodes."""
     forcing = np.stack([np.zeros_like(push), push], axis=-1)[..., None]
     response = flow.respond(np.zeros((2, 1)), forcing)
     reached = np.concatenate([response.starts, response.end[None]])[:, :, 0]
-    worst = np.max(np.abs(reached), axis=0) / armature
-    return float(worst[0]), float(worst[1])
+    return np.asarray(np.max(np.abs(reached), axis=0))
 
 
 @lru_cache(maxsize=64)  # the same for every method and step of a scene
@@ -117,8 +151,8 @@ def slider_on_a_line(
     # Friction that stops the body takes its velocity in a step; where there is none it is rounding.
     stopped = driven if setup.capsule.friction else DRIVE_ROUNDINGS * ROUNDOFF * rate
     # The lag of the slider grows with its acceleration in space, F/m; rounding recurs every step.
-    rounded = 2.0 * DRIVE_ROUNDINGS * ROUNDOFF * rate * setup.capsule.slider_mass / step
-    lagging = part * float(np.abs(observed["driving_force"]).max()) + rounded
+    lagging = part * float(np.abs(observed["driving_force"]).max())
+    lagging += 2.0 * DRIVE_ROUNDINGS * ROUNDOFF * rate * setup.capsule.slider_mass / step
     friction = setup.capsule.slider_mass * stopped / step
     return {
         "stroke": slid,

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.contact_models.added_inertia import PlatformLoad
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
@@ -40,26 +41,27 @@ def drive_error(
     from scipy.integrate import solve_ivp
 
     pendulum = pendulum.started
-    body, w = pendulum.body, pendulum.platform_rate
-    arm = body.mass * body.com_distance
-    skew, product = body.inertia_y - body.inertia_z, body.inertia_yz
-    lever, weight = 2 * arm * pendulum.pivot_y, arm * pendulum.gravity
+    load, w = PlatformLoad.of(pendulum), pendulum.platform_rate
+    weight = pendulum.body.mass * pendulum.body.com_distance * pendulum.gravity
 
     def slopes(time: float, state: Array) -> list[float]:
         theta, rate, u, d, d_rate = state
-        sine, cosine = np.sin(theta), np.cos(theta)
-        twice_sine, twice_cosine = np.sin(2 * theta), np.cos(2 * theta)
-        j_slope = lever * cosine + skew * twice_sine + 2 * product * twice_cosine
-        j_bend = -lever * sine + 2 * skew * twice_cosine - 4 * product * twice_sine
-        k, k_slope = arm * pendulum.pivot_x * cosine, -arm * pendulum.pivot_x * sine
-        bend = (j_slope * w**2 / 2 - weight * sine) / body.inertia_x
-        u_rate = -drive_rate * u - j_slope * rate * w - k_slope * rate**2 - k * bend
-        pull = (j_bend * w**2 / 2 - weight * cosine) * d + j_slope * w * u - k * u_rate
-        return [rate, bend, u_rate, d_rate, pull / body.inertia_x]
+        j_slope, k = load.inertia_slope(theta), load.coupling(theta)
+        bend = (j_slope * w**2 / 2 - weight * np.sin(theta)) / pendulum.body.inertia_x
+        u_rate = -drive_rate * u - j_slope * rate * w
+        u_rate = u_rate - load.coupling_slope(theta) * rate**2 - k * bend
+        pull = (load.inertia_bend(theta) * w**2 / 2 - weight * np.cos(theta)) * d
+        pull = pull + j_slope * w * u - k * u_rate
+        return [rate, bend, u_rate, d_rate, pull / pendulum.body.inertia_x]
 
-    start = [pendulum.theta, pendulum.theta_dot, 0.0, 0.0, 0.0]
     solution = solve_ivp(
-        slopes, (0.0, float(times[-1])), start, "DOP853", times, rtol=TOLERANCE, atol=TOLERANCE
+        slopes,
+        (0.0, float(times[-1])),
+        [pendulum.theta, pendulum.theta_dot, 0.0, 0.0, 0.0],
+        "DOP853",
+        times,
+        rtol=TOLERANCE,
+        atol=TOLERANCE,
     )
     u, d, d_rate = solution.y[2:]
     return PlatformError(d / inertia, d_rate / inertia, u / inertia)

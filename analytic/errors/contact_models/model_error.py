@@ -14,7 +14,6 @@ Bounds = Mapping[str, float]
 """{observable: absolute bound}, SI units."""
 ModelError = Mapping[str, Mapping[str, float]]
 """{observable: {reason: absolute bound}}, SI units."""
-NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
 
 def by_observable(parts: Mapping[str, Bounds]) -> ModelError:

@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.model_error import (
-    NORMAL_FORCES,
     Bounds,
     ModelError,
     by_observable,
@@ -30,7 +29,7 @@ from plumbob.analytic.errors.contact_models.model_error import (
 )
 from plumbob.analytic.errors.contact_models.sequential_impulse import ROUNDINGS, SequentialImpulse
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.systems.capsule import steepest_load
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 USED_UP = 0.02  # of friction to spare, below which iterations stall: calibrated

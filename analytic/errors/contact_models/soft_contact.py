@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER
 from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 

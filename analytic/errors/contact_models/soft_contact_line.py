@@ -19,7 +19,6 @@ import numpy as np
 from plumbob.analytic.errors.contact_models import soft_contact
 from plumbob.analytic.errors.contact_models.added_inertia import slider_on_a_line
 from plumbob.analytic.errors.contact_models.model_error import (
-    NORMAL_FORCES,
     Bounds,
     ModelError,
     by_observable,
@@ -33,7 +32,7 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     shortest_arm,
 )
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, load_fractions, normal_forces
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, ROUNDOFF, load_fractions, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 

@@ -40,7 +40,6 @@ import numpy as np
 from plumbob.analytic.errors.contact_models import soft_contact
 from plumbob.analytic.errors.contact_models.added_inertia import slider_in_the_plane
 from plumbob.analytic.errors.contact_models.model_error import (
-    NORMAL_FORCES,
     Bounds,
     ModelError,
     by_observable,
@@ -56,6 +55,7 @@ from plumbob.analytic.errors.sliding_motion.plane_errors import MOST_STEPS
 from plumbob.analytic.errors.sliding_motion.plane_steps import trajectory
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
     ROUNDOFF,
     Capsule,
     load_fractions,

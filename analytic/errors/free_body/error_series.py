@@ -28,13 +28,13 @@ from plumbob.analytic.errors.free_body.steps import (
     step_of,
     unit,
 )
-from plumbob.analytic.errors.schemes import Scheme
-from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 STAGES = 10  # Gauss nodes of a panel
 PANEL = 0.75  # [rad] that the body may turn in a panel
@@ -191,6 +191,11 @@ class FreeBodyErrors:
         return SteppedErrors({})
 
 
+def _drift(p: Array, defect: Array, k: int) -> Array:
+    """Rate of p_k: the defects, composed with the errors of lower order."""
+    return np.asarray(sum(composed(p[k - j], defect[j]) for j in range(1, k + 1)))
+
+
 def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve, Curve], ...]:
     """Order, w_k in the body's axes and p_k in the world's, from the first that is not zero."""
     body = Body.of(panels.body.inertia)
@@ -200,17 +205,14 @@ def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve,
     w, p = np.zeros((last + 1, 3, rates.shape[1])), np.zeros((last + 1, 4, rates.shape[1]))
     w[0], p[0, 0] = rates, 1.0
     defect, terms = np.zeros_like(p), []
-    for k in range(1, last + 1):
-        if k < order:
-            continue
+    for k in range(order, last + 1):
         source, turn = modified_equation(step, body, w[: k + 1])
         level = ROUNDING * panels.body.fastest**k * (1.0 + panels.body.fastest * panels.until)
         curve = panels.respond(source[k]).above(level * panels.body.fastest)
         w[k] = curve.at_nodes
         turn[k, 1:] += w[k] / 2  # as w_k was not in the series yet
         defect[k] = composed(composed(attitude, turn[k]), conjugate)
-        drift = sum(composed(p[k - j], defect[j]) for j in range(1, k + 1))
-        moved = panels.integrate(np.asarray(drift)).above(level)
+        moved = panels.integrate(_drift(p, defect, k)).above(level)
         p[k] = moved.at_nodes
         terms.append((k, curve, moved))
     return tuple(terms)

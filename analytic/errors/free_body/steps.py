@@ -14,7 +14,9 @@ from typing import Final
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import (
+from plumbob.analytic.numerics.truncated_series import moved, product, raised
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
     LINEARLY_IMPLICIT,
@@ -22,9 +24,7 @@ from plumbob.analytic.errors.schemes import (
     TABLEAUX,
     Scheme,
 )
-from plumbob.analytic.numerics.tableau import CLASSICAL, Tableau
-from plumbob.analytic.numerics.truncated_series import moved, product, raised
-from plumbob.analytic.reference import Array
+from plumbob.analytic.tableau import CLASSICAL, Tableau
 
 Step = Callable[["Body", Array], tuple[Array, Array]]
 """Body and w, shape (degrees, 3, n) -> Psi(w) and g, shape (degrees, 4, n)."""

@@ -31,6 +31,9 @@ STICKS = 1e-12  # relative: a support sticks with a force that is so little abov
 Vector = tuple[float, float, float]  # by velocity x, y and rate
 Hessian = tuple[float, float, float, float, float, float]  # xx, yy, oo, xy, xo, yo
 Part = tuple[float, float, float, float, float]  # limit, arm and offset of a support
+SupportSlip = tuple[float, float, float, float, float, float]
+"""Limit, limit over speed, direction e, a x e and a . e of a support: of the gradient and the
+Hessian."""
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
 
 
@@ -67,18 +70,24 @@ def after_friction(problem: FrictionProblem, free: Slip, near: Slip) -> Slip:
             return slip
     slip, excess, push = min(pivots, key=lambda pivot: problem.value(free, pivot[0]))
     if slip[1] != 0.0:
-        aside = push / abs(push) * excess / problem.mass
-        begin = _below(problem, free, slip, (aside, 0.0))
+        leaving: Slip | None = (push / abs(push) * excess / problem.mass, 0.0)
     else:
-        limits, arms = np.array(problem.limits), np.array(problem.arms)
-        factor, way = load_factor(limits, arms, problem.mass * free[0], problem.inertia * free[1])
-        if factor <= 1.0 + STICKS:
-            return 0j, 0.0
-        size = scale / (math.hypot(way[0], way[1]) + abs(way[2]) * float(np.abs(arms).max()))
-        leaving = (size * complex(way[0], way[1]), size * float(way[2]))
-        begin = _below(problem, free, slip, leaving)
+        leaving = _leaving_rest(problem, free, scale)
+    if leaving is None:
+        return 0j, 0.0
+    begin = _below(problem, free, slip, leaving)
     sliding = _sliding(problem, free, begin, scale, NEWTON_STEPS, damped=True)
     return begin if sliding is None else sliding
+
+
+def _leaving_rest(problem: FrictionProblem, free: Slip, scale: float) -> Slip | None:
+    """The way in which the body leaves rest, of about `scale` [m/s]; None where it sticks."""
+    limits, arms = np.array(problem.limits), np.array(problem.arms)
+    factor, way = load_factor(limits, arms, problem.mass * free[0], problem.inertia * free[1])
+    if factor <= 1.0 + STICKS:
+        return None
+    size = scale / (math.hypot(way[0], way[1]) + abs(way[2]) * float(np.abs(arms).max()))
+    return size * complex(way[0], way[1]), size * float(way[2])
 
 
 def _rests(problem: FrictionProblem, free: Slip) -> bool:
@@ -165,33 +174,46 @@ def _expanded(
 ) -> tuple[Vector, Hessian] | None:
     """Gradient and Hessian of the value at `slip`; None where a support slips by `least` [m/s] or
     less: there they do not exist."""
-    (u, o), (p, w), mass, inertia = slip, free, problem.mass, problem.inertia
-    x, y = u.real, u.imag
-    gx, gy = mass * (x - p.real), mass * (y - p.imag)
-    go, hoo = inertia * (o - w), inertia
-    hxx = hyy = mass
-    hxy = hxo = hyo = 0.0
+    if (slips := _slips(parts, slip, least)) is None:
+        return None
+    return _gradient(problem, slips, free, slip), _hessian(problem, slips)
+
+
+def _slips(parts: Sequence[Part], slip: Slip, least: float) -> list[SupportSlip] | None:
+    (u, o), slips = slip, []
     for limit, ax, ay, bx, by in parts:
-        vx, vy = x - o * ay + bx, y + o * ax + by
+        vx, vy = u.real - o * ay + bx, u.imag + o * ax + by
         speed = hypot(vx, vy)
         if speed <= least:
             return None
-        ex, ey, stiff = vx / speed, vy / speed, limit / speed
-        gx, gy, go = gx + limit * ex, gy + limit * ey, go + limit * (ax * ey - ay * ex)
-        across = ex * ax + ey * ay  # of the arm turned a quarter, on the normal of the slip
-        turned = stiff * across
+        ex, ey = vx / speed, vy / speed
+        slips.append((limit, limit / speed, ex, ey, ax * ey - ay * ex, ex * ax + ey * ay))
+    return slips
+
+
+def _gradient(problem: FrictionProblem, slips: list[SupportSlip], free: Slip, slip: Slip) -> Vector:
+    (u, o), (p, w) = slip, free
+    gx, gy = problem.mass * (u.real - p.real), problem.mass * (u.imag - p.imag)
+    go = problem.inertia * (o - w)
+    for limit, _, ex, ey, moment, _ in slips:
+        gx, gy, go = gx + limit * ex, gy + limit * ey, go + limit * moment
+    return gx, gy, go
+
+
+def _hessian(problem: FrictionProblem, slips: list[SupportSlip]) -> Hessian:
+    hxx = hyy = problem.mass
+    hoo, hxy, hxo, hyo = problem.inertia, 0.0, 0.0, 0.0
+    for _, stiff, ex, ey, _, across in slips:
         hxx, hyy, hxy = hxx + stiff * ey * ey, hyy + stiff * ex * ex, hxy - stiff * ex * ey
         hxo, hyo = hxo - stiff * ey * across, hyo + stiff * ex * across
-        hoo += turned * across
-    return (gx, gy, go), (hxx, hyy, hoo, hxy, hxo, hyo)
+        hoo += stiff * across * across
+    return hxx, hyy, hoo, hxy, hxo, hyo
 
 
 def _newton_step(gradient: Vector, hessian: Hessian) -> Vector | None:
     """Minus the inverse of the Hessian times the gradient, by cofactors; None where singular."""
-    (gx, gy, go), (hxx, hyy, hoo, hxy, hxo, hyo) = gradient, hessian
-    c11, c12, c13 = hyy * hoo - hyo * hyo, hxo * hyo - hxy * hoo, hxy * hyo - hxo * hyy
-    c22, c23, c33 = hxx * hoo - hxo * hxo, hxy * hxo - hxx * hyo, hxx * hyy - hxy * hxy
-    det = hxx * c11 + hxy * c12 + hxo * c13
+    (gx, gy, go), (c11, c22, c33, c12, c13, c23) = gradient, _cofactors(*hessian)
+    det = hessian[0] * c11 + hessian[3] * c12 + hessian[4] * c13
     if det == 0.0:
         return None
     return (
@@ -199,6 +221,12 @@ def _newton_step(gradient: Vector, hessian: Hessian) -> Vector | None:
         -(c12 * gx + c22 * gy + c23 * go) / det,
         -(c13 * gx + c23 * gy + c33 * go) / det,
     )
+
+
+def _cofactors(hxx: float, hyy: float, hoo: float, hxy: float, hxo: float, hyo: float) -> Hessian:
+    c11, c12, c13 = hyy * hoo - hyo * hyo, hxo * hyo - hxy * hoo, hxy * hyo - hxo * hyy
+    c22, c23, c33 = hxx * hoo - hxo * hxo, hxy * hxo - hxx * hyo, hxx * hyy - hxy * hxy
+    return c11, c22, c33, c12, c13, c23
 
 
 def _damping(

@@ -27,10 +27,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule import by_support, normal_forces
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.analytic.systems.slider_path import SliderPath

@@ -23,14 +23,14 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER as EULER
-from plumbob.analytic.errors.schemes import RK4 as RK4
 from plumbob.analytic.errors.sliding_motion.implicit_friction import (
     FrictionProblem,
     Slip,
     after_friction,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER as EULER
+from plumbob.analytic.schemes import RK4 as RK4
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
@@ -70,22 +70,26 @@ class _Body:
         """Rates of a state, with friction against the slip at these rates a time `lead` [s]
         later."""
         _, psi, speed, omega, r, v = state
-        mass_ratio, reduced, turn = self.mass_ratio, self.reduced_mass, exp(1j * psi)
-        arm = mass_ratio * r
-        inertia = self.inertia + reduced * abs(r) ** 2
+        turn, arm = exp(1j * psi), self.mass_ratio * r
+        inertia = self.inertia + self.reduced_mass * abs(r) ** 2
         carried = w + 2j * omega * v - omega * omega * r
-        pushed = -mass_ratio * carried
-        spun = -reduced * (r.conjugate() * carried).imag / inertia
+        pushed = -self.mass_ratio * carried
+        spun = -self.reduced_mass * (r.conjugate() * carried).imag / inertia
         begun = speed / turn + 1j * omega * arm
         free = (begun + lead * pushed, omega + lead * spun)
-        x, y = r.real, r.imag
-        limits = [lead * (c + x * a + y * b) for c, a, b in self.limits]
-        slip = free
-        if any(limits):
-            arms = [support - arm for support in self.supports]
-            slip = after_friction(FrictionProblem(self.mass, inertia, limits, arms), free, near)
+        slip = self._after_friction(r, inertia, lead, free, near)
         pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
         return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
+
+    def _after_friction(
+        self, r: complex, inertia: float, lead: float, free: Slip, near: Slip
+    ) -> Slip:
+        x, y, arm = r.real, r.imag, self.mass_ratio * r
+        limits = [lead * (c + x * a + y * b) for c, a, b in self.limits]
+        if not any(limits):
+            return free
+        arms = [support - arm for support in self.supports]
+        return after_friction(FrictionProblem(self.mass, inertia, limits, arms), free, near)
 
 
 def _moved(state: State, rate: State, time: float) -> State:

@@ -59,12 +59,10 @@ def position_first_trajectory(
     """x, y of C [m], heading [rad], velocity of C [m/s], angular velocity [rad/s] at the start and
     after each of `steps` steps of `step` [s], shape (steps + 1, 6), in the ground's axes."""
     inside, moving, targets = _targets(path, step, steps)
-    equations = mechanics(capsule)
-    limits_by = (step * np.vstack([equations.centre_limits, equations.limit_slopes])).T.tolist()
-    body = _Body(capsule, tuple(equations.supports.tolist()), tuple(map(tuple, limits_by)))
+    body = _Body.of(capsule, step)
     turned, omega = cmath.exp(1j * start.heading), start.angular_velocity
     state = _started(start, turned, inside, moving, step)
-    slip: Slip = (state[3] + 1j * omega * equations.mass_ratio * turned * inside, omega)
+    slip: Slip = (state[3] + 1j * omega * capsule.mass_ratio * turned * inside, omega)
     rows = np.empty((steps + 1, 6))
     for k in range(steps + 1):
         z, psi, _, speed, omega, _ = state
@@ -82,6 +80,22 @@ class _Body:
     capsule: Capsule
     supports: tuple[complex, ...]
     limits_by: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, capsule: Capsule, step: float) -> _Body:
+        """Those of a capsule that takes steps of `step` [s]."""
+        equations = mechanics(capsule)
+        limits = (step * np.vstack([equations.centre_limits, equations.limit_slopes])).T.tolist()
+        return cls(capsule, tuple(equations.supports.tolist()), tuple(map(tuple, limits)))
+
+    def supports_at(
+        self, inside: complex, turned: complex, behind: complex
+    ) -> tuple[list[complex], list[float], list[complex]]:
+        """Places of the supports from C [m], friction limits [N s] with the slider `inside` the
+        body [m], and openings that a step closes [m/s], in the ground's axes."""
+        ground = [turned * support for support in self.supports]
+        limits = [max(c + x * inside.real + y * inside.imag, 0.0) for c, x, y in self.limits_by]
+        return ground, limits, [behind * place for place in ground]
 
 
 def _started(start: Start, turned: complex, inside: complex, moving: complex, step: float) -> State:
@@ -104,11 +118,9 @@ def _advanced(
     arm = slider - z
     inside = arm / turned
     closing = turned * (target - inside) / step
-    ground = [turned * support for support in body.supports]
-    limits = [max(c + x * inside.real + y * inside.imag, 0.0) for c, x, y in body.limits_by]
-    offsets = [behind * place for place in ground]
     motion = (speed, omega, sliding - closing, arm)
-    slip, centre = _solved(body.capsule, motion, ground, limits, offsets, near)
+    supports = body.supports_at(inside, turned, behind)
+    slip, centre = _solved(body.capsule, motion, *supports, near)
     omega = slip[1]
     speed = slip[0] - 1j * omega * centre
     return (z, psi, slider, speed, omega, speed + 1j * omega * arm + closing), slip

@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import RK4, Scheme
 from plumbob.analytic.errors.sliding_motion.discontinuities import (
     GRID,
     rk4_stop,
@@ -17,7 +16,8 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import (
 )
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import by_support, load_slopes
+from plumbob.analytic.schemes import RK4, Scheme
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -148,17 +148,9 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     circle. Empty for other schemes."""
     if (lead := scheme.position_lead) is None:
         return {}
-    times, moving = np.asarray(times, dtype=np.float64), motion.coasting
-    sense = math.copysign(1.0, moving.rate)
-    still = rate = np.zeros_like(times)
-    loads = by_support(np.zeros((times.size, 3)))
-    if scheme.integrator == RK4:
-        late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
-        way, rate = sense * late, sense * fast
-    else:
-        way = lead * step * (moving.rates(times) - moving.rate)
-        jumps = [(moving.duration, sense * moving.deceleration)]
-        way = way + trapezoid_errors(jumps, step, times)
+    times = np.asarray(times, dtype=np.float64)
+    still, loads = np.zeros_like(times), by_support(np.zeros((times.size, 3)))
+    way, rate = _coasting(motion.coasting, scheme.integrator, lead * step, step, times)
     if motion.centre is None:
         cos, sin = math.cos(motion.direction), math.sin(motion.direction)
         errors = {
@@ -171,6 +163,19 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
     turned = {"heading": way, "heading_rate": rate}
     return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
+
+
+def _coasting(
+    moving: Coasting, integrator: str, lead: float, step: float, times: Array
+) -> tuple[Array, Array]:
+    """Errors of the way, of positions `lead` [s] ahead, and of its rate."""
+    sense = math.copysign(1.0, moving.rate)
+    if integrator == RK4:
+        late, fast = rk4_stop(moving.duration, moving.deceleration, step, times)
+        return sense * late, sense * fast
+    way = lead * (moving.rates(times) - moving.rate)
+    jumps = [(moving.duration, sense * moving.deceleration)]
+    return way + trapezoid_errors(jumps, step, times), np.zeros_like(times)
 
 
 def _first_stage(
@@ -199,7 +204,7 @@ def _driving_force(
 def _normal_forces(motion: LineManoeuvre | SlowStroke, slid: Array) -> dict[str, Array]:
     """Errors of the normal forces [N], affine in the stroke, whose error is `slid` [m]."""
     slopes = load_slopes(motion.capsule, motion.direction)
-    return {f"normal_force_{i + 1}": slope * slid for i, slope in enumerate(slopes)}
+    return dict(zip(NORMAL_FORCES, np.outer(slopes, slid), strict=True))
 
 
 def coasting_step_error(coasting: Coasting, step: float | Array, lead: float = 0.5) -> Array:

@@ -13,7 +13,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, rotor_step
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
@@ -22,6 +21,7 @@ from plumbob.analytic.numerics.rotor.variational import STAGES, TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 
 NEGLIGIBLE = 1e-10  # of the mean size of the energy error: what quadrature and round-off leave
 

@@ -24,7 +24,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     RotorStep,
     StepSeries,
@@ -33,13 +32,14 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     simplest,
 )
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
-from plumbob.analytic.errors.theory import Coefficients, SteppedErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 
 def leading_error(
@@ -129,11 +129,23 @@ def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[i
     for order in range(first, last + 1, stride):
         m = order + 1
         stepped = scheme.advance(step, *(series[: m + 1] for series in state))
-        source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
-        for lower, response in responses.items():
-            j = m - lower
-            source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
-        responses[order] = flow.respond(np.zeros((2, 1)), source[..., None])
+        responses[order] = respond(flow, stepped, flown, m, responses)
         for i in (0, 1):
             state[i][order] = responses[order].at_nodes()[:, :, i, 0]
     return responses
+
+
+def respond(
+    flow: TangentFlow,
+    stepped: Sequence[Array],
+    flown: Sequence[Array],
+    m: int,
+    lower: Mapping[int, Response],
+) -> Response:
+    """Response to coefficient `m` of what a step leaves of the exact motion, less what the `lower`
+    orders' responses explain of it."""
+    source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
+    for order, response in lower.items():
+        j = m - order
+        source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
+    return flow.respond(np.zeros((2, 1)), source[..., None])

@@ -25,19 +25,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
-from plumbob.analytic.errors.smooth_motion.global_error import flow_until
+from plumbob.analytic.errors.smooth_motion.global_error import flow_until, respond
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
-from plumbob.analytic.errors.theory import Coefficients
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow, together
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
+from plumbob.analytic.theory import Coefficients
 
 TERMS = 4
 DEGREE = TERMS + 2  # the opening is divided by h twice on its way to the tension
@@ -170,11 +171,15 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
         step = stepped(flow.rotor, flow.times, closing, *series)
         if power > TERMS:
             break
-        m = power + 1
-        source = np.stack([step.theta[m] - flown[0][m], step.theta_dot[m] - flown[1][m]], axis=-1)
-        for lower, response in enumerate(responses, start=1):
-            source -= response.at_nodes(derivative=m - lower)[..., 0] / math.factorial(m - lower)
-        responses.append(flow.respond(np.zeros((2, 1)), source[..., None]))
+        responses.append(
+            respond(
+                flow,
+                (step.theta, step.theta_dot),
+                flown,
+                power + 1,
+                dict(enumerate(responses, start=1)),
+            )
+        )
         for i in (0, 1):
             state[i][power] = responses[-1].at_nodes()[:, :, i, 0]
     return JointedErrors(flow, together(responses), _at_end(flow, step.excess))
@@ -201,9 +206,8 @@ def _relaxed(flow: TangentFlow, closing: float, source: Complex) -> tuple[Comple
     right = np.stack([source, -loss], axis=-1)
     forced, free = np.moveaxis(np.linalg.solve(system, right), -1, 0)
     gains, grown = lengths * (forced @ rule.weights), 1.0 + lengths * (free @ rule.weights)
-    starts = [0j]
-    for gain, factor in zip(gains[:-1].tolist(), grown[:-1].tolist(), strict=True):
-        starts.append(factor * starts[-1] + gain)
+    pairs = zip(gains[:-1].tolist(), grown[:-1].tolist(), strict=True)
+    starts = list(accumulate(pairs, lambda u, pair: pair[1] * u + pair[0], initial=0j))
     start = np.array(starts)[:, None]
     slopes = forced + free * start
     known = [start + lengths[:, None] * (slopes @ rule.integral.T), slopes]

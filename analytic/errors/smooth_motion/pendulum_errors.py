@@ -7,16 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
-from plumbob.analytic.errors.theory import Coefficients, ErrorTheory, SteppedErrors
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.analytic.theory import Coefficients, ErrorTheory, SteppedErrors
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.tableau import Tableau
 from plumbob.analytic.numerics.truncated_series import (
     moved,
     over_one_plus,
@@ -18,6 +16,8 @@ from plumbob.analytic.numerics.truncated_series import (
     sine_cosine,
 )
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
+from plumbob.analytic.tableau import Tableau
 
 Pair = tuple[Array, Array]  # series of theta and of theta_dot, shape (degree + 1, ...)
 

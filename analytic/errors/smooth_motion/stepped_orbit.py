@@ -25,6 +25,7 @@ from plumbob.analytic.reference import Array
 TINY = 1e-30  # imaginary part per derivative: its square is lost in a double
 BLOCKS = 500  # parts of the orbit that arrays step at once
 Marks = npt.NDArray[np.int64]
+Complex = npt.NDArray[np.complex128]
 State = tuple[Any, ...]
 Function = Callable[..., Any]
 
@@ -105,33 +106,18 @@ def _blocks(
     ...): the derivative of its end by the state before it, (d, d), zero for the start; the response
     to an ulp of each coefficient that is not zero and of each number of the start, (d, c + d); the
     covariance of the roundings in it, (d, d)."""
-    coefficients = step_map.coefficients
-    varied = [i for i, value in enumerate(coefficients) if value]
-    size, count = reached.shape[0], len(varied)
-    # coefficient, derivative, block
-    inputs = np.zeros((len(coefficients), size + count, 1), dtype=complex)
-    inputs.real = np.array(coefficients)[:, None, None]
-    for column, i in enumerate(varied, start=size):
-        inputs[i, column] += 1j * TINY * ULP * abs(coefficients[i])
+    size, blocks, lengths = reached.shape[0], len(marks) - 1, np.diff(marks)
+    inputs = _varied(step_map.coefficients, size)
     advance = step_map.build(tuple(inputs), _sine, _cosine).advance
-    lengths = np.diff(marks)
-    blocks, states = len(lengths), reached[:, :-1].copy()
+    states: Array = reached[:, :-1].copy()
     flow = np.broadcast_to(np.eye(size), (blocks, size, size)).copy()
-    forced, rounded = np.zeros((blocks, size, count)), np.zeros((blocks, size, size))
-    begun = np.zeros((size, size + count, blocks), dtype=complex)
-    begun.imag[:, :size] = TINY * np.eye(size)[:, :, None]
-    after, diagonal = np.empty_like(begun), np.arange(size)
+    forced = np.zeros((blocks, size, inputs.shape[1] - size))
+    rounded = np.zeros((blocks, size, size))
     for n in range(int(lengths.max())):
         on = lengths > n
-        begun.real = states[:, None, :]
-        begun.imag[:, size:] = TINY * np.moveaxis(forced, 0, -1)
-        for part, values in zip(after, advance((marks[:-1] + n) * step, *begun), strict=True):
-            part[...] = values
-        # (blocks, size, size + count), in this order in memory, as products of matrices need it
-        slopes = np.ascontiguousarray(np.moveaxis(after.imag, -1, 0)) / TINY
-        matrix, new = slopes[:, :, :size], after[:, 0].real.copy()
-        carried = matrix @ rounded @ np.swapaxes(matrix, 1, 2)
-        carried[:, diagonal, diagonal] += (ROUNDOFF * step_map.noise(new)).T ** 2
+        new, slopes = _linearised(advance, (marks[:-1] + n) * step, states, forced)
+        matrix = slopes[:, :, :size]
+        carried = _rounded(matrix, rounded, step_map.noise(new))
         if on.all():
             states, flow, forced, rounded = new, matrix @ flow, slopes[:, :, size:], carried
             continue
@@ -139,8 +125,50 @@ def _blocks(
         flow[on] = (matrix @ flow)[on]
         forced[on] = slopes[on][:, :, size:]
         rounded[on] = carried[on]
+    return _from_the_start(step_map, reached[:, :1], flow, forced, rounded)
+
+
+def _varied(coefficients: tuple[float, ...], size: int) -> Complex:
+    """The coefficients, each that is not zero varied by an ulp in a derivative of its own after
+    those of the state: shape (coefficients, derivatives, 1)."""
+    varied = [i for i, value in enumerate(coefficients) if value]
+    inputs = np.zeros((len(coefficients), size + len(varied), 1), dtype=complex)
+    inputs.real = np.array(coefficients)[:, None, None]
+    for column, i in enumerate(varied, start=size):
+        inputs[i, column] += 1j * TINY * ULP * abs(coefficients[i])
+    return inputs
+
+
+def _linearised(
+    advance: Callable[..., State], times: Any, states: Array, forced: Array
+) -> tuple[Array, Array]:
+    """States after a step, shape (d, blocks), and its derivatives, shape (blocks, d, d + c)."""
+    size, blocks = states.shape
+    begun = np.empty((size, size + forced.shape[2], blocks), dtype=complex)
+    begun.real = states[:, None, :]
+    begun.imag[:, :size] = TINY * np.eye(size)[:, :, None]
+    begun.imag[:, size:] = TINY * np.moveaxis(forced, 0, -1)
+    after = np.array(np.broadcast_arrays(*advance(times, *begun)))
+    # in this order in memory, as products of matrices need it
+    slopes = np.ascontiguousarray(np.moveaxis(after.imag, -1, 0)) / TINY
+    return after[:, 0].real.copy(), slopes
+
+
+def _rounded(matrix: Array, covariance: Array, noise: Array) -> Array:
+    """Covariance of the roundings after a step that rounds by `noise`, shape (d, blocks)."""
+    carried = matrix @ covariance @ np.swapaxes(matrix, 1, 2)
+    diagonal = np.arange(len(noise))
+    carried[:, diagonal, diagonal] += (ROUNDOFF * noise).T ** 2
+    return np.asarray(carried)
+
+
+def _from_the_start(
+    step_map: StepMap, begun: Array, flow: Array, forced: Array, rounded: Array
+) -> tuple[Array, Array, Array]:
+    """The effect of the start, before that of the blocks."""
+    blocks, size, count = forced.shape
     start_response = np.hstack([np.zeros((size, count)), ULP * np.diag(np.abs(step_map.start))])
-    first = np.diag(ROUNDOFF * step_map.noise(reached[:, :1])[:, 0]) ** 2
+    first = np.diag(ROUNDOFF * step_map.noise(begun)[:, 0]) ** 2
     forced = np.concatenate([forced, np.zeros((blocks, size, size))], axis=2)
     return (
         np.concatenate([np.zeros((1, size, size)), flow]),

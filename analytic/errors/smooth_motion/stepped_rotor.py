@@ -28,7 +28,6 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
 from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
     Function,
     Orbit,
@@ -38,11 +37,12 @@ from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
     orbit,
     seen_by,
 )
-from plumbob.analytic.errors.theory import SteppedErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.tableau import Tableau, along
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
+from plumbob.analytic.tableau import Tableau, along
+from plumbob.analytic.theory import SteppedErrors
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
@@ -250,6 +250,28 @@ def _runge_kutta(torques: _Torques, tableau: Tableau) -> Function:
     return advance
 
 
+@dataclass(frozen=True)
+class _Joint:
+    """Numbers of a joint's step (module docstring)."""
+
+    step: float  # h [s]
+    kept: float  # 1 - k
+    rate: float  # k / h [1/s]
+    part: float  # s
+    moment: float  # j
+    kick: float  # rounding of the velocity that gravity adds [rad/s]
+
+    def noise(self, states: Array) -> Array:
+        """See `StepMap`."""
+        x, w, v, _, _, pull = np.abs(states)
+        ones = np.ones_like(x)
+        # The rounding of the impulse h T acts on the bob's moment of inertia.
+        impulse = self.step * pull / self.moment if self.moment else 0.0 * x
+        turning = w + 2.0 * self.rate + impulse
+        moved, faster, pulled = x + self.step * w, v + w + self.kick, (w + self.kick) / self.step
+        return np.array([moved, turning, faster, 2.0 * ones, 2.0 * ones, pulled])
+
+
 def _jointed(
     rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, rod: Rod | None
 ) -> StepMap:
@@ -257,51 +279,49 @@ def _jointed(
     closing = scheme.joint_closing_rate
     assert closing is not None
     closed = 1.0 if math.isinf(closing) else -math.expm1(-closing * step)
-    kept, rate = 1.0 - closed, closed / step
     part = (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0
-    theta, theta_dot = start
     kick = FORCE_ROUNDINGS * step * _weight(rotor)
+    joint = _Joint(step, 1.0 - closed, closed / step, part, scheme.jointed_moment, kick)
+    theta, theta_dot = start
     opening = 0j
     if math.isinf(closing):  # it starts as open as the step before would have left it
         before = 1j * step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
         opening = complex(np.exp(-before)) * (1 + before) - 1
 
     def build(coefficients: tuple[Any, ...], sin: Function, cos: Function) -> Step:
-        push = _Torques(rotor, step, scheme, coefficients, sin, cos).push()
-        down, damping = coefficients[2], coefficients[3]
-        lever, pulled = step / part, part / step
-        weight = lever * down
-
-        def advance(t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> State:
-            turned = step * w
-            s, c = sin(turned), cos(turned)
-            x = x + turned
-            out, aside = 1.0 + kept * a, turned + kept * b
-            back, along = -rate * a, v + lever * (push(t, 0.0) - damping * w)
-            outwards = c * back + s * along + weight * cos(x)
-            along = c * along - s * back - weight * sin(x)
-            a, b = c * out + s * aside - 1.0, c * aside - s * out
-            w = w + part * (along - w + rate * b)
-            return x, w, w - rate * b, a, b, pulled * (outwards + rate * a)
-
-        def observe(x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> tuple[Any, ...]:
-            return (x, w) if rod is None else (x, w, rod.mass * rod.length * pull)
-
-        return Step(advance, observe)
-
-    def noise(states: Array) -> Array:
-        x, w, v, _, _, pull = np.abs(states)
-        ones = np.ones_like(x)
-        # The rounding of the impulse h T acts on the bob's moment of inertia.
-        impulse = step * pull / scheme.jointed_moment if scheme.jointed_moment else 0.0 * x
-        turning = w + 2.0 * rate + impulse
-        return np.array(
-            [x + step * w, turning, v + w + kick, 2.0 * ones, 2.0 * ones, (w + kick) / step]
-        )
+        return _jointed_step(joint, _Torques(rotor, step, scheme, coefficients, sin, cos), rod)
 
     return StepMap(
         build,
         astuple(rotor),
-        (theta, theta_dot, theta_dot - rate * opening.imag, opening.real, opening.imag, 0.0),
-        noise,
+        (theta, theta_dot, theta_dot - joint.rate * opening.imag, opening.real, opening.imag, 0.0),
+        joint.noise,
     )
+
+
+def _seen_from(axes: tuple[Any, Any], out: Any, aside: Any) -> tuple[Any, Any]:
+    """A vector in axes with this cosine and sine."""
+    c, s = axes
+    return c * out + s * aside, c * aside - s * out
+
+
+def _jointed_step(joint: _Joint, torques: _Torques, rod: Rod | None) -> Step:
+    push, sin, cos, damping = torques.push(), torques.sin, torques.cos, torques.given[3]
+    lever, pulled = joint.step / joint.part, joint.part / joint.step
+    weight = lever * torques.given[2]
+
+    def advance(t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> State:
+        turned = joint.step * w
+        axes = cos(turned), sin(turned)
+        x, along = x + turned, v + lever * (push(t, 0.0) - damping * w)
+        outwards, along = _seen_from(axes, -joint.rate * a, along)
+        outwards, along = outwards + weight * cos(x), along - weight * sin(x)
+        a, b = _seen_from(axes, 1.0 + joint.kept * a, turned + joint.kept * b)
+        a = a - 1.0
+        w = w + joint.part * (along - w + joint.rate * b)
+        return x, w, w - joint.rate * b, a, b, pulled * (outwards + joint.rate * a)
+
+    def observe(x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> tuple[Any, ...]:
+        return (x, w) if rod is None else (x, w, rod.mass * rod.length * pull)
+
+    return Step(advance, observe)

@@ -7,14 +7,14 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, TABLEAUX, Scheme
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import OFF, READ_AT
-from plumbob.analytic.errors.theory import StepErrors
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.numerics.tableau import Tableau
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, LEAPFROG, TABLEAUX, Scheme
+from plumbob.analytic.tableau import Tableau
+from plumbob.analytic.theory import StepErrors
 
 MOST_STEPS = 200_000  # of a run: some ten seconds
 MOST_CORRECTIONS = 100  # of an implicit half step

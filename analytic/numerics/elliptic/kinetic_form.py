@@ -44,12 +44,8 @@ def diagonal(energy: Quad, slopes: Vector, real: Any) -> tuple[Direction, Direct
     """Fixed points p and q (see `_fixed_points`) and g4, g2, g0 of Q along X e_p + Y e_q; the odd
     terms vanish by the choice of p and q; Q(p) <= Q(q), and q is less than pi ahead of p."""
     p, q = _fixed_points(energy, slopes, real)
-    l1, l2, l3 = slopes
-    (pp, pq, qq) = (
-        (y1 * y2 - x1 * x2, x1 * y2 + x2 * y1, x1 * x2 + y1 * y2, 2 * x1 * x2)
-        for (x1, y1), (x2, y2) in ((p, p), (p, q), (q, q))
-    )
-    on_p, middle, on_q = (l1 * n[0] + l2 * n[1] + l3 * n[2] for n in (pp, pq, qq))
+    pp, pq, qq = _products(p, p), _products(p, q), _products(q, q)
+    on_p, middle, on_q = (_weighed(slopes, product) for product in (pp, pq, qq))
     mixed = energy * pp[2] * qq[2] + (pp[3] * on_q + qq[3] * on_p) / 2
     g4 = energy * pp[2] ** 2 + pp[3] * on_p
     g2 = 2 * mixed + 4 * (energy * pq[2] ** 2 + pq[3] * middle)
@@ -60,20 +56,23 @@ def diagonal(energy: Quad, slopes: Vector, real: Any) -> tuple[Direction, Direct
     return p, q, (choose(swap, g0, g4), g2, choose(swap, g4, g0))
 
 
+def _products(first: Direction, second: Direction) -> tuple[Quad, Quad, Quad, Quad]:
+    """Cosine and sine of the sum of two directions, cosine of their difference, twice the product
+    of the sines."""
+    (x1, y1), (x2, y2) = first, second
+    return y1 * y2 - x1 * x2, x1 * y2 + x2 * y1, x1 * x2 + y1 * y2, 2 * x1 * x2
+
+
+def _weighed(slopes: Vector, product: tuple[Quad, Quad, Quad, Quad]) -> Quad:
+    return slopes[0] * product[0] + slopes[1] * product[1] + slopes[2] * product[2]
+
+
 def _fixed_points(energy: Quad, slopes: Vector, real: Any) -> tuple[Direction, Direction]:
     """(sin, cos)(phi/2) of the two points whose exchange leaves Q as it is, from the eigenvector
     of the pencil S - lambda diag(1, 1, -1), S the matrix of Q, that stays away from the double
     eigenvalue -kappa/2 of the separatrix. `real`: all three eigenvalues are."""
-    l1, l2, l3 = slopes
-    root = _eigenvalue(energy, slopes, real)
-    n11, n12, n13 = -l1 - root, -l2 / 2, (l1 - l3) / 2
-    n22, n23, n33 = -root, l2 / 2, energy + l3 + root
-    c12, c13, c23 = n13 * n23 - n12 * n33, n12 * n23 - n13 * n22, n12 * n13 - n11 * n23
-    columns = (  # of the adjugate: each is the eigenvector; the longest is the best conditioned
-        (n22 * n33 - n23 * n23, c12, c13),
-        (c12, n11 * n33 - n13 * n13, c23),
-        (c13, c23, n11 * n22 - n12 * n12),
-    )
+    # Each column is the eigenvector; the longest is the best conditioned.
+    columns = _adjugate(energy, slopes, _eigenvalue(energy, slopes, real))
     w1, w2, w3 = (abs(double(column[i])) for i, column in enumerate(columns))
     best = chosen(w2 > w3, columns[1], columns[2])
     v1, v2, v3 = chosen((w1 >= w2) & (w1 >= w3), columns[0], best)
@@ -82,6 +81,19 @@ def _fixed_points(energy: Quad, slopes: Vector, real: Any) -> tuple[Direction, D
     root_disc = np.sqrt(positive(v1 * v1 + v2 * v2 - v3 * v3))
     far = choose(v2 < 0, v2 - root_disc, v2 + root_disc)
     return unit(v3 - v1, far), unit(far, v1 + v3)
+
+
+def _adjugate(energy: Quad, slopes: Vector, root: Quad) -> tuple[Vector, Vector, Vector]:
+    """Columns of the adjugate of the pencil at an eigenvalue."""
+    l1, l2, l3 = slopes
+    n11, n12, n13 = -l1 - root, -l2 / 2, (l1 - l3) / 2
+    n22, n23, n33 = -root, l2 / 2, energy + l3 + root
+    c12, c13, c23 = n13 * n23 - n12 * n33, n12 * n23 - n13 * n22, n12 * n13 - n11 * n23
+    return (
+        (n22 * n33 - n23 * n23, c12, c13),
+        (c12, n11 * n33 - n13 * n13, c23),
+        (c13, c23, n11 * n22 - n12 * n12),
+    )
 
 
 def _eigenvalue(energy: Quad, slopes: Vector, real: Any) -> Quad:

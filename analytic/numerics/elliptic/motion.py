@@ -92,28 +92,33 @@ class EllipticMotion:
 
     def _angle(self, tau: Array) -> tuple[Array, Array]:
         """phi/2 from the direction of q on, and |dphi/dt|; |chi| <= pi/2 when rotating."""
-        scale, a = double(self.scale), double(self.a)
-        sn, cn, dn = jacobi(tau, a, double(self.b))
-        modulus = double(self.modulus)
-        narrow = self.two_pairs & (modulus < 0.5)  # where x is dn less the 1 in the constants below
-        x = choose(self.rotation, sn, choose(self.two_pairs, dn, cn))  # z = scale x / y
-        x = choose(narrow, -modulus * sn * sn / (1.0 + dn), x)
-        y = choose(self.rotation, cn, choose(narrow, 0.0, 1.0))
-        # y dx/dchi - x dy/dchi, with dn for dchi/dt
-        slope = choose(self.two_pairs, -modulus * cn, -dn) * sn
-        slope = choose(self.rotation, dn, slope)
-        if np.any(self.between):
-            growth = np.clip(choose(self.between, a * tau, 0.0), -300.0, 300.0)
-            x = choose(self.between, np.exp(growth), x)
-            slope = choose(self.between, x, slope)
+        scale = double(self.scale)
+        # where x is dn less the 1 in the constants below
+        narrow = self.two_pairs & (double(self.modulus) < 0.5)
+        x, y, slope = self._quotient(tau, narrow)
         across, along = double(self.across), double(self.along)
         sideways, ahead = (scale * across) * x, (scale * along) * x + y
         if np.any(narrow):
             sideways = sideways + choose(narrow, scale * across, 0.0)
             ahead = ahead + choose(narrow, double(self.scale * self.along + _ONE), 0.0)
         unit = sideways * sideways + ahead * ahead
-        rate = slope / unit * (2 * across * scale * a / double(self.s))
+        rate = slope / unit * (2 * across * scale * double(self.a) / double(self.s))
         return np.arctan2(sideways, ahead), rate
+
+    def _quotient(self, tau: Array, narrow: Any) -> tuple[Array, Array, Array]:
+        """x and y, of which z is scale x / y, and y dx/dchi - x dy/dchi, with dn for dchi/dt."""
+        a, modulus = double(self.a), double(self.modulus)
+        sn, cn, dn = jacobi(tau, a, double(self.b))
+        x = choose(self.rotation, sn, choose(self.two_pairs, dn, cn))
+        x = choose(narrow, -modulus * sn * sn / (1.0 + dn), x)
+        y = choose(self.rotation, cn, choose(narrow, 0.0, 1.0))
+        slope = choose(self.two_pairs, -modulus * cn, -dn) * sn
+        slope = choose(self.rotation, dn, slope)
+        if np.any(self.between):
+            growth = np.clip(choose(self.between, a * tau, 0.0), -300.0, 300.0)
+            x = choose(self.between, np.exp(growth), x)
+            slope = choose(self.between, x, slope)
+        return x, y, slope
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape

@@ -13,6 +13,7 @@ from functools import cache
 from math import comb
 
 import numpy as np
+import numpy.typing as npt
 
 from plumbob.analytic.numerics.elliptic.motion import TURN, EllipticMotion
 from plumbob.analytic.numerics.quad import double, split
@@ -68,18 +69,22 @@ class OrbitTable:
             offset -= term
             np.copyto(index, term, casting="unsafe")
             for table, result in zip(tables, results, strict=True):
-                value = result[start : start + _BLOCK]
-                table[_DEGREE].take(index, out=value, mode="clip")
-                for row in table[_DEGREE - 1 :: -1]:
-                    value *= offset
-                    row.take(index, out=term, mode="clip")
-                    value += term
-            if self.turn:
-                value = results[0][start : start + _BLOCK]
-                for part in reversed(TURN):
-                    np.multiply(turns, self.turn * part, out=term)
-                    value += term
+                _horner(table, index, offset, term, result[start : start + _BLOCK])
+            for part in reversed(TURN) if self.turn else ():
+                np.multiply(turns, self.turn * part, out=term)
+                results[0][start : start + _BLOCK] += term
         return results
+
+
+def _horner(
+    table: Array, index: npt.NDArray[np.intp], offset: Array, term: Array, value: Array
+) -> None:
+    """Write the polynomials of the intervals `index` at `offset` into `value`; `term` is used."""
+    table[_DEGREE].take(index, out=value, mode="clip")
+    for row in table[_DEGREE - 1 :: -1]:
+        value *= offset
+        row.take(index, out=term, mode="clip")
+        value += term
 
 
 def orbit_table(motion: EllipticMotion) -> OrbitTable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,12 +44,10 @@ def solve(
     of theta_dot, whose sign it keeps; `theta_from_top` [rad] is the start's angle from that
     barrier, on the turn that `theta` is nearest to. Source: Sudakov 2015, eqs. 15 and 16, inverted.
     """
-    optional = (0.0 if v is None else v for v in (excess, theta_from_top))
-    coefficients = (potential.a, potential.b, potential.c)
-    numbers = [quad(v) for v in (*coefficients, inertia, theta, theta_dot, *optional)]
-    if any(np.ndim(v) for v in numbers):
-        numbers = list(np.broadcast_arrays(*numbers))
-    a, b, c, inertia, theta, theta_dot, rise, from_top = numbers
+    a, b, c, inertia, theta, theta_dot, rise, from_top = _broadcast(
+        *(potential.a, potential.b, potential.c),
+        *(inertia, theta, theta_dot, excess, theta_from_top),
+    )
     potential = TrigonometricPotential(a, b, c)
     with np.errstate(all="ignore"):  # branches not taken, and infinite periods
         angles = _landscape(potential)
@@ -62,9 +61,14 @@ def solve(
         else:
             kinetic = rise + reach
             above = rise, rise - fall(slopes[1], angles[0] - angles[1])
-        forward = np.logical_not(theta_dot < 0)
         level = _level(angles, slopes, above)
-        return _motion(potential, inertia, theta, forward, kinetic, level)
+        return _motion(potential, inertia, theta, np.logical_not(theta_dot < 0), kinetic, level)
+
+
+def _broadcast(*values: Any) -> Sequence[Quad]:
+    """The values in 34 digits and of one shape; 0 where there is none."""
+    numbers = [quad(0.0 if value is None else value) for value in values]
+    return np.broadcast_arrays(*numbers) if any(np.ndim(v) for v in numbers) else numbers
 
 
 @dataclass(frozen=True)

@@ -101,29 +101,34 @@ def _row(time: float, state: CompensatedState) -> tuple[float, ...]:
 
 def _terms(rotor: DrivenRotor, time: float, state: CompensatedState) -> list[float]:
     """Taylor coefficients of theta about `time` [s], degrees 1 to ORDER."""
-    x, x_low, v = state.position, state.position_low, state.rate
+    x, v = state.position, state.rate
     p2, pc, ps = rotor.sin2, rotor.cos, rotor.sin
     xi, k = rotor.damping_rate, rotor.stiffness
     forcing = _forcing_terms(rotor, time)
     linear = rotor.linear  # needs no sines, whose series would overflow at a large angle
-    sine = [0.0 if linear else math.sin(x) + x_low * math.cos(x)]
-    cosine = [0.0 if linear else math.cos(x) - x_low * math.sin(x)]
+    sine = [0.0 if linear else math.sin(x) + state.position_low * math.cos(x)]
+    cosine = [0.0 if linear else math.cos(x) - state.position_low * math.sin(x)]
     theta, theta_dot = [x, v], [v]
     for n in range(ORDER - 1):
         a = forcing[n] - xi * theta_dot[n] - k * theta[n]
         if not linear:
             if n:
-                # both pair coefficient i of theta' with coefficient n-1-i of the other factor
-                s = sum(map(mul, theta_dot, reversed(cosine))) / n
-                c = -sum(map(mul, theta_dot, reversed(sine))) / n
-                sine.append(s)
-                cosine.append(c)
+                _append(sine, cosine, theta_dot, n)
             a += pc * cosine[n] - ps * sine[n]
         if p2:
             a += 2 * p2 * sum(map(mul, sine, reversed(cosine)))
         theta_dot.append(a / (n + 1))
         theta.append(theta_dot[-1] / (n + 2))
     return theta[1:]
+
+
+def _append(sine: list[float], cosine: list[float], theta_dot: list[float], n: int) -> None:
+    """Coefficient `n` of sine and cosine of theta."""
+    # both pair coefficient i of theta' with coefficient n-1-i of the other factor
+    s = sum(map(mul, theta_dot, reversed(cosine))) / n
+    c = -sum(map(mul, theta_dot, reversed(sine))) / n
+    sine.append(s)
+    cosine.append(c)
 
 
 def _forcing_terms(rotor: DrivenRotor, time: float) -> list[float]:

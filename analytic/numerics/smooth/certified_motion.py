@@ -20,9 +20,9 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import TimeGrid, collocate, gauss_collocation
 from plumbob.analytic.numerics.rotor.variational import Response
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
-from plumbob.analytic.numerics.tableau import order_8
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.tableau import order_8
 
 STAGES = 20
 BLOCK = 32  # steps of the first method that the second runs over at once

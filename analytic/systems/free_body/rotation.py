@@ -147,39 +147,50 @@ class Turning:
 
 def _turning(body: Rotation) -> Turning:
     """The constants of a motion whose angular velocity changes."""
-    inertia, momentum, total = body.inertia, body.momentum, body.magnitude
-    high, middle, low = sorted(range(3), key=lambda i: -inertia[i])
-    handed = 1.0 if (middle - high) % 3 == 1 else -1.0
+    squares = [part * part for part in body.momentum]
+    high, middle, low = sorted(range(3), key=lambda i: -body.inertia[i])
+    upper, lower = _apart(body, high, middle), _apart(body, low, middle)
+    kappa = upper * squares[high] - lower * squares[low]
+    return _about(body, (high, middle, low) if kappa >= 0 else (low, middle, high), high, kappa)
 
-    def apart(i: int, j: int) -> Quad:
-        return abs(inertia[i] - inertia[j]) / (inertia[i] * inertia[j])
 
+def _apart(body: Rotation, i: int, j: int) -> Quad:
+    inertia = body.inertia
+    return abs(inertia[i] - inertia[j]) / (inertia[i] * inertia[j])
+
+
+def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -> Turning:
+    """The constants with the axes c, m and o; `high` is that of the largest moment."""
+    momentum, (c, middle, o) = body.momentum, axes
     squares = [part * part for part in momentum]
-    kappa = apart(high, middle) * squares[high] - apart(low, middle) * squares[low]
-    c, o = (high, low) if kappa >= 0 else (low, high)
-    alpha = np.sqrt(apart(c, o) * squares[c] + apart(o, middle) * squares[middle])
-    beta = np.sqrt(apart(c, o) * squares[o] + apart(c, middle) * squares[middle])
-    size_c, size_o = alpha / np.sqrt(apart(c, o)), beta / np.sqrt(apart(c, o))
-    size_m = beta / np.sqrt(apart(c, middle))
-    a, b = alpha * np.sqrt(apart(c, middle)), np.sqrt(apart(c, o) * abs(kappa))
-    side, ahead = (1.0 if momentum[i] >= 0 else -1.0 for i in (c, o))
-    sense = -handed * side * ahead  # of l_m, where sn is positive
-    begin = time_of_point(sense * momentum[middle] / size_m, abs(momentum[o]) / size_o, a, b)
-    part = size_c / total
-    remainder = (size_o / total) ** 2 / (1 + part)
+    d_co, d_cm = _apart(body, c, o), _apart(body, c, middle)
+    alpha = np.sqrt(d_co * squares[c] + _apart(body, o, middle) * squares[middle])
+    beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
+    sizes = alpha / np.sqrt(d_co), beta / np.sqrt(d_cm), beta / np.sqrt(d_co)
+    a, b = alpha * np.sqrt(d_cm), np.sqrt(d_co * abs(kappa))
+    signs = [1.0 if part >= 0 else -1.0 for part in momentum]
+    sense = signs[c] * signs[o]  # of l_m, where sn is positive
+    if (middle - high) % 3 == 1:
+        sense = -sense
     return Turning(
-        (c, middle, o),
-        side,
-        (sense, ahead),
-        (double(size_c), double(size_m), double(size_o)),
+        axes,
+        signs[c],
+        (sense, signs[o]),
+        (double(sizes[0]), double(sizes[1]), double(sizes[2])),
         a,
         b,
         half_turn(a, b),
-        float(begin),
-        total / inertia[c],
-        (1 if c == high else -1) * beta * beta / total,
-        ReciprocalIntegral(a, b, part, remainder),
+        float(
+            time_of_point(sense * momentum[middle] / sizes[1], abs(momentum[o]) / sizes[2], a, b)
+        ),
+        body.magnitude / body.inertia[c],
+        (1 if c == high else -1) * beta * beta / body.magnitude,
+        _reciprocal_integral(a, b, sizes[0] / body.magnitude, sizes[2] / body.magnitude),
     )
+
+
+def _reciprocal_integral(a: Quad, b: Quad, part: Quad, other: Quad) -> ReciprocalIntegral:
+    return ReciprocalIntegral(a, b, part, other**2 / (1 + part))
 
 
 def _reduced(angle: Quad) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import normal_force_uncertainty
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 
@@ -44,7 +44,6 @@ class LineReference:
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22)."""
         line, times = self.manoeuvre, np.asarray(times, dtype=np.float64)
-        forces = line.normal_forces(times)
         return {
             "displacement": line.body_displacement(times),
             "velocity": line.body_velocity(times),
@@ -52,7 +51,7 @@ class LineReference:
             "stroke_rate": line.relative_velocity(times),
             "heading": np.zeros_like(times),
             "sideways": np.zeros_like(times),
-            **{f"normal_force_{i + 1}": forces[:, i] for i in range(3)},
+            **by_support(line.normal_forces(times)),
             "friction_force": line.friction_force(times),
             "driving_force": line.driving_force(times),
         }
@@ -61,28 +60,18 @@ class LineReference:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude."""
         line, times = self.manoeuvre, np.asarray(times, dtype=np.float64)
-        capsule, few, zero = line.capsule, 1 + ARITHMETIC, np.zeros_like(times)
-        spent, body = _Spent.of(line, times), _Accelerations.of(line)
-        speed, rate = np.abs(line.body_velocity(times)), np.abs(line.relative_velocity(times))
+        capsule, spent, zero = line.capsule, _Spent.of(line, times), np.zeros_like(times)
+        displacement, velocity = _body_roundings(line, spent, times)
+        stroke, stroke_rate = _slider_roundings(line, spent, times)
         slack = normal_force_uncertainty(capsule, abs(line.start) + line.stroke)
-        both = line.w1 + line.w2
-        displacement = few * body.integrated(spent.way_pushed, spent.way_braked)
-        displacement += spent.after * (body.push + body.pull) * spent.late + times * speed
-        velocity = few * body.integrated(spent.pushed, spent.late)
-        velocity += spent.after * (body.push + body.pull)
-        velocity += times * (body.push + body.pull + body.friction)
-        slid = line.w1 * (0.5 * spent.pushed**2 + spent.pushed * spent.long)
-        slid += 0.5 * line.w2 * spent.long**2
-        stroke = few * slid + spent.after * both * spent.long + times * rate
-        slid_rate = line.w1 * spent.pushed + line.w2 * spent.long
         return {
             "displacement": ROUNDOFF * displacement,
             "velocity": ROUNDOFF * velocity,
             "stroke": ROUNDOFF * stroke,
-            "stroke_rate": ROUNDOFF * (few * slid_rate + spent.after * both + times * both),
+            "stroke_rate": ROUNDOFF * stroke_rate,
             "heading": zero,
             "sideways": zero,
-            **{f"normal_force_{i + 1}": zero + slack for i in range(3)},
+            **dict.fromkeys(NORMAL_FORCES, zero + slack),
             "friction_force": zero + ARITHMETIC * ROUNDOFF * capsule.friction * capsule.weight,
             "driving_force": driving_force.uncertainty(
                 capsule, line.friction_force(times), line.relative_acceleration(times)
@@ -143,3 +132,26 @@ class _Spent:
     @property
     def way_braked(self) -> Array:
         return np.asarray(0.5 * self.late**2)
+
+
+def _body_roundings(line: LineManoeuvre, spent: _Spent, times: Array) -> tuple[Array, Array]:
+    """Errors of displacement and velocity of C in units of the round-off."""
+    body, few = _Accelerations.of(line), 1 + ARITHMETIC
+    displacement = few * body.integrated(spent.way_pushed, spent.way_braked)
+    speed = np.abs(line.body_velocity(times))
+    displacement += spent.after * (body.push + body.pull) * spent.late + times * speed
+    velocity = few * body.integrated(spent.pushed, spent.late)
+    velocity += spent.after * (body.push + body.pull)
+    velocity += times * (body.push + body.pull + body.friction)
+    return displacement, velocity
+
+
+def _slider_roundings(line: LineManoeuvre, spent: _Spent, times: Array) -> tuple[Array, Array]:
+    """Errors of stroke and stroke rate in units of the round-off."""
+    few, both = 1 + ARITHMETIC, line.w1 + line.w2
+    slid = line.w1 * (0.5 * spent.pushed**2 + spent.pushed * spent.long)
+    slid += 0.5 * line.w2 * spent.long**2
+    rate = np.abs(line.relative_velocity(times))
+    stroke = few * slid + spent.after * both * spent.long + times * rate
+    slid_rate = line.w1 * spent.pushed + line.w2 * spent.long
+    return stroke, few * slid_rate + spent.after * both + times * both

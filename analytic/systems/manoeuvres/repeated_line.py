@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, non_negative
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import steepest_load
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
@@ -165,8 +165,8 @@ class RepeatedLine:
         ):
             total[name] = total[name] + shift * rate
         slope = steepest_load(line.capsule) * np.abs(observed["stroke_rate"])
-        for i in range(3):
-            total[f"normal_force_{i + 1}"] = total[f"normal_force_{i + 1}"] + shift * slope
+        for name in NORMAL_FORCES:
+            total[name] = total[name] + shift * slope
         return total
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:

@@ -15,8 +15,10 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
     Capsule,
     Segment,
+    by_support,
     normal_force_uncertainty,
     normal_forces,
     validity,
@@ -158,12 +160,12 @@ class SlowStroke:
         """Exact observables at `times` [s], shape (n,), as `line_reference` names them:
         the body does not move, and friction is m w."""
         times = np.asarray(times, dtype=np.float64)
-        still, forces = np.zeros_like(times), self.normal_forces(times)
+        still = np.zeros_like(times)
         return {
             **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
             "stroke": self.strokes(times),
             "stroke_rate": self.relative_velocity(times),
-            **{f"normal_force_{i + 1}": forces[:, i] for i in range(3)},
+            **by_support(self.normal_forces(times)),
             "friction_force": self.driving_force(times),
             "driving_force": self.driving_force(times),
         }
@@ -180,7 +182,7 @@ class SlowStroke:
             **dict.fromkeys(("displacement", "velocity", "heading", "sideways"), still),
             "stroke": still + few * abs(self.length),
             "stroke_rate": still + few * self.acceleration * self.duration,
-            **{f"normal_force_{i + 1}": slack for i in range(3)},
+            **dict.fromkeys(NORMAL_FORCES, slack),
             "friction_force": still + few * pull,
             "driving_force": still + few * pull,
         }

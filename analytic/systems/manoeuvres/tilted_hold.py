@@ -13,9 +13,11 @@ from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
     Capsule,
     Point,
     Segment,
+    by_support,
     normal_force_uncertainty,
     normal_forces,
     validity,
@@ -82,7 +84,7 @@ class TiltedHold:
         names = ("displacement", "velocity", "heading", "sideways", "stroke", "stroke_rate")
         return {
             **dict.fromkeys(names, still),
-            **{f"normal_force_{i + 1}": still + forces[i] for i in range(3)},
+            **by_support(still[:, None] + forces),
             "friction_force": still - self.capsule.weight * math.sin(angle),
             "driving_force": still
             - self.capsule.mass_ratio * self.capsule.weight * math.sin(angle),
@@ -92,7 +94,7 @@ class TiltedHold:
         """Absolute error [SI] at `times` [s], shape (n,), of forces; rest is exact."""
         slack = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
         few = ROUNDINGS * ROUNDOFF * self.capsule.weight
-        forces = {f"normal_force_{i + 1}": slack for i in range(3)}
+        forces = dict.fromkeys(NORMAL_FORCES, slack)
         forces |= {"friction_force": few, "driving_force": self.capsule.mass_ratio * few}
         return {
             name: np.zeros_like(value) + forces.get(name, 0.0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -99,20 +100,11 @@ def turn_correction(
     """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), and of tau in the
     velocities at 2 tau, for a slider that moves by `slider_angle` Z tau^2 [rad] from `start` [rad]
     on the circle of `radius` [m]."""
-    mass, inertia = capsule.body_mass + capsule.slider_mass, circle_inertia(capsule, radius)
     body_angle = -inertia_ratio(capsule, radius) * slider_angle
-
-    def accelerations(phases: Array) -> Complex:
-        done = progress(phases)
-        force, moment = leading_friction(
-            capsule, radius, start + slider_angle * done, math.copysign(1.0, slider_angle)
-        )
-        push = force * np.exp(1j * body_angle * done) / mass
-        spin_up = moment / inertia
-        left = 2.0 - phases
-        return np.stack([push, left * push, spin_up + 0j, left * spin_up])
-
-    push, drift, spin, turned = _integral(accelerations, _marks(capsule, slider_angle, start))
+    push, drift, spin, turned = _integral(
+        partial(_accelerations, capsule, radius, slider_angle, start),
+        _marks(capsule, slider_angle, start),
+    )
     end = radius * np.exp(1j * (start + slider_angle))
     facing = complex(np.exp(1j * body_angle))
     place: Point = (float(end.real), float(end.imag))
@@ -128,6 +120,20 @@ def turn_correction(
         TurnRates(carried.real, carried.imag, spin.real),
         lasting,
     )
+
+
+def _accelerations(
+    capsule: Capsule, radius: float, slider_angle: float, start: float, phases: Array
+) -> Complex:
+    """Of the combined centre and of the heading, by friction, at `phases`, shape (n,), each also
+    times what is left of 2 tau: shape (4, n)."""
+    done, sense = progress(phases), math.copysign(1.0, slider_angle)
+    force, moment = leading_friction(capsule, radius, start + slider_angle * done, sense)
+    body_angle = -inertia_ratio(capsule, radius) * slider_angle
+    push = force * np.exp(1j * body_angle * done) / (capsule.body_mass + capsule.slider_mass)
+    spin_up = moment / circle_inertia(capsule, radius)
+    left = 2.0 - phases
+    return np.stack([push, left * push, spin_up + 0j, left * spin_up])
 
 
 def _marks(capsule: Capsule, slider_angle: float, start: float) -> list[float]:

@@ -50,9 +50,8 @@ def branches(
         np.asarray(double(x)) for x in (potential.value(angles), potential.curvature(angles))
     )
     places = np.asarray(double(angles))
-    wells, tops = np.flatnonzero(bend > 0), np.flatnonzero(bend < 0)
+    wells, levels = np.flatnonzero(bend > 0), np.sort(value[bend < 0])
     wells = wells[np.argsort(value[wells])]
-    levels = np.sort(value[tops])
     names = ("in the deeper well", "in the shallower well") if len(wells) > 1 else ("in the well",)
     spans = [(names[i], places[w], value[w], levels[0]) for i, w in enumerate(wells)]
     if len(levels) > 1 and levels[1] > levels[0]:

@@ -75,9 +75,7 @@ def of_samples(times: Array, rates: Array) -> Uniformity:
 def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
     """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
     coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""
-    a, b, c = (np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
-    theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
-    well = TrigonometricPotential(a, b, c).value(theta)
+    well = _over_a_turn(potential)
     squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia
     turning = squares.min(axis=-1) > 0.0
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -91,3 +89,10 @@ def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array)
         deviation = np.sqrt(np.maximum(square - mean**2, 0.0)) / mean
         spread = np.ptp(rates, axis=-1) / speeds
     return Uniformity(*(np.where(turning, x, np.nan) for x in (spread, deviation, near)))
+
+
+def _over_a_turn(potential: TrigonometricPotential) -> Array:
+    """The potential [J] at ANGLES angles of a turn, the last axis."""
+    a, b, c = (np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
+    theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
+    return np.asarray(TrigonometricPotential(a, b, c).value(theta))

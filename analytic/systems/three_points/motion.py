@@ -172,14 +172,18 @@ class ThreePointMotion:
         whose polynomials have the same degree."""
         segments = [self.segments[index] for index in met]
         number = np.searchsorted(met, which)
-        begun, over = np.array([(s.start, s.end) for s in segments]).T
-        local = np.clip(local, begun[number], over[number])
+        spans = np.array([(s.start, s.end) for s in segments])
+        local = np.clip(local, *spans[number].T)
         px, py, rate, _, psi, x, y = states_of(segments, number, local).T
-        pieces = np.array([s.piece for s in segments])
-        position = np.empty(len(local), dtype=complex)
+        turn, arm = np.exp(1j * psi), self.body.mass_ratio * self._positions(which, local)
+        return x + 1j * y - arm * turn, turn * (px + 1j * py - 1j * rate * arm), psi, rate
+
+    def _positions(self, which: Indices, local: Array) -> Complex:
+        """The slider's places in the body [m] at `local` times [s] of the segments with the numbers
+        `which`, shape (n,) each."""
+        pieces = np.array([segment.piece for segment in self.segments])[which]
+        positions = np.empty(len(local), dtype=complex)
         for piece in np.unique(pieces):
-            on = pieces[number] == piece
-            position[on] = configuration(self.body, self.piece(int(piece)), local[on]).position
-        turn, arm = np.exp(1j * psi), self.body.mass_ratio * position
-        place = x + 1j * y - arm * turn
-        return place, turn * (px + 1j * py - 1j * rate * arm), psi, rate
+            on = pieces == piece
+            positions[on] = configuration(self.body, self.piece(int(piece)), local[on]).position
+        return positions

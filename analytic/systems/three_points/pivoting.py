@@ -228,8 +228,8 @@ def _solved(turning: _Pivot, accuracy: Accuracy, state: State, size: float) -> _
     motion = turning.motion(at, omega, heading)
     # The round-off speed that the support had as it stuck is set to zero here.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
-    moved, faster = motion.point - point, omega - state.omega
-    values = np.column_stack([moved.real, moved.imag, faster, size * rule.nodes])
+    moved = motion.point - point
+    values = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
     slopes: Array = np.asarray(np.linalg.solve(rule.integral, values))
     gain = size * angular_acceleration
     rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)

@@ -151,12 +151,9 @@ def slide(
         still = () if departure is not None else _at_rest(at, state, fastest)
         if still or remaining <= 0.0:
             return Slid(segments, state, still)
-        known = near[len(segments)].solution if len(segments) < len(near) else None
-        followed = None
-        if known is not None:
-            followed = _following(body, piece, accuracy, state, known, remaining)
-        if followed is not None:
-            element, timed = followed, followed.solution.clock is None
+        element = _following(body, piece, accuracy, state, near[len(segments) :], remaining)
+        if element is not None:
+            timed = element.solution.clock is None
         else:
             near = ()
             if departure is not None:
@@ -329,11 +326,14 @@ def _following(
     piece: Piece,
     accuracy: Accuracy,
     state: State,
-    known: Solution,
+    near: Sequence[SmoothSegment],
     remaining: float,
 ) -> Element | None:
-    """The element from `state` that is nearly the `known` one, with `remaining` [s] of the piece;
-    None where it is not, or its truncation error is not within the tolerance."""
+    """The element from `state` that is nearly the first of `near`, with `remaining` [s] of the
+    piece; None where it is not, or its truncation error is not within the tolerance."""
+    known = near[0].solution if near else None
+    if known is None:
+        return None
     size, rule = known.size, accuracy.rule
     if known.slopes.shape[0] != rule.nodes.size:
         return None

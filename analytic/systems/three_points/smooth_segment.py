@@ -120,20 +120,12 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
 def _roots(series: Array, which: Indices, values: Array, last: Array) -> Array:
     """As `monotone_root`, of many `series`, shape (m, k), and `last`, shape (m,), at once: each of
     `values` is of the series with the number in `which`, both of shape (n,)."""
-    count = series.shape[1]
     slopes = 2.0 * np.polynomial.legendre.legder(series, axis=1)
-    grid = last[:, None] * np.linspace(0.0, 1.0, BRACKETS + 1)
-    known = basis(grid.ravel(), count).reshape(*grid.shape, count)
-    heights = np.maximum.accumulate(np.matmul(known, series[..., None])[..., 0], axis=1)
-    below = (heights[which] < values[:, None]).sum(axis=1)
-    where = np.clip(below, 1, BRACKETS)
-    low, high = grid[which, where - 1], grid[which, where]
-    rise = heights[which, where] - heights[which, where - 1]
-    ratio = (values - heights[which, where - 1]) / np.where(rise > 0.0, rise, 1.0)
+    low, high, ratio = _brackets(series, which, values, last)
     x = low + np.clip(ratio, 0.0, 1.0) * (high - low)
     clocks, paces = series[which], slopes[which]
     for _ in range(NEWTON_STEPS):
-        at = basis(x, count)
+        at = basis(x, series.shape[1])
         excess = (at * clocks).sum(axis=1) - values
         low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
         rate = (at[:, :-1] * paces).sum(axis=1)
@@ -142,6 +134,20 @@ def _roots(series: Array, which: Indices, values: Array, last: Array) -> Array:
         if np.all(np.abs(x - last_x) <= CLOSE * last[which]):
             break
     return np.asarray(x)
+
+
+def _brackets(
+    series: Array, which: Indices, values: Array, last: Array
+) -> tuple[Array, Array, Array]:
+    """Ends of the interval of a grid in which each root lies, and about where in it, 0 to 1."""
+    grid = last[:, None] * np.linspace(0.0, 1.0, BRACKETS + 1)
+    known = basis(grid.ravel(), series.shape[1]).reshape(*grid.shape, series.shape[1])
+    heights = np.maximum.accumulate(np.matmul(known, series[..., None])[..., 0], axis=1)
+    below = (heights[which] < values[:, None]).sum(axis=1)
+    where = np.clip(below, 1, BRACKETS)
+    rise = heights[which, where] - heights[which, where - 1]
+    ratio = (values - heights[which, where - 1]) / np.where(rise > 0.0, rise, 1.0)
+    return grid[which, where - 1], grid[which, where], ratio
 
 
 def fitted(rule: Collocation, body: Mechanics, piece: Piece, first: State, slopes: Array) -> Array:

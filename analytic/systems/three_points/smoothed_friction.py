@@ -11,9 +11,9 @@ speed of the order of delta. Only the slider's path is common with the event-dri
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from plumbob.analytic.systems.slider_path import SliderPath
 RELATIVE, ABSOLUTE = 1e-9, 1e-13
 TINY = 1e-30  # complex step of a derivative, free of cancellation
 
+Vector = tuple[Any, Any]
 Kinematics = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 Slider = Callable[[float], Kinematics]
 Rates = Callable[[Any, Kinematics], list[Any]]
@@ -41,39 +42,74 @@ class SmoothedPose:
 
 def _rates(capsule: Capsule, delta: float) -> Rates:
     """d/dt of (x, y, psi, v_x, v_y, omega), of floats or, for a derivative, of complex numbers."""
-    m, mass = capsule.slider_mass, capsule.body_mass + capsule.slider_mass
-    mu, supports = m / mass, capsule.supports
-    # Loads from the balance of forces and of moments about C: affine in r.
-    balance = np.linalg.inv(np.vstack([np.ones(3), np.transpose(supports)]))
-    weights = capsule.friction * capsule.gravity * balance @ np.diag([mass, m, m])
-    slopes: list[list[float]] = weights.tolist()
+    m, mu = capsule.slider_mass, capsule.mass_ratio
+    drag = partial(_friction, capsule.supports, _limits(capsule), delta)
 
     def rates(state: Any, slider: Kinematics) -> list[Any]:
-        heading, speed_x, speed_y, omega = state[2:]
-        c, s = math.cos(heading.real), math.sin(heading.real)
-        if heading.imag:
-            c, s = c - 1j * heading.imag * s, s + 1j * heading.imag * c
-        r, v, w = slider
-        rx, ry = c * r[0] - s * r[1], s * r[0] + c * r[1]
-        vx, vy = c * v[0] - s * v[1], s * v[0] + c * v[1]
-        # Slider's acceleration but for dv_C/dt and d omega/dt: centripetal, Coriolis, relative.
-        bx = c * w[0] - s * w[1] - omega * (omega * rx + 2.0 * vy)
-        by = s * w[0] + c * w[1] - omega * (omega * ry - 2.0 * vx)
-        fx = fy = moment = 0.0
-        for (ax, ay), (constant, by_x, by_y) in zip(supports, slopes, strict=True):
-            px, py = c * ax - s * ay, s * ax + c * ay
-            ux, uy = speed_x - omega * py, speed_y + omega * px
-            load = constant + by_x * r[0] + by_y * r[1]
-            friction = -load / (ux * ux + uy * uy + delta * delta) ** 0.5
-            fx, fy = fx + friction * ux, fy + friction * uy
-            moment = moment + friction * (px * uy - py * ux)
+        axes = _axes(state[2])
+        (rx, ry), (bx, by) = _carried(axes, state[5], slider)
+        fx, fy, moment = drag(axes, state[3:], slider[0])
         # (M + m) a + m alpha k x r = sum F - m b;  J alpha + m r x (a + alpha k x r + b) = moment.
-        gx, gy = fx / mass - mu * bx, fy / mass - mu * by
+        gx, gy = fx / (capsule.body_mass + m) - mu * bx, fy / (capsule.body_mass + m) - mu * by
         inertia = capsule.inertia + m * (1.0 - mu) * (rx * rx + ry * ry)
         alpha = (moment - m * (rx * (gy + by) - ry * (gx + bx))) / inertia
-        return [speed_x, speed_y, omega, gx + mu * alpha * ry, gy - mu * alpha * rx, alpha]
+        return [*state[3:], gx + mu * alpha * ry, gy - mu * alpha * rx, alpha]
 
     return rates
+
+
+def _limits(capsule: Capsule) -> list[list[float]]:
+    """Friction limits from the balance of forces and of moments about C, affine in r: a row each,
+    at C and by x and y."""
+    mass = capsule.body_mass + capsule.slider_mass
+    balance = np.linalg.inv(np.vstack([np.ones(3), np.transpose(capsule.supports)]))
+    weights = np.diag([mass, capsule.slider_mass, capsule.slider_mass])
+    limits: list[list[float]] = (capsule.friction * capsule.gravity * balance @ weights).tolist()
+    return limits
+
+
+def _axes(heading: Any) -> Vector:
+    """Cosine and sine of a heading; its imaginary part is small."""
+    c, s = math.cos(heading.real), math.sin(heading.real)
+    if heading.imag:
+        return c - 1j * heading.imag * s, s + 1j * heading.imag * c
+    return c, s
+
+
+def _turned(axes: Vector, vector: Vector) -> Vector:
+    """A vector of the body, in the ground's axes."""
+    (c, s), (x, y) = axes, vector
+    return c * x - s * y, s * x + c * y
+
+
+def _carried(axes: Vector, omega: Any, slider: Kinematics) -> tuple[Vector, Vector]:
+    """Slider's place from C, and its acceleration but for dv_C/dt and d omega/dt: centripetal,
+    Coriolis, relative."""
+    (rx, ry), (vx, vy), (wx, wy) = (_turned(axes, vector) for vector in slider)
+    bx = wx - omega * (omega * rx + 2.0 * vy)
+    by = wy - omega * (omega * ry - 2.0 * vx)
+    return (rx, ry), (bx, by)
+
+
+def _friction(
+    supports: Sequence[Vector],
+    limits: list[list[float]],
+    delta: float,
+    axes: Vector,
+    velocity: Any,
+    place: Vector,
+) -> tuple[Any, Any, Any]:
+    """Smoothed friction and its moment about C, with the slider at `place` in the body."""
+    speed_x, speed_y, omega = velocity
+    fx = fy = moment = 0.0
+    for support, limit in zip(supports, limits, strict=True):
+        px, py = _turned(axes, support)
+        ux, uy = speed_x - omega * py, speed_y + omega * px
+        load = limit[0] + limit[1] * place[0] + limit[2] * place[1]
+        friction = -load / (ux * ux + uy * uy + delta * delta) ** 0.5
+        fx, fy = fx + friction * ux, fy + friction * uy
+        moment = moment + friction * (px * uy - py * ux)
+    return fx, fy, moment
 
 
 def _derivative(rates: Rates, state: list[float], slider: Kinematics) -> Array:

@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, Scheme
+from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
+from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase, SecondRun
 from plumbob.engines.adapters.hinged_body import PENDULUMS, hinged_body, model_errors
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, ModelFields, Simulation
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
@@ -108,8 +109,6 @@ ENGINE = Engine(
     METHODS,
     prepare,
     model_error,
-    scheme=scheme,
     optional=True,
-    confirming=confirming,
-    model_fields=model_fields,
+    abilities=(SchemeOfCase(scheme), SecondRun(confirming), ModelReader(model_fields)),
 )

@@ -105,31 +105,50 @@ def _standing(
 ) -> _Standing:
     """The diagram of a capsule under `gravity`, its slider under `controls` [m/s^2], one row a
     step, shape (steps, tracks)."""
-
     capsule, builder = body.setup.capsule, DiagramBuilder()
     plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=step, **settings), builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
+    shell = _shell(plant, body)
+    hold = SLIDER_RATIO * (capsule.body_mass + capsule.slider_mass)
+    joints = _slider(plant, shell, body, hold)
+    plant.Finalize()
+    if joints:
+        # held over a step: in force from half a step before it begins, where nothing is computed
+        times = (np.arange(len(controls) + 1) - 0.5) * step
+        rows = np.vstack([controls, controls[-1:]]) * hold
+        held = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
+        source = builder.AddSystem(TrajectorySource(held))
+        builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
+    return _Standing(builder.Build(), plant, shell, joints)
+
+
+def _shell(plant: Any, body: ThreeFeet) -> Any:
+    """The body on its feet, above the plane."""
+    capsule = body.setup.capsule
     friction = CoulombFriction(capsule.friction, capsule.friction)
     ground = RigidTransform([0.0, 0.0, -0.5 * GROUND])
     plant.RegisterCollisionGeometry(
         plant.world_body(), ground, Box(GROUND, GROUND, GROUND), "plane", friction
     )
     moments = np.diag([body.tilt_inertia, body.tilt_inertia, capsule.inertia])
-    origin = np.zeros(3)
-    shell = plant.AddRigidBody("body", spatial_inertia(capsule.body_mass, origin, moments))
+    shell = plant.AddRigidBody("body", spatial_inertia(capsule.body_mass, np.zeros(3), moments))
     for number, (x, y) in enumerate(capsule.supports):
         place = RigidTransform([x, y, FOOT_RADIUS])
         foot = Sphere(FOOT_RADIUS)
         plant.RegisterCollisionGeometry(shell, place, foot, f"foot_{number}", friction)
+    return shell
+
+
+def _slider(plant: Any, shell: Any, body: ThreeFeet, hold: float) -> list[Any]:
+    """The joints of a slider at its start in the `shell`, one a track, each with a motor of inertia
+    `hold` [kg]."""
     start = RigidTransform([*body.setup.slider, 0.0])
     parent = plant.AddFrame(tree.FixedOffsetFrame("start", shell.body_frame(), start))
     last, joints = max(len(body.tracks), 1) - 1, []
-    hold = SLIDER_RATIO * (capsule.body_mass + capsule.slider_mass)
     for number, (x, y) in enumerate(body.tracks or ((0.0, 0.0),)):
-        mass = capsule.slider_mass if number == last else POINT
-        part = plant.AddRigidBody(
-            f"slider_{number}", spatial_inertia(mass, origin, POINT * np.eye(3))
-        )
+        mass = body.setup.capsule.slider_mass if number == last else POINT
+        inertia = spatial_inertia(mass, np.zeros(3), POINT * np.eye(3))
+        part = plant.AddRigidBody(f"slider_{number}", inertia)
         if not body.tracks:
             plant.WeldFrames(parent, part.body_frame())
             break
@@ -141,15 +160,7 @@ def _standing(
         motor.set_default_gear_ratio(1.0)
         joints.append(joint)
         parent = part.body_frame()
-    plant.Finalize()
-    if joints:
-        # held over a step: in force from half a step before it begins, where nothing is computed
-        times = (np.arange(len(controls) + 1) - 0.5) * step
-        rows = np.vstack([controls, controls[-1:]]) * hold
-        held = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
-        source = builder.AddSystem(TrajectorySource(held))
-        builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
-    return _Standing(builder.Build(), plant, shell, joints)
+    return joints
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float, steps: int) -> Built:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from plumbob.engines.method import ModelFields
+from plumbob.engines.abilities import ModelFields
 
 
 def model_fields(path: Path) -> ModelFields:
@@ -25,13 +26,7 @@ def model_fields(path: Path) -> ModelFields:
     for i in range(1, plant.num_bodies()):
         body = plant.get_body(BodyIndex(i))
         fields["mass", body.name()] = (float(body.default_mass()),)
-        moments = (
-            body.default_spatial_inertia()
-            .Shift(body.default_spatial_inertia().get_com())
-            .CalcRotationalInertia()
-            .CalcPrincipalMomentsOfInertia()
-        )
-        fields["inertia", body.name()] = tuple(np.sort(np.ravel(moments)).tolist())
+        fields["inertia", body.name()] = _principal_moments(body.default_spatial_inertia())
     for j in plant.GetJointIndices():
         joint = plant.get_joint(j)
         if joint.num_velocities() == 1:
@@ -42,7 +37,17 @@ def model_fields(path: Path) -> ModelFields:
         fields["gear", actuator.name()] = (ratio,)
         reflected = ratio**2 * float(actuator.default_rotor_inertia())
         fields["armature", actuator.joint().name()] = (reflected,)
-    inspector = graph.model_inspector()
+    return fields | _frictions(graph.model_inspector())
+
+
+def _principal_moments(inertia: Any) -> tuple[float, ...]:
+    """Of a spatial inertia, about the centre of mass, in order."""
+    about = inertia.Shift(inertia.get_com()).CalcRotationalInertia()
+    return tuple(np.sort(np.ravel(about.CalcPrincipalMomentsOfInertia())).tolist())
+
+
+def _frictions(inspector: Any) -> dict[tuple[str, str], tuple[float, ...]]:
+    fields: dict[tuple[str, str], tuple[float, ...]] = {}
     for geometry in inspector.GetAllGeometryIds():
         properties = inspector.GetProximityProperties(geometry)
         if properties is not None and properties.HasProperty("material", "coulomb_friction"):

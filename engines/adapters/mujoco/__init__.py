@@ -11,19 +11,26 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
-from plumbob.analytic.errors.schemes import Scheme
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import (
-    Engine,
+from plumbob.engines.abilities import (
+    Ablation,
+    ContactRecord,
     FileCheck,
-    Method,
+    FileChecks,
     ModelFields,
+    ModelReader,
+    SchemeOfCase,
     Settings,
-    Simulation,
+    SettingsToPaste,
+    StepsOfFiles,
     Trimming,
+    UserModels,
+    UserSettings,
 )
+from plumbob.engines.adapters.mujoco.methods import METHODS
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.models.scene import Case
@@ -163,15 +170,15 @@ ENGINE = Engine(
     METHODS,
     prepare,
     model_error,
-    contact_model=contact_model,
-    user_method=user_method,
-    trimming=measure_trimming,
-    settings_text=settings_text,
-    check_file=check_file,
-    model_text=model_text,
-    model_fields=model_fields,
-    own_model=model_of_own,
-    own_contacts=contacts_of_own,
-    write_trimmed=write_trimmed,
-    scheme=scheme,
+    abilities=(
+        SchemeOfCase(scheme),
+        ContactRecord(contact_model),
+        UserSettings(user_method),
+        Ablation(measure_trimming),
+        SettingsToPaste(settings_text),
+        FileChecks(check_file),
+        StepsOfFiles(model_text),
+        ModelReader(model_fields),
+        UserModels(model_of_own, contacts_of_own, write_trimmed),
+    ),
 )

@@ -23,10 +23,10 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     SoftContact,
     without_formula,
 )
-from plumbob.analytic.errors.schemes import EULER, RK4
-from plumbob.analytic.errors.shared import Same
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, RK4
+from plumbob.analytic.shared import Same
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.models.registry import unknown
 

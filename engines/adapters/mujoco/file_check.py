@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import FileCheck
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import (
     IMPEDANCE,
@@ -22,7 +23,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
 from plumbob.engines.adapters.mujoco.user_file import read_model
-from plumbob.engines.method import FileCheck, Method, time_step
+from plumbob.engines.method import Method, time_step
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
 REACH = 1e-2  # of the mean size of a body: what is this near the floor at the start is in contact
@@ -103,16 +104,16 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
     """Contacts that are for another step, by their friction's rate, and those that are unstable at
     this one, by semi-implicit Euler's condition r (w^2 + 4 zeta w) <= 4."""
     softening, ratio, reported = _softening(model), frequency_ratio(model), False
-    pairs = [
+    contacts = [
         (model.pair_solref[i], model.pair_solreffriction[i], model.pair_solimp[i, 1])
         for i in range(model.npair)
     ]
-    geoms = [(model.geom_solref[i], np.zeros(2), 1.0) for i in range(model.ngeom)]
+    contacts += [(model.geom_solref[i], np.zeros(2), 1.0) for i in range(model.ngeom)]
     worst = 0.0
-    for solref, friction, impedance in (*pairs, *geoms):
+    for solref, friction, impedance in contacts:
         if solref[0] < 0.0 and solref[1] <= 0.0:
-            spring, damper = -solref[0] / softening * step**2, -solref[1] / softening * step
-            worst = max(worst, spring + 2.0 * damper)
+            spring = -solref[0] / softening * step**2
+            worst = max(worst, spring + 2.0 * (-solref[1] / softening * step))
         rate = -friction[1]
         if friction[0] < 0.0 < rate and _close(impedance, IMPEDANCE) and not reported:
             steps = [-step * right / rate for right in _rates(method, step)]

@@ -9,8 +9,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.divergence import BEYOND
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read

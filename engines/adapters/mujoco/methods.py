@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from plumbob.analytic.errors.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from plumbob.engines.abilities import ModelFields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
-from plumbob.engines.method import ModelFields
 
 SCALARS = ("armature", "damping", "stiffness", "frictionloss")
 

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import Settings, Snippet
 from plumbob.engines.adapters.mujoco.contacts import (
     DAMPING,
     IMPEDANCE,
@@ -24,7 +25,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
     integrator_of,
     profile,
 )
-from plumbob.engines.method import Method, Settings, Snippet
+from plumbob.engines.method import Method
 
 OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a user's model
 SOFTEST = 1e-6  # of these: static penetration goes as its inverse square

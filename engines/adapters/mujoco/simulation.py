@@ -157,8 +157,7 @@ def take_steps(
     states[0] = start
     diverged = None if reliable(start) else 0
     done, seconds = 0, 0.0
-    every = sampling.stride(steps, samples)
-    block = every * max(1, BLOCK // every)
+    block = _block(sampling.stride(steps, samples))
     rows = np.empty((1, min(block, steps), len(start)))
     mujoco.mj_resetData(model, data)
     with Rollout(nthread=0) as engine:
@@ -168,22 +167,9 @@ def take_steps(
             first = start if done == 0 else rows[0, -1].copy()  # rows are written over
             # each call starts the solver cold, unless given where the last one ended
             warm = data.qacc_warmstart[None].copy() if done else None
-            ctrl = None
-            if control is not None:
-                ctrl = control(np.arange(done, done + n, dtype=np.int64))[None]
-            begin = clock()
-            engine.rollout(
-                [model],
-                [data],
-                first[None].copy(),
-                ctrl,
-                control_spec=CTRL,
-                skip_checks=True,
-                nstep=n,
-                initial_warmstart=warm,
-                state=out,
+            seconds += _roll_out(
+                engine, model, data, first, _controls(control, done, n), warm, out, clock
             )
-            seconds += clock() - begin
             inside = (kept > done) & (kept <= done + n)
             states[inside] = out[0, kept[inside] - done - 1]
             if (bad := _first_bad(data, out[0], first)) is not None:
@@ -191,6 +177,45 @@ def take_steps(
             rows, done = out, done + n
     good = kept < (steps + 1 if diverged is None else diverged)
     return KeptStates(kept[good], states[good], diverged or done, seconds, diverged)
+
+
+def _controls(
+    control: Callable[[sampling.Indices], Array] | None, first: int, count: int
+) -> Array | None:
+    if control is None:
+        return None
+    return control(np.arange(first, first + count, dtype=np.int64))[None]
+
+
+def _block(every: int) -> int:
+    """Steps that are taken at once, of which every so many-th is kept."""
+    return every * max(1, BLOCK // every)
+
+
+def _roll_out(
+    engine: Rollout,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    first: Array,
+    controls: Array | None,
+    warm: Array | None,
+    out: Array,
+    clock: Callable[[], float],
+) -> float:
+    """Take steps from `first`, as many as `out` has rows, into it; the time that took [s]."""
+    begin = clock()
+    engine.rollout(
+        [model],
+        [data],
+        first[None].copy(),
+        controls,
+        control_spec=CTRL,
+        skip_checks=True,
+        nstep=out.shape[1],
+        initial_warmstart=warm,
+        state=out,
+    )
+    return clock() - begin
 
 
 def sensor_data(

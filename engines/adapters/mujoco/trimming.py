@@ -10,10 +10,11 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.translation import Translation, builder
-from plumbob.engines.method import Method, Trimming
+from plumbob.engines.method import Method
 from plumbob.models.scene import Case
 
 # Relative: on a machine that others use, savings then scatter by 1.7 per cent of the whole, after

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import Settings
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
 from plumbob.engines.adapters.mujoco.own_model.model import silent, started
@@ -30,7 +31,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
     own_pair,
     settings,
 )
-from plumbob.engines.method import Method, Settings, time_step
+from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_contacts import Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.engines.registry import method as find_method

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from plumbob.analytic.errors.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
+from plumbob.engines.abilities import SecondRun
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
 
@@ -48,4 +49,4 @@ METHODS = (
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),
 )
-ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error, confirming=confirming)
+ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error, abilities=(SecondRun(confirming),))

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4, TABLEAUX
-from plumbob.analytic.numerics.tableau import Tableau
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, TABLEAUX
+from plumbob.analytic.tableau import Tableau
 from plumbob.engines.adapters.ode.equation import Equation, State
 
 Advance = Callable[[Equation, State, int, int, float], State]

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from plumbob.analytic.errors.schemes import EULER, LEAPFROG, RK4
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4
 from plumbob.engines.adapters.ode.equation import Equation, State
 from plumbob.engines.adapters.ode.integrators import MOST_CORRECTIONS
 
@@ -70,26 +70,29 @@ def leapfrog(equation: Equation, state: State, first: int, last: int, h: float) 
 def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> State:
     """The same of the classical Runge-Kutta method, for quaternion and rate together."""
     assert isinstance(equation, Turning)
-    f, velocity, (x, v) = equation.acceleration, equation.velocity, state
-    half, sixth = 0.5 * h, h / 6
+    half = 0.5 * h
     for n in range(first, last):
         t = n * h
-        a1, u1 = f(t, x, v), velocity(x, v)
-        x2, v2 = _moved(x, half, u1), _moved(v, half, a1)
-        a2, u2 = f(t + half, x2, v2), velocity(x2, v2)
-        x3, v3 = _moved(x, half, u2), _moved(v, half, a2)
-        a3, u3 = f(t + half, x3, v3), velocity(x3, v3)
-        x4, v4 = _moved(x, h, u3), _moved(v, h, a3)
-        a4, u4 = f(t + h, x4, v4), velocity(x4, v4)
-        x = [
-            p + sixth * (a + 2 * (b + c) + d)
-            for p, a, b, c, d in zip(x, u1, u2, u3, u4, strict=True)
-        ]
-        v = [
-            p + sixth * (a + 2 * (b + c) + d)
-            for p, a, b, c, d in zip(v, a1, a2, a3, a4, strict=True)
-        ]
-    return x, v
+        k1 = _slopes(equation, t, state)
+        k2 = _slopes(equation, t + half, _both_moved(state, half, k1))
+        k3 = _slopes(equation, t + half, _both_moved(state, half, k2))
+        k4 = _slopes(equation, t + h, _both_moved(state, h, k3))
+        x, v = (_weighted(h / 6, *parts) for parts in zip(state, k1, k2, k3, k4, strict=True))
+        state = x, v
+    return state
+
+
+def _slopes(equation: Turning, time: float, state: State) -> State:
+    x, v = state
+    return equation.velocity(x, v), equation.acceleration(time, x, v)
+
+
+def _both_moved(state: State, time: float, slopes: State) -> State:
+    return _moved(state[0], time, slopes[0]), _moved(state[1], time, slopes[1])
+
+
+def _weighted(sixth: float, start: Vector, *slopes: Vector) -> Vector:
+    return [p + sixth * (a + 2 * (b + c) + d) for p, a, b, c, d in zip(start, *slopes, strict=True)]
 
 
 def turning_integrator(name: str) -> Callable[[Equation, State, int, int, float], State]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from plumbob.engines.abilities import Settings, SettingsToPaste
 from plumbob.engines.adapters.pymunk.methods import METHODS
-from plumbob.engines.method import Engine, Method, Settings, Simulation
+from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 
@@ -33,4 +34,11 @@ def settings_text(
     return settings(method, step, stiffness, friction)
 
 
-ENGINE = Engine("pymunk", "pymunk", METHODS, prepare, model_error, settings_text=settings_text)
+ENGINE = Engine(
+    "pymunk",
+    "pymunk",
+    METHODS,
+    prepare,
+    model_error,
+    abilities=(SettingsToPaste(settings_text),),
+)

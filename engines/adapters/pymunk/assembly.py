@@ -50,6 +50,15 @@ class Assembly:
         return complex(*body.position) + arm, complex(*body.velocity) + spun
 
     @property
+    def motion_of_slider(self) -> tuple[complex, complex]:
+        """Place from C [m] and velocity [m/s] in the body."""
+        place, velocity = self.motion_of_centre
+        turned, later = cmath.exp(1j * self.body.angle), self.half_step_turn
+        arm = complex(*self.slider.position) - place
+        carried = velocity + 1j * self.body.angular_velocity * later * arm
+        return arm / turned, (complex(*self.slider.velocity) - carried) / (turned * later)
+
+    @property
     def opening_rate(self) -> float:
         """Largest velocity of a foot relative to its pin [m/s]: the residual of the solver's
         iterations."""

@@ -28,7 +28,7 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, normal_forces
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, Capsule, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import (
     NO_TURNING,
@@ -132,6 +132,15 @@ def _affine(values: Array) -> list[list[float]]:
     return coefficients
 
 
+def _static_loads(setup: CapsuleSetup) -> Callable[[complex], Mapping[str, float]]:
+    """The N_i of statics [N] by name, for the slider's place from C [m, body axes]."""
+    forces = _affine(static_normal_forces(setup, CORNERS))
+    return lambda place: {
+        name: c + cx * place.real + cy * place.imag
+        for name, (c, cx, cy) in zip(NORMAL_FORCES, forces, strict=True)
+    }
+
+
 def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) -> SetLimits:
     """Function of the slider's place from C [m, body axes] that sets the largest force of each
     support's joint, f N_i; called once for the start."""
@@ -156,29 +165,23 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
     pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
     momentum gains beyond gravity, and the driving force what the slider's gains.
     """
-    body, slider, unit = assembly.body, assembly.slider, cmath.rect(1.0, setup.direction)
-    start, back = complex(*setup.slider), cmath.exp(-1j * setup.heading) / unit
-    forces = _affine(static_normal_forces(setup, CORNERS))
-    loads = [(f"normal_force_{i + 1}", force) for i, force in enumerate(forces)]
+    slider, unit = assembly.slider, cmath.rect(1.0, setup.direction)
+    back, loads = cmath.exp(-1j * setup.heading) / unit, _static_loads(setup)
     pulled, before, slid = sum(part.mass for part in assembly.parts) * setup.pull, 0j, 0j
 
     def read() -> Mapping[str, float]:
         nonlocal before, slid
         before, slid = assembly.momentum, complex(*slider.velocity)
         place, velocity = assembly.motion_of_centre
-        turned, later = cmath.exp(1j * body.angle), assembly.half_step_turn
-        arm = complex(*slider.position) - place
-        carried = velocity + 1j * body.angular_velocity * later * arm
-        sliding = (complex(*slider.velocity) - carried) / (turned * later)
-        gone, inside = place * back, arm / turned
+        inside, sliding = assembly.motion_of_slider
         return {
-            "displacement": gone.real,
+            "displacement": (place * back).real,
             "velocity": (velocity * back).real,
-            "stroke": ((inside - start) / unit).real,
+            "stroke": ((inside - complex(*setup.slider)) / unit).real,
             "stroke_rate": (sliding / unit).real,
-            "heading": body.angle,
-            "sideways": gone.imag,
-            **{name: c + cx * inside.real + cy * inside.imag for name, (c, cx, cy) in loads},
+            "heading": assembly.body.angle,
+            "sideways": (place * back).imag,
+            **loads(inside),
             "opening_rate": assembly.opening_rate,
         }
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from plumbob.analytic.systems.capsule import load_fractions
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint
 
@@ -89,13 +89,12 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
     def read() -> Mapping[str, float]:
         nonlocal before, sliding
         before, sliding = assembly.momentum.real, slider.velocity.x
-        pace = body.velocity.x
         gone, height = body.position
         return {
             "displacement": gone,
-            "velocity": pace,
+            "velocity": body.velocity.x,
             "stroke": slider.position.x - gone - start,
-            "stroke_rate": slider.velocity.x - pace,
+            "stroke_rate": slider.velocity.x - body.velocity.x,
             **loads(),
             "vertical_displacement": height + DEPTH,
             "tilt": body.angle,
@@ -104,10 +103,11 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
     def following() -> Mapping[str, float]:
         friction = sum(force for force, _ in _contact_forces(stand))
         step = assembly.space.current_time_step
-        left = (assembly.momentum.real - before) / step - pulled - friction
-        driving = slider.mass * ((slider.velocity.x - sliding) / step - setup.pull)
-        forces = {"friction_force": friction, "driving_force": driving}
-        return {**forces, "momentum_residual": left}
+        return {
+            "friction_force": friction,
+            "driving_force": slider.mass * ((slider.velocity.x - sliding) / step - setup.pull),
+            "momentum_residual": (assembly.momentum.real - before) / step - pulled - friction,
+        }
 
     return read, following
 
@@ -132,16 +132,8 @@ def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
 
 def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
     """N_i in the last step [N]: the loads of both feet and their centre of pressure, carried by
-    three supports by statics across the line. What an arm along the line carries is affine in
-    it."""
-    capsule, (x, y) = setup.capsule, setup.slider
-    unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
-    across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
-    aside = across * np.array([-unit[1], unit[0]])
-    here, beyond = load_fractions(capsule, np.array([aside, aside + unit])).tolist()
-    ends = enumerate(zip(here, beyond, strict=True), start=1)
-    parts = [(f"normal_force_{i}", part, end - part) for i, (part, end) in ends]
-    behind, ahead = stand.reach
+    three supports by statics across the line."""
+    parts, (behind, ahead) = _support_parts(setup), stand.reach
 
     def read() -> Mapping[str, float]:
         (_, hind), (_, fore) = _contact_forces(stand)
@@ -151,6 +143,18 @@ def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
         }
 
     return read
+
+
+def _support_parts(setup: CapsuleSetup) -> list[tuple[str, float, float]]:
+    """Of each N_i the part of a load at C, and its change with the load's arm along the line [1/m],
+    in which it is affine."""
+    capsule, (x, y) = setup.capsule, setup.slider
+    unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
+    across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
+    aside = across * np.array([-unit[1], unit[0]])
+    here, beyond = load_fractions(capsule, np.array([aside, aside + unit])).tolist()
+    ends = zip(NORMAL_FORCES, here, beyond, strict=True)
+    return [(name, part, end - part) for name, part, end in ends]
 
 
 def _contact_forces(stand: Stand) -> list[tuple[float, float]]:

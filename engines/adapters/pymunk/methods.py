@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.method import Method
 from plumbob.models.scene import ON_SUPPORTS
 

@@ -6,7 +6,8 @@ Works without pymunk. What the pasted friction does is explained in capsule_abov
 from __future__ import annotations
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Method, Settings, Snippet
+from plumbob.engines.abilities import Settings, Snippet
+from plumbob.engines.method import Method
 
 FEET = '''\
 import pymunk

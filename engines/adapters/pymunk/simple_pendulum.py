@@ -39,6 +39,14 @@ def model_error(
     }
 
 
+def _push(problem: Any, bob: pymunk.Body, time: float) -> pymunk.Vec2d:
+    """Force of the forcing and of damping on a bob [N]."""
+    forcing = problem.mass * problem.length * problem.forcing_amplitude
+    damping = problem.mass * problem.length * problem.damping_rate
+    push = forcing * math.sin(problem.forcing_frequency * time) - damping * bob.angular_velocity
+    return pymunk.Vec2d(push * math.cos(bob.angle), push * math.sin(bob.angle))
+
+
 def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
     length, gravity = problem.length, problem.gravity
     space = pymunk.Space()
@@ -66,23 +74,16 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
         }
 
     def before(time: float) -> None:
-        theta = bob.angle
-        push = forcing * math.sin(frequency * time) - damping * bob.angular_velocity
-        force = pymunk.Vec2d(push * math.cos(theta), push * math.sin(theta)) / problem.mass
-        free[0] = bob.velocity + step * (space.gravity + force)
+        free[0] = bob.velocity + step * (space.gravity + _push(problem, bob, time) / problem.mass)
 
     def act(time: float) -> None:
-        theta = bob.angle
-        push = forcing * math.sin(frequency * time) - damping * bob.angular_velocity
-        bob.force = push * math.cos(theta), push * math.sin(theta)
+        bob.force = _push(problem, bob, time)
 
     free = [bob.velocity]  # what it would be after the step if there were no joint
-    forcing = problem.mass * length * problem.forcing_amplitude
-    damping, frequency = problem.mass * length * problem.damping_rate, problem.forcing_frequency
     return Translation(
         space,
         read,
-        act if forcing or damping else None,
+        act if problem.forcing_amplitude or problem.damping_rate else None,
         frozenset({"opening"}),
         limits=limits(problem),
         before_sample=before,

@@ -8,6 +8,7 @@ error, which the joint turns into a velocity that closes it in one step.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Iterator
 
@@ -78,24 +79,16 @@ def driven(
     where body and slider will be, and gives the slider's place from C to `set_limits`."""
     next(targets)
     body, slider, joint = assembly.body, assembly.slider, assembly.joint
-    cx, cy = vector(assembly.centre)
-    cos, sin = math.cos, math.sin
 
     def act(time: float) -> None:
-        x, y = body.position
-        vx, vy = body.velocity
-        sx, sy = slider.position
-        wx, wy = slider.velocity
-        angle = body.angle + step * body.angular_velocity
-        c, s = cos(angle), sin(angle)
-        dx, dy = sx - x + step * (wx - vx), sy - y + step * (wy - vy)
-        bx, by = c * dx + s * dy, c * dy - s * dx
-        joint.anchor_a = bx, by
-        bx, by = bx - cx, by - cy
-        ax, ay = next(targets)
-        dx, dy = bx - ax, by - ay
-        joint.anchor_b = c * dx - s * dy, s * dx + c * dy
-        set_limits(bx, by)
+        turn = cmath.rect(1.0, body.angle + step * body.angular_velocity)
+        arm = complex(*slider.position) - complex(*body.position)
+        arm += step * (complex(*slider.velocity) - complex(*body.velocity))
+        anchor = arm * turn.conjugate()
+        joint.anchor_a = vector(anchor)
+        place = anchor - assembly.centre
+        joint.anchor_b = vector((place - complex(*next(targets))) * turn)
+        set_limits(*vector(place))
 
     return act
 

@@ -2,92 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from plumbob.analytic.systems.capsule import lowest_normal_forces
-from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
-from plumbob.engines.study.extra_runs import Request, StudyPlan
-from plumbob.engines.study.results import Study
-from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.capsule_line import (
-    contacts,
-    displacement,
-    drive,
-    fidelity,
-    source,
-    source_text,
-    tipping,
-)
-from plumbob.reports.analyses.measurements import problem
-from plumbob.reports.view.content import Cell, Table, method_cell, row, value
-from plumbob.reports.view.notation import short
-
-
-def requests(plan: StudyPlan) -> Sequence[Request]:
-    """The runs that the findings below look up."""
-    return (
-        *source.requests(plan),
-        *displacement.requests(plan),
-        *contacts.requests(plan),
-        *fidelity.requests(plan),
-        *tipping.requests(plan),
-    )
-
-
-def hard(study: Study, scene: Scene) -> tuple[Table, ...]:
-    """The numbers that make a case hard; each method's last error at its finest step, with its
-    prediction."""
-    line = problem(scene.name).motion
-    lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
-    about = (
-        ("m/M", line.capsule.slider_mass / line.capsule.body_mass),
-        ("μ w₁ / f g", line.w1 / line.capsule.holding_acceleration),
-        ("μ w₂ / f g", line.w2 / line.capsule.holding_acceleration),
-        ("Δx [m]", line.displacement),
-        ("condition number of Δx", condition_number(line)),
-        ("smallest Nᵢ over (M+m) g", float(np.min(lowest)) / line.capsule.weight),
-    )
-    numbers = Table(
-        "What makes it hard", tuple(name for name, _ in about),
-        (row(*(value(size, 7) for _, size in about)),),
-        "M, m: masses of body and slider; μ = m/(M+m); w₁, w₂: accelerations of the slider in the "
-        "body; f: coefficient of friction; Nᵢ: normal forces.",
-    )  # fmt: skip
-    rows = []
-    for convergence in study.convergence:
-        done = [m for m in convergence.measurements if m.status == "done"]
-        if convergence.scene != scene.name or not done:
-            continue
-        finest = done[-1]
-        error = finest.errors["displacement"]
-        predicted = error.predicted.end if error.predicted else None
-        rows.append(
-            row(method_cell(convergence.method), Cell(short(finest.step), "number"),
-                value(error.end / line.displacement), value(error.end), value(predicted))
-        )  # fmt: skip
-    if not rows:
-        return (numbers,)
-    heads = ("method", "step [s]", "relative error of Δx", "error of Δx [m]", "predicted [m]")
-    note = "At the finest step of each method; predicted: the error that the step makes here."
-    return numbers, Table("Final displacement", heads, tuple(rows), note)
-
+from plumbob.reports.analyses.capsule_line.contacts import CHATTER, ISOTROPY, LOAD_ERRORS
+from plumbob.reports.analyses.capsule_line.displacement import ERRORS, SAWTOOTH
+from plumbob.reports.analyses.capsule_line.drive import DRIVE
+from plumbob.reports.analyses.capsule_line.fidelity import HEIGHTS, MOMENTUM, SAVING
+from plumbob.reports.analyses.capsule_line.hard import HARD
+from plumbob.reports.analyses.capsule_line.source import ANY_LINE, FIGURE_2, MISPRINTS
+from plumbob.reports.analyses.capsule_line.source_text import SOURCE
+from plumbob.reports.analyses.capsule_line.tipping import TIPPING
 
 FINDINGS = (
-    source.misprints,
-    source.any_line,
-    source_text.finding,
-    displacement.errors,
-    displacement.sawtooth,
-    contacts.chatter,
-    contacts.isotropy,
-    contacts.normal_forces,
-    drive.finding,
-    tipping.finding,
-    fidelity.heights,
-    fidelity.momentum,
-    fidelity.saving,
+    MISPRINTS,
+    ANY_LINE,
+    SOURCE,
+    ERRORS,
+    SAWTOOTH,
+    CHATTER,
+    ISOTROPY,
+    LOAD_ERRORS,
+    DRIVE,
+    TIPPING,
+    HEIGHTS,
+    MOMENTUM,
+    SAVING,
 )
-SECTION = Section(FINDINGS, (source.galleries,), (hard,), requests)
+SECTION = Section(FINDINGS, (FIGURE_2,), (HARD,))

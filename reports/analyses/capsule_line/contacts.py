@@ -1,45 +1,31 @@
-"""Findings on contacts: chatter of the default ones, dependence on heading, normal forces."""
+"""Contacts: chatter of the default ones, dependence on heading, normal forces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import at_most, clear
 from plumbob.reports.analyses.contact_terms import LOADS
 from plumbob.reports.analyses.measurements import (
     LINE,
     case,
     displacement_error,
+    end_error,
     problem,
+    recordings,
     runs,
     scheme,
 )
-from plumbob.reports.view.content import (
-    Cell,
-    Finding,
-    Statement,
-    Table,
-    plain_method_cell,
-    row,
-    value,
-)
-from plumbob.reports.view.notation import number, short
-from plumbob.reports.view.palette import OF_METHODS
-from plumbob.reports.view.sources import CHERNOUSKO
-from plumbob.reports.view.traces import (
-    Trace,
-    curve,
-    figure,
-    linear,
-    logarithmic,
-    over_time,
-    positive,
-)
+from plumbob.reports.view.content import Claim
 
 DEFAULT, CONVERGENT = "mujoco/euler", "mujoco/euler+coulomb"
 STEPS = (1e-3, 1e-4)  # [s]; the figures are at the finer one
@@ -52,79 +38,117 @@ ALIKE_AT_ALL = 1e-4  # of the displacement: headings that differ by less do not 
 CHATTERS = 1e-3  # of the samples: a contact is missing in many times that
 TRUSTED = 1e-3  # of a normal force: what is nearer to statics can be trusted
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
+CHATTER_RUNS = runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
+LOAD_RUNS = runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Default and convergent contacts, the headings of the profile, and normal forces."""
-    headings, steps = _turned(plan.profile)
-    return (
-        *runs((LINE,), (DEFAULT, CONVERGENT), STEPS),
-        *runs(map(_at_heading, headings), TURNED, steps),
-        *runs((STATICS,), STATICS_METHODS, (STATICS_STEP,)),
+@dataclass(frozen=True)
+class ContactRun:
+    """How the contacts of a method behave at a step."""
+
+    method: str
+    step: float  # [s]
+    error: float  # of the displacement, relative
+    vertical_range: float  # [m]
+    missing: float  # fraction of samples with a contact missing while the body slides
+    times: Array  # [s], of the rows below
+    heights: Array  # [m], above zero
+    contacts: Array
+    loads: Array  # sum of normal forces over the weight
+
+
+@dataclass(frozen=True)
+class Chatter:
+    """Default and convergent contacts, each at both steps."""
+
+    contacts: tuple[ContactRun, ...]
+
+
+@dataclass(frozen=True)
+class Headings:
+    """Relative errors of the displacement over the headings, of a method at a step."""
+
+    method: str
+    step: float  # [s]
+    errors: Array
+    spread: float
+
+
+@dataclass(frozen=True)
+class HeadingError:
+    """A heading and the size of the error along it."""
+
+    angle: int  # [degrees]
+    size: float  # relative
+    off_axis: int  # angle to the nearest axis of the friction pyramid [degrees]
+
+
+@dataclass(frozen=True)
+class Isotropy:
+    """Errors over the headings of a scene that is turned as a whole."""
+
+    angles: tuple[int, ...]  # [degrees]
+    step: float  # [s], of the figure and the texts
+    every: tuple[Headings, ...]
+    best: HeadingError | None  # with default contacts
+    worst: HeadingError | None
+    default_spread: float | None
+    convergent_spread: float | None
+
+
+@dataclass(frozen=True)
+class LoadErrors:
+    """Relative distances of a method's normal forces from statics, the largest of the three."""
+
+    method: str
+    at_rest: float  # the largest after the motion
+    times: Array  # [s]
+    distances: Array
+    half_step: Array  # distances from statics with the predicted error of the step
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Normal forces of engines against statics."""
+
+    engines: tuple[LoadErrors, ...]
+    at_rest: float  # the largest of all
+    step: float = STATICS_STEP
+
+
+def chatter(study: Study) -> Chatter | None:
+    """Vertical displacement, contacts and normal force over time, default against convergent; None
+    where either did not run."""
+    by_request = recordings(study, CHATTER_RUNS)
+    if len(by_request) < len(CHATTER_RUNS):
+        return None
+    return Chatter(tuple(_contacts(request, run) for request, run in by_request.items()))
+
+
+def _contacts(request: ExtraRun, run: Trajectory) -> ContactRun:
+    motion = problem(LINE).motion
+    height, contacts = run.channels["vertical_displacement"], run.channels["contacts"]
+    return ContactRun(
+        request.method,
+        request.step,
+        end_error(LINE, run),
+        float(np.ptp(height)),
+        float(np.mean(contacts[run.times < motion.t_star] < 3)),
+        run.times,
+        np.maximum(np.abs(height), FLOOR),
+        contacts,
+        np.sum([run.observables[load] for load in LOADS], axis=0) / motion.capsule.weight,
     )
 
 
-def chatter(study: Study) -> Finding | None:
-    """Vertical displacement, contacts and normal force over time, default against convergent; None
-    where either did not run."""
-    motion = problem(LINE).motion
-    weight, rows = motion.capsule.weight, []
-    heights, contacts, forces = list[Trace](), list[Trace](), list[Trace]()
-    for name in (DEFAULT, CONVERGENT):
-        for step, run in [(h, study.recording(ExtraRun(LINE, name, h))) for h in STEPS]:
-            if run is None:
-                return None
-            height, count = run.channels["vertical_displacement"], run.channels["contacts"]
-            load = np.sum([run.observables[n] for n in LOADS], axis=0) / weight
-            missing = float(np.mean(count[run.times < motion.t_star] < 3))
-            cells = (displacement_error(study, LINE, name, step), float(np.ptp(height)), missing,
-                     float(count.min()), float(load.min()), float(load.max()))  # fmt: skip
-            rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
-                            *map(value, cells)))  # fmt: skip
-            if step == STEPS[-1]:
-                for traces, drawn in ((heights, np.maximum(np.abs(height), FLOOR)),
-                                      (contacts, count), (forces, load)):  # fmt: skip
-                    traces.append(curve(run.times, drawn, colour=OF_METHODS[name], name=name))
-    heads = ("method", "step [s]", "relative error of Δx", "vertical displacement, range [m]",
-             "fraction of samples with a contact missing while it slides", "fewest contacts",
-             "smallest ΣNᵢ over the weight", "largest")  # fmt: skip
-    jump, missing = (float(rows[1][i].text) for i in (3, 4))
-    fine = [float(rows[i][2].text) for i in (1, 3)]  # relative errors of both, at the finer step
-    at = f"At a step of {short(STEPS[-1])} s."
-    return Finding(
-        "capsule-contact-chatter",
-        "MuJoCo's default contacts chatter under a sliding body, and no step size fixes it",
-        "known limit",
-        "A robot that slides on MuJoCo's default contacts chatters between contact and "
-        "flight, and a smaller step does not help. "
-        f"While the body slides, a contact is missing in {number(100 * missing, 2)} % of the "
-        f"samples at {short(STEPS[-1])} s, the body moves vertically by {number(1e6 * jump, 2)} "
-        "µm, and the force on the plane varies between zero and nearly twice the weight. The same "
-        "happens at smaller steps.",
-        (
-            "The convex friction cone couples slip speed to normal force: sliding contacts push "
-            "the body off the plane, it falls back and meets more friction than its weight "
-            "allows. Friction is right on average, but a manoeuvre is too short to average over. "
-            "Contacts that are soft in the normal direction and stiff in the tangential one keep "
-            "the weight on the plane: that is the profile coulomb.",
-            "Every method with default contacts is declared not-converging, strictly: if a "
-            "release of MuJoCo fixes it, the run fails and reports so.",
-        ),
-        (Table("Default contacts beside those that converge, ca1", heads, tuple(rows)),),
-        (
-            over_time("Vertical displacement of the body", f"{at} From where it rests.", heights,
-                      logarithmic("|vertical displacement| [m]")),
-            over_time("Supports in contact", f"{at} Of three.", contacts,
-                      linear("contacts [1]", dtick=1)),
-            over_time("Force on the plane", f"{at} Exact: 1.", forces,
-                      linear("ΣNᵢ / (M+m)g"), wide=True, height=280),
-        ),
-        (f"plumbob validate --scenes {LINE} --methods {DEFAULT},{CONVERGENT}",),
-        claims=(
-            clear("errors with default contacts, and with those that converge", fine[0], fine[1]),
-            clear("the part of samples with a contact missing, and 0.001", missing, CHATTERS),
-        ),
-    )  # fmt: skip
+def _chatters(numbers: Chatter) -> Sequence[Claim]:
+    _, default, _, convergent = numbers.contacts
+    text = "errors with default contacts, and with those that converge"
+    missing = "the part of samples with a contact missing, and 0.001"
+    return (
+        clear(text, default.error, convergent.error),
+        clear(missing, default.missing, CHATTERS),
+    )
 
 
 def _turned(profile: str) -> tuple[tuple[int, ...], tuple[float, ...]]:
@@ -136,153 +160,76 @@ def _at_heading(angle: int) -> str:
     return f"capsule-line/heading-{angle:03d}"
 
 
-def isotropy(study: Study) -> Finding | None:
+def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The headings of the profile, in every method compared."""
+    angles, steps = _turned(plan.profile)
+    return runs(map(_at_heading, angles), TURNED, steps)
+
+
+def isotropy(study: Study) -> Isotropy | None:
     """Relative error of the displacement at each heading, and its spread."""
-    headings, steps = _turned(study.profile)
-    rows: list[tuple[Cell, ...]] = []
-    traces: list[Trace] = []
-    spreads = {}
-    for name in TURNED:
-        for step in steps:
-            every = [displacement_error(study, _at_heading(a), name, step) for a in headings]
-            known = np.array([error for error in every if error is not None])
-            if len(known) < len(headings):
-                continue
-            lowest, highest = float(known.min()), float(known.max())
-            cells = (len(known), lowest, highest, highest - lowest)
-            rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
-                            *map(value, cells)))  # fmt: skip
-            if step == steps[0]:
-                spreads[name] = highest - lowest
-                traces.append(curve(np.array(headings), positive(known), colour=OF_METHODS[name],
-                                    marks=True, name=name))  # fmt: skip
-    if not rows:
-        return None
-    default, convergent = spreads.get(DEFAULT), spreads.get(CONVERGENT)
-    text = ""
-    if default is not None and convergent is not None:
-        text = (
-            f" Over the headings the displacement varies by {number(100 * default, 2)} % with "
-            f"MuJoCo's default contacts and by {_little(convergent)} with convergent "
-            "ones, which a robot that slides should take (plumbob settings prints them)."
-        )
-    heads = ("method", "step [s]", "headings", "lowest error", "highest error", "spread")
-    return Finding(
-        "capsule-isotropy",
-        "Pyramidal friction depends on the heading; heading 0 hides it",
-        "measured",
-        f"{_of_default(study)}The scene is turned as a whole, and the exact displacement stays the "
-        f"same.{text}",
-        (
-            "A friction pyramid of four edges reaches the coefficient f only at its edges, which "
-            "lie along the contact's own axes: between them it has 0.71 f. An elliptic cone is "
-            "round, but its contacts chatter too. A joint in pymunk limits the magnitude of its "
-            "force, which is the same in all directions.",
-        ),
-        (Table("Relative error of Δx over headings", heads, tuple(rows)),),
-        (figure("Error of Δx against heading", f"At a step of {short(steps[0])} s.", traces,
-                linear("heading [°]", dtick=45), logarithmic("|error of Δx| / |Δx|"), legend=True,
-                wide=True),),
-        ("plumbob validate --profile full --scenes 'capsule-line/heading-*' --methods "
-         f"{','.join(TURNED)}",),
-        claims=(
-            (clear("the spread over headings, with default contacts and with convergent ones",
-                   default, max(convergent, ALIKE_AT_ALL)),)
-            if default is not None and convergent is not None
-            else ()
-        ),
-    )  # fmt: skip
-
-
-def _little(part: float) -> str:
-    """A relative spread as text: what no robot would notice is not given in digits."""
-    return "less than a millionth" if part < 1e-6 else f"{number(100 * part, 2)} %"
-
-
-def _of_default(study: Study) -> str:
-    """How much default contacts get wrong at the best and the worst heading, in a sentence."""
-    headings, steps = _turned(study.profile)
-    errors = {a: displacement_error(study, _at_heading(a), DEFAULT, steps[0]) for a in headings}
-    known = {a: abs(error) for a, error in errors.items() if error is not None}
-    if len(known) < 2:
-        return ""
-    best, worst = min(known, key=lambda a: known[a]), max(known, key=lambda a: known[a])
-    return (
-        "On MuJoCo's default contacts a robot slides another distance in every direction: at a "
-        f"step of {short(steps[0])} s the error is {number(100 * known[best], 2)} % along heading "
-        f"{best}° and {number(100 * known[worst], 2)} % along {worst}°, which is "
-        f"{abs((worst + 45) % 90 - 45)}° from an axis of the friction pyramid. "
+    angles, steps = _turned(study.profile)
+    errors = {pair: _over_headings(study, angles, *pair) for pair in product(TURNED, steps)}
+    every = tuple(
+        Headings(*pair, sizes, float(np.ptp(sizes)))
+        for pair, sizes in errors.items()
+        if np.isfinite(sizes).all()
     )
+    spreads = {headings.method: headings.spread for headings in every if headings.step == steps[0]}
+    best, worst = _ends(angles, np.abs(errors[DEFAULT, steps[0]]))
+    default, convergent = spreads.get(DEFAULT), spreads.get(CONVERGENT)
+    return Isotropy(angles, steps[0], every, best, worst, default, convergent) if every else None
 
 
-def normal_forces(study: Study) -> Finding | None:
+def _over_headings(study: Study, angles: Sequence[int], method: str, step: float) -> Array:
+    """Relative errors of the displacement at these headings; NaN where it did not run."""
+    errors = [displacement_error(study, _at_heading(angle), method, step) for angle in angles]
+    return np.array(errors, dtype=np.float64)
+
+
+def _ends(angles: Sequence[int], sizes: Array) -> tuple[HeadingError | None, HeadingError | None]:
+    """The headings with the smallest and the largest error; None of fewer than two."""
+    if np.isfinite(sizes).sum() < 2:
+        return None, None
+    best, worst = (
+        HeadingError(angles[place], float(sizes[place]), abs((angles[place] + 45) % 90 - 45))
+        for place in (int(np.nanargmin(sizes)), int(np.nanargmax(sizes)))
+    )
+    return best, worst
+
+
+def _differs(numbers: Isotropy) -> Sequence[Claim]:
+    default, convergent = numbers.default_spread, numbers.convergent_spread
+    if default is None or convergent is None:
+        return ()
+    text = "the spread over headings, with default contacts and with convergent ones"
+    return (clear(text, default, max(convergent, ALIKE_AT_ALL)),)
+
+
+def loads(study: Study) -> Loads | None:
     """Normal forces at rest, while the slider moves, and with half a step of its motion allowed."""
-    motion = problem(STATICS).motion
-    rows, traces, resting = [], list[Trace](), []
-    for name in STATICS_METHODS:
-        if (parts := _from_statics(study, name)) is None:
-            continue
-        times, distance, left = parts
-        at_end = float(distance[times > motion.t2 + SETTLED * STATICS_STEP].max())
-        resting.append(at_end)
-        rows.append(row(plain_method_cell(name), value(at_end), value(float(distance.max())),
-                        value(float(left[:-1].max()))))  # fmt: skip
-        colour = OF_METHODS[name]
-        traces += [
-            curve(times, positive(distance), colour=colour, name=f"{name}: from statics"),
-            curve(times, positive(left), colour=colour, dash="dot",
-                  name=f"{name}: from statics and half a step"),
-        ]  # fmt: skip
-    if not rows:
-        return None
-    heads = ("method", "at rest at the end", "largest of all times", "with half a step allowed")
-    return Finding(
-        "capsule-loads",
-        "Normal forces are those of statics",
-        "confirmed",
-        "Normal forces at rest can be trusted. "
-        "At rest the normal forces Nᵢ of MuJoCo, and of pymunk in its side view, agree with "
-        f"statics to {number(max(resting), 2)}, relative.",
-        (
-            "With heights of zero the slider's acceleration does not change the loads; only its "
-            "place does. While it moves, at a grid time the engines have it half a step ahead "
-            "(MuJoCo) or behind (pymunk), which is predicted; what is left in MuJoCo is the "
-            "inertia of body and slider as the deflections of its contacts change, and goes with "
-            "the square of the step.",
-            "Seen from above, pymunk has no normal forces: in every step the feet are given the Nᵢ "
-            "of statics for the slider's next place. There they are an input, not a result.",
-        ),
-        (Table(f"Largest relative distance of an Nᵢ, {STATICS.partition('/')[2]} at "
-               f"{short(STATICS_STEP)} s", heads, tuple(rows)),),
-        (over_time("Nᵢ against statics", "Largest of the three, relative.", traces,
-                   logarithmic("|Nᵢ – statics| / Nᵢ"), wide=True),),
-        tuple(f"plumbob run {STATICS} {name} --step 1e-4" for name in STATICS_METHODS),
-        (
-            Statement(
-                CHERNOUSKO,
-                "(5)–(7)",
-                "Nᵢ are those of statics, with C and Q in the plane",
-                "barycentric coordinates of μr",
-                f"at rest within {number(max(resting), 2)}, relative, in the engines",
-                "holds",
-            ),
-        ),
-        claims=(
-            at_most("the largest distance from statics at rest, relative,", max(resting), TRUSTED),
-        ),
-    )  # fmt: skip
+    by_request = recordings(study, LOAD_RUNS)
+    engines = tuple(_load_errors(request.method, run) for request, run in by_request.items())
+    return Loads(engines, max(engine.at_rest for engine in engines)) if engines else None
 
 
-def _from_statics(study: Study, method: str) -> tuple[Array, Array, Array] | None:
-    """Times [s], and largest relative distances of the normal forces from statics, and from statics
-    with the predicted error of the step."""
-    if (run := study.recording(ExtraRun(STATICS, method, STATICS_STEP))) is None:
-        return None
+def _load_errors(method: str, run: Trajectory) -> LoadErrors:
     exact = case(STATICS).reference.observe(run.times)
     predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, run.times).errors
-    dots, truth, lead = (
+    measured, truth, lead = (
         np.stack([source[load] for load in LOADS]) for source in (run.observables, exact, predicted)
     )
-    distance = np.abs(dots / truth - 1.0).max(axis=0)
-    left = np.abs((dots - lead) / truth - 1.0).max(axis=0)
-    return run.times, distance, left
+    distances = np.abs(measured / truth - 1.0).max(axis=0)
+    half_step = np.abs((measured - lead) / truth - 1.0).max(axis=0)
+    settled = run.times > problem(STATICS).motion.t2 + SETTLED * STATICS_STEP
+    return LoadErrors(method, float(distances[settled].max()), run.times, distances, half_step)
+
+
+def _statics(numbers: Loads) -> Sequence[Claim]:
+    text = "the largest distance from statics at rest, relative,"
+    return (at_most(text, numbers.at_rest, TRUSTED),)
+
+
+CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters)
+ISOTROPY = Analysis("capsule_line/isotropy", isotropy, heading_runs, _differs)
+LOAD_ERRORS = Analysis("capsule_line/loads", loads, lambda plan: LOAD_RUNS, _statics)

@@ -1,15 +1,17 @@
-"""Findings on the final displacement: each method's error, its explanation, and the sawtooth."""
+"""The final displacement: each method's error, its explanation, and the sawtooth."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.discontinuities import trapezoid_error
+from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses import measurements
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import ALIKE, at_most, clear
 from plumbob.reports.analyses.contact_terms import (
     contact_of,
@@ -19,46 +21,87 @@ from plumbob.reports.analyses.contact_terms import (
 )
 from plumbob.reports.analyses.measurements import (
     LINE,
-    METHOD_NAMES,
     covers,
     measured,
+    measured_error,
     names,
     problem,
+    recordings,
     runs,
 )
-from plumbob.reports.view.content import (
-    Cell,
-    Figure,
-    Finding,
-    Statement,
-    Table,
-    method_cell,
-    plain_method_cell,
-    row,
-    value,
-)
-from plumbob.reports.view.notation import number, short
-from plumbob.reports.view.palette import GREY, OF_METHODS
-from plumbob.reports.view.sources import CHERNOUSKO
-from plumbob.reports.view.traces import (
-    Trace,
-    curve,
-    figure,
-    linear,
-    logarithmic,
-    marks,
-    positive,
-)
+from plumbob.reports.view.content import Claim
 
 STEPS = (1e-3, 1e-4, 1e-5)
-TURNED = "capsule-line/heading-030"
+TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4
 FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
+CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # theory covers these
 COMPARED = ("mujoco/euler", FULL, "mujoco/rk4+coulomb", "pymunk/feet")
 METHODS = (REDUCED, FULL, "pymunk/side", "pymunk/feet")  # of the sawtooth
 COUNT = 4  # steps drawn at random, fifteen times as many in the full profile
 COARSE, FINE = 2.5e-3, 6e-4  # [s], what they are drawn between
 SEED = 20200101
 PART = 0.2  # of the parabola's top: below it, other terms are as large
+
+
+@dataclass(frozen=True)
+class MethodErrors:
+    """Relative errors of the displacement of a method at STEPS, and of the turned scene."""
+
+    method: str
+    errors: tuple[float | None, ...]
+    turned: float | None
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """The error of a model beyond the step's, and what explains it [m]."""
+
+    method: str
+    step: float  # [s]
+    error: float
+    deflection: float
+    drift: float
+    unexplained: float
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Errors of the displacement by method and step, with the terms beside the step's."""
+
+    exact: float  # [m]
+    predicted: tuple[float, ...]  # relative, at STEPS
+    predicted_turned: float
+    methods: tuple[MethodErrors, ...]
+    beyond: tuple[Beyond, ...]
+    convergence: Mapping[str, Mapping[str, Sequence[float]]]  # steps [s] and errors, by method
+    good: float | None  # the largest of methods that converge, at the middle step
+    bad: tuple[float, float] | None  # the smallest and the largest of the others
+    steps: tuple[float, ...] = STEPS
+
+
+@dataclass(frozen=True)
+class Places:
+    """Errors of a method at steps drawn at random, over the unit of the parabola."""
+
+    method: str
+    phases: Array  # fraction of a step at which the body stops
+    errors: Array
+    distance: float  # the largest from the parabola, relative
+    deflected_distance: float  # the same with the deflection of contacts added
+
+
+@dataclass(frozen=True)
+class Sawtooth:
+    """The parabola, and how near the errors of engines are to it."""
+
+    phases: Array
+    parabola: Array
+    raised_parabola: Array  # of the full model, by its contacts' deflection
+    raised: float  # by how much, over the parabola's top
+    methods: tuple[Places, ...]
+    coarse: float = COARSE
+    fine: float = FINE
+    seed: int = SEED
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -73,220 +116,112 @@ def random_steps(profile: str) -> tuple[float, ...]:
     return tuple(float(step) for step in np.exp(draw))
 
 
-def errors(study: Study) -> Finding | None:
+def errors(study: Study) -> Displacement | None:
     """Relative errors by method and step, with the terms beside the step's; None where the study
     does not have the scene."""
     if not covers(study, LINE):
         return None
     exact = problem(LINE).motion.displacement
-    rows = [
-        row("theory: ½φ(1–φ)(μw₂+fg)dt² / |Δx|", *(value(step_term(LINE, h) / exact)
-            for h in STEPS), value(step_term(LINE, 1e-4) / exact))
-    ]  # fmt: skip
-    at_middle = {}
-    for name in names(study):
-        here = [_relative(study, LINE, name, step) for step in STEPS]
-        if any(error is not None for error in here):
-            turned = _relative(study, TURNED, name, 1e-4)
-            rows.append(row(method_cell(name), *map(value, here), value(turned)))
-            at_middle[name] = here[1]
-    good = [abs(e) for n, e in at_middle.items() if e is not None and _converges(n)]
-    bad = [abs(e) for n, e in at_middle.items() if e is not None and not _converges(n)]
-    summary = (
-        "With friction that converges the integrator's own error is left, a sawtooth in the step"
-    )
-    if good and bad:
-        summary += (
-            f": at 1e-4 s at most {number(100 * max(good), 2)} % of Δx. Without, the error is "
-            f"{number(100 * min(bad), 2)} % to {number(100 * max(bad), 2)} %, whatever the step"
-        )
-    heads = ("method", *(f"{short(h)} s" for h in STEPS), "heading 30°, 1e-4 s")
-    table = Table("Relative error of the final displacement: positive where it is too large",
-                  heads, tuple(rows), METHOD_NAMES)  # fmt: skip
-    return Finding(
-        "capsule-displacement",
-        "With contacts that converge the error of a slide falls with the step",
-        "measured",
-        "With contacts that converge the step decides how exact a slide is; with default "
-        "contacts nothing does. "
-        f"{summary}.",
-        (
-            "φ is the fraction of a step at which the body stops, t*/dt less its whole steps. "
-            "While the body slides, the velocity of a semi-implicit Euler scheme is exact at grid "
-            "times and positions are its trapezoid sums: the only error is from the velocity's "
-            "corner at t*, inside a step. RK4 takes the last step of friction as a geometric "
-            "series and goes ½(μw₂+fg)dt² too far.",
-            "What the full model adds to that is explained: its contacts are springs, and the "
-            "common centre of mass moves down on them as the loads become uneven, during which "
-            "friction is smaller; and its stiction is regularised and drifts. The reduced model "
-            "has the drift alone.",
-        ),
-        (table, *_beyond_the_step(study)),
-        _against_step(study, exact),
-        (
-            f"plumbob validate --profile full --scenes {LINE},{TURNED} --methods mujoco,pymunk",
-            f"plumbob run {LINE} {FULL} --step 1e-4",
-        ),
-        (
-            Statement(
-                CHERNOUSKO,
-                "(22), Fig. 2",
-                "Δx of a line manoeuvre",
-                "–½ μ(w₁+w₂)(μw₁–fg)t₁²/(μw₂+fg)",
-                f"{number(exact, 8)} m for the check manoeuvre"
-                + (f"; engines within {number(max(good), 2)}, relative, at 1e-4 s" if good else ""),
-                "holds",
-            ),
-        ),
-        claims=(
-            (
-                clear(
-                    "errors of contacts that do not converge, and of those that do",
-                    min(bad),
-                    max(good),
-                ),
-            )
-            if good and bad
-            else ()
-        ),
+    every = [_errors(study, name) for name in names(study)]
+    methods = [method for method in every if any(error is not None for error in method.errors)]
+    middle = [(method.method.endswith(CONVERGENT), method.errors[1]) for method in methods]
+    good = [abs(error) for converges, error in middle if converges and error is not None]
+    bad = [abs(error) for converges, error in middle if not converges and error is not None]
+    return Displacement(
+        exact=exact,
+        predicted=tuple(step_term(LINE, step) / exact for step in STEPS),
+        predicted_turned=step_term(LINE, TURNED_STEP) / exact,
+        methods=tuple(methods),
+        beyond=_beyond_the_step(study),
+        convergence=_convergence(study, exact),
+        good=max(good, default=None),
+        bad=(min(bad), max(bad)) if bad else None,
     )
 
 
-def _against_step(study: Study, exact: float) -> tuple[Figure, ...]:
+def _errors(study: Study, method: str) -> MethodErrors:
+    errors = tuple(measured_error(study, LINE, method, step) for step in STEPS)
+    return MethodErrors(method, errors, measured_error(study, TURNED, method, TURNED_STEP))
+
+
+def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequence[float]]]:
     """The relative error of the final displacement of some methods against the step."""
-    ran = {c.method: c for c in study.convergence if c.scene == LINE and c.method in COMPARED}
-    traces = [
-        curve(
-            [m.step for m in done],
-            positive([m.errors["displacement"].end / exact for m in done]),
-            colour=OF_METHODS[name],
-            marks=True,
-            name=name,
-        )
-        for name, c in ran.items()
-        if (done := [m for m in c.measurements if m.status == "done"])
-    ]
-    if not traces:
-        return ()
-    return (
-        figure("Relative error of Δx against step", f"{LINE}, at the end.", traces,
-               logarithmic("step [s]"), logarithmic("|error of Δx| / |Δx|"), legend=True),
-    )  # fmt: skip
+    by_method = {}
+    for series in study.convergence:
+        done = [run for run in series.measurements if run.status == "done"]
+        if series.scene == LINE and series.method in COMPARED and done:
+            ends = [run.errors["displacement"].end / exact for run in done]
+            by_method[series.method] = {"steps": [run.step for run in done], "errors": ends}
+    return by_method
 
 
-def _converges(name: str) -> bool:
-    """Whether theory covers a method's friction."""
-    return name.endswith(("coulomb", "coulomb+noslip", "reduced", "feet", "side"))
-
-
-def _relative(study: Study, scene: str, method: str, step: float) -> float | None:
-    run = measured(study, scene, method, step)
-    if run is None:
-        return None
-    return run.errors["displacement"].end / float(problem(scene).motion.displacement)
-
-
-def _beyond_the_step(study: Study) -> tuple[Table, ...]:
+def _beyond_the_step(study: Study) -> tuple[Beyond, ...]:
     """The errors of the two models beyond the step's, and what explains them [m]."""
-    rows = []
+    explained = list[Beyond]()
     for name in (FULL, REDUCED):
         for step in STEPS:
             if (run := measured(study, LINE, name, step)) is None:
                 continue
-            beyond = run.errors["displacement"].end - step_term(LINE, step)
+            error = run.errors["displacement"].end - step_term(LINE, step)
             contact = contact_of(LINE, name, step)
             deflection, drift = deflection_term(LINE, contact), stiction_drift(LINE, contact)
-            cells = (beyond, deflection, drift, beyond - deflection - drift)
-            rows.append(row(method_cell(name), Cell(short(step), "number"), *map(value, cells)))
-    if not rows:
+            left = error - deflection - drift
+            explained.append(Beyond(name, step, error, deflection, drift, left))
+    return tuple(explained)
+
+
+def _converge(numbers: Displacement) -> Sequence[Claim]:
+    if numbers.good is None or numbers.bad is None:
         return ()
-    heads = ("method", "step [s]", "beyond the step's error [m]",
-             "contact deflection: –f (z₀ – z) [m]", "drift of regularised stiction [m]",
-             "unexplained [m]")  # fmt: skip
-    note = (
-        "Deflection: z = –c ΣNᵢ²/W, with c the compliance of a contact and W the weight. Drift of "
-        "the reduced model: (1–d)/d μw₂ dt (t₂–t*) with d its impedance; of the full one the same "
-        "with the regularisation of its friction, over three contacts. Unexplained: the contacts' "
-        "delay, and the slider's deviation by m/A of its travel in space, with A its armature: "
-        "3e-13 m."
-    )
-    return (Table("Error of the models beyond the step's", heads, tuple(rows), note),)
+    text = "errors of contacts that do not converge, and of those that do"
+    return (clear(text, numbers.bad[0], numbers.good),)
 
 
-def sawtooth(study: Study) -> Finding | None:
+def sawtooth(study: Study) -> Sawtooth | None:
     """The errors at steps drawn at random against the parabola, and how near they are."""
     line = problem(LINE).motion
-    unit = line.closed.braking
-    phi = np.linspace(0.0, 1.0, 101)
+    phases = np.linspace(0.0, 1.0, 101)
     # The deflection term is the same multiple of dt^2 at every step.
     fine = line.t1 / 100
-    raised = -deflection_term(LINE, contact_of(LINE, FULL, fine)) / (unit * fine**2)
-    parabola = 0.5 * phi * (1 - phi)
-    traces: list[Trace] = [
-        curve(phi, parabola, colour=GREY, width=2.0, name="½φ(1–φ)"),
-        curve(phi, parabola + raised, colour=GREY, dash="dash", name="with contact deflection"),
-    ]
-    rows, left = [], dict[str, float]()
-    for name in METHODS:
-        points = _on_parabola(study, name)
-        if not points:
-            continue
-        places, measured_errors, deflections = (np.array(c) for c in zip(*points, strict=True))
-        traces.append(marks(places, measured_errors, OF_METHODS[name], name))
-        theory = 0.5 * places * (1 - places)
-        used = theory > PART / 8
-        left[name] = float(np.abs((measured_errors - deflections) / theory - 1)[used].max())
-        rows.append(
-            row(plain_method_cell(name), value(float(len(points))),
-                value(float(np.abs(measured_errors / theory - 1)[used].max())),
-                value(left[name]))
-        )  # fmt: skip
-    if not rows:
+    raised = -deflection_term(LINE, contact_of(LINE, FULL, fine)) / (line.closed.braking * fine**2)
+    parabola = _parabola(phases)
+    every = [_places(study, name, raised if name == FULL else 0.0) for name in METHODS]
+    methods = tuple(places for places in every if places is not None)
+    return Sawtooth(phases, parabola, parabola + raised, 8.0 * raised, methods) if methods else None
+
+
+def _parabola(phases: Array) -> Array:
+    return 0.5 * phases * (1 - phases)
+
+
+def _places(study: Study, method: str, raised: float) -> Places | None:
+    """phi, and the error over -(mu w2 + f g) dt^2 without that of the corner at t1; `raised` by the
+    deflection of contacts."""
+    by_request = recordings(study, runs((LINE,), (method,), random_steps(study.profile)))
+    if not by_request:
         return None
-    heads = ("method", "steps", "largest relative distance from ½φ(1–φ)",
-             "with contact deflection added")  # fmt: skip
-    return Finding(
-        "capsule-sawtooth",
-        "The error is ½φ(1–φ)(μw₂+fg)dt², in both engines, at any step",
-        "confirmed",
-        "Do not fit an order to a stopping distance: its error is a sawtooth in the step. "
-        "φ is the fraction of t*/dt: where in its step the body stops. The error is a sawtooth in "
-        "the step, so a fitted slope says nothing and a convergence study with round step sizes "
-        "may make it look better than it is; the coefficient is the test.",
-        (
-            f"Steps drawn at random from {short(FINE)} to {short(COARSE)} s (seed {SEED}). Off the "
-            "grid the switch at t₁ gives the velocity a corner inside a step too, by μ(w₁+w₂): the "
-            "same parabola in the fraction of t₁/dt, with the opposite sign, which is subtracted "
-            "here.",
-            f"The full MuJoCo model's points are {number(8 * raised, 2)} of the parabola's top "
-            "higher, from the deflection of its contacts, which is proportional to dt² too.",
-        ),
-        (Table("Relative distance from the parabola, where that is above a fifth of its top",
-               heads, tuple(rows)),),
-        (figure("Error of Δx over (μw₂+fg)dt²", "Against φ, at steps drawn at random.", traces,
-                linear("φ = frac(t* / dt)"), linear("–error / ((μw₂+fg) dt²)"), legend=True,
-                wide=True),),
-        tuple(f"plumbob run {LINE} {name} --step 0.00061" for name in (FULL, "pymunk/feet")),
-        claims=(
-            *(at_most(f"the distance of {name} from the parabola, relative,", distance, ALIKE)
-              for name, distance in left.items()),
-        ),
-    )  # fmt: skip
+    line = problem(LINE).motion
+    steps = np.array([request.step for request in by_request])
+    ends = np.array([run.observables["displacement"][-1] for run in by_request.values()])
+    at_t1 = trapezoid_error(line.closed.backward + line.closed.braking, line.t1 / steps)
+    errors = (at_t1 - (ends - line.displacement) / steps**2) / line.closed.braking
+    phases = line.t_star / steps % 1.0
+    theory = _parabola(phases)
+    used = theory > PART / 8
+    bare, deflected = (np.abs((errors - part) / theory - 1)[used].max() for part in (0.0, raised))
+    return Places(method, phases, errors, float(bare), float(deflected))
 
 
-def _on_parabola(study: Study, method: str) -> list[tuple[float, float, float]]:
-    """phi, the error over -(mu w2 + f g) dt^2 without that of the corner at t1, and its part from
-    contact deflection."""
-    line, points = problem(LINE).motion, []
-    jump = line.closed.backward + line.closed.braking
-    for step in random_steps(study.profile):
-        if (end := measurements.displacement(study, LINE, method, step)) is None:
-            continue
-        unit = -line.closed.braking * step**2
-        at_t1 = float(trapezoid_error(jump, np.array(line.t1 / step))) * step**2
-        deflection = 0.0
-        if method == FULL:
-            deflection = deflection_term(LINE, contact_of(LINE, FULL, step))
-        phi = line.t_star / step % 1.0
-        points.append((phi, (end - line.displacement - at_t1) / unit, deflection / unit))
-    return points
+def _near(numbers: Sawtooth) -> Sequence[Claim]:
+    return tuple(
+        at_most(
+            f"the distance of {places.method} from the parabola, relative,",
+            places.deflected_distance,
+            ALIKE,
+        )
+        for places in numbers.methods
+    )
+
+
+ERRORS = Analysis("capsule_line/displacement", errors, claims=_converge)
+SAWTOOTH = Analysis("capsule_line/sawtooth", sawtooth, requests, _near)

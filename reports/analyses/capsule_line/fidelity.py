@@ -1,169 +1,165 @@
-"""Findings on what models leave out: heights, the reaction on the slider, and the reduced model."""
+"""Parts that models leave out: heights, the reaction on the slider, and all but one motion."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.extra_runs import ExtraRun, Request, StudyPlan, TrimmingRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import at_most, clear
 from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
     displacement_error,
+    end_error,
     plan_of,
     problem,
+    recordings,
     runs,
 )
-from plumbob.reports.view.content import (
-    Cell,
-    Finding,
-    Statement,
-    Table,
-    method_cell,
-    plain_method_cell,
-    row,
-    value,
-)
-from plumbob.reports.view.notation import number, short
-from plumbob.reports.view.palette import GREY, OF_METHODS
-from plumbob.reports.view.sources import CHERNOUSKO
-from plumbob.reports.view.traces import Trace, curve, linear, over_time
+from plumbob.reports.view.content import Claim
+from plumbob.reports.view.notation import short
 
 TILTED, TILTED_STEPS = "capsule-line/at-123", (1e-3, 1e-4)  # [s]
 LOW, TALL = "mujoco/euler+coulomb", "mujoco/euler+tall"
 LOAD = "normal_force_2"
 FREE, FREE_STEP = "capsule-line/frictionless", 1e-3
-FREE_METHODS = ("mujoco/euler+coulomb", "mujoco/euler", "mujoco/euler+reduced", "pymunk/feet",
-                "pymunk/side")  # fmt: skip
-FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
+FREE_METHODS = (
+    "mujoco/euler+coulomb",
+    "mujoco/euler",
+    "mujoco/euler+reduced",
+    "pymunk/feet",
+    "pymunk/side",
+)
 KEPT = 1e-3  # of the body's path: how far the common centre of mass may go
 CHEAPER = 0.9  # of a cost: more is the scatter of timings
 HARDLY = 1e-2  # of a displacement: a negligible change
-PAIRS = ((FULL, REDUCED), ("mujoco/rk4+coulomb", "mujoco/rk4+reduced"))
+PAIRS = (
+    ("mujoco/euler+coulomb", "mujoco/euler+reduced"),
+    ("mujoco/rk4+coulomb", "mujoco/rk4+reduced"),
+)
 SAVING_STEP = 1e-4  # [s]
 TIMED_STEPS, REPEATS = 300, 7  # the push, so often
+HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
+FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
-def requests(plan: StudyPlan) -> Sequence[Request]:
-    """Runs with and without height, without friction, and of both models; both timed where the
-    study does not time them."""
+@dataclass(frozen=True)
+class HeightRun:
+    """A run of a capsule with or without heights."""
+
+    method: str
+    step: float  # [s]
+    error: float  # of the displacement, relative
+    largest_heading: float  # [rad]
+    times: Array  # [s]
+    loads: Array  # [N], at A2
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Loads and displacement of a capsule whose C and Q are above the plane, and in it."""
+
+    height: float  # [m]
+    moment: float  # [N m], of friction while the body slides
+    runs: tuple[HeightRun, ...]  # in the plane at both steps, above it at both
+    shift: float  # [N], the largest change of the load at A2 at the coarse step
+    changes: tuple[float, float]  # of the displacement at both steps, relative
+    times: Array  # [s]
+    statics: Array  # [N] at A2, without heights
+
+
+@dataclass(frozen=True)
+class Momentum:
+    """How far the common centre of mass goes in each engine without friction [m]."""
+
+    shifts: Mapping[str, float]
+    largest: float
+    travelled: float  # [m], by the body
+    step: float = FREE_STEP
+
+
+@dataclass(frozen=True)
+class StepCost:
+    """The cost of a method's step [ns], over that of the full model, and its relative error."""
+
+    method: str
+    cost: float
+    relative: float
+    error: float | None
+
+
+@dataclass(frozen=True)
+class Saving:
+    """Costs of the full and of the reduced model, whose motion is the same."""
+
+    costs: tuple[StepCost, ...]
+    part: float  # of the first full model's cost
+    saved: float
+    step: float = SAVING_STEP
+
+
+def saving_requests(plan: StudyPlan) -> Sequence[Request]:
+    """Runs of both models; both timed where the study does not time them."""
     pairs = _pairs(plan.profile)
     return (
-        *runs((TILTED,), (LOW, TALL), TILTED_STEPS),
-        *runs((FREE,), FREE_METHODS, (FREE_STEP,)),
         *runs((LINE,), [name for pair in pairs for name in pair], (SAVING_STEP,)),
         *(_timing(name) for pair in pairs if not _timed_by(plan, pair) for name in pair),
     )
 
 
-def heights(study: Study) -> Finding | None:
+def heights(study: Study) -> Heights | None:
     """Loads and displacement of a capsule whose C and Q are above the plane."""
-    runs = {
-        (name, step): run
-        for name in (LOW, TALL)
-        for step in TILTED_STEPS
-        if (run := study.recording(ExtraRun(TILTED, name, step))) is not None
-    }
-    if len(runs) < 2 * len(TILTED_STEPS):
+    by_request = recordings(study, HEIGHT_RUNS)
+    if len(by_request) < len(HEIGHT_RUNS):
         return None
-    posed, (coarse, fine) = problem(TILTED), TILTED_STEPS
-    height = float(find_method(TALL).settings["height"])
-    moment = posed.setup.capsule.friction * posed.setup.capsule.weight * height
-    low, tall = runs[LOW, coarse], runs[TALL, coarse]
+    every = tuple(_height_run(request, run) for request, run in by_request.items())
+    low, fine_low, tall, fine_tall = every
+    posed, height = problem(TILTED), float(find_method(TALL).settings["height"])
     times = np.linspace(0.0, float(low.times[-1]), 200)
-    statics = posed.reference.observe(times)[LOAD]
-    traces: list[Trace] = [
-        curve(times, statics, colour=GREY, width=2.2, name="statics, no height"),
-        *(curve(run.times, run.observables[LOAD], colour=OF_METHODS[name], name=name)
-          for name, run in ((LOW, low), (TALL, tall))),
-    ]  # fmt: skip
-    shift = float(np.abs(tall.observables[LOAD] - low.observables[LOAD]).max())
-    rows, change = [], {}
-    for step in TILTED_STEPS:
-        ends = {name: displacement_error(study, TILTED, name, step) or 0.0 for name in (LOW, TALL)}
-        change[step] = abs(ends[TALL] - ends[LOW])
-        for name, end in ends.items():
-            observables = runs[name, step].observables
-            load, turn = observables[LOAD], np.abs(observables["heading"])
-            cells = (end, float(turn.max()), float(load.min()), float(load.max()))
-            rows.append(row(plain_method_cell(name), Cell(short(step), "number"),
-                            *map(value, cells)))  # fmt: skip
-    heads = ("method", "step [s]", "relative error of Δx", "largest |heading| [rad]",
-             "smallest N₂ [N]", "largest N₂ [N]")  # fmt: skip
-    return Finding(
-        "capsule-heights",
-        "Heights shift the loads and leave the motion unchanged",
-        "measured",
-        "A model of this kind may leave heights out: they shift loads between the feet and "
-        "hardly change the motion. "
-        f"With C and the slider {number(100 * height)} cm above the plane N₂ changes by up to "
-        f"{number(shift, 2)} N, and Δx by {number(100 * change[coarse], 2)} % at a step of "
-        f"{short(coarse)} s, {number(100 * change[fine], 2)} % at {short(fine)} s.",
-        (
-            f"Friction acts a height h below the combined centre of mass. While the body slides, "
-            f"its moment is f (M+m) g h = {number(moment)} N m; while friction holds the body, it "
-            "is m w₂ h in the opposite direction. That moves load along the line and not across "
-            "it, so friction still has no moment about C, and its sum is f times the weight "
-            "however the load is distributed. The remaining change of Δx comes from the contacts' "
-            "oscillation as the moment appears and disappears, and goes with the step. The limit "
-            "is reached when a support lifts off.",
-        ),
-        (Table(TILTED.partition("/")[2], heads, tuple(rows)),),
-        (over_time("Normal force at A₂", f"At a step of {number(coarse)} s.", traces,
-                   linear("N₂ [N]"), wide=True),),
-        (f"plumbob run {TILTED} {TALL} --step 1e-3",),
-        (
-            Statement(
-                CHERNOUSKO,
-                "assumptions",
-                "C and Q are in the plane of the supports",
-                "heights of zero",
-                f"{number(100 * height)} cm above it N₂ changes by up to {number(shift, 2)} N, Δx "
-                f"by {number(100 * change[fine], 2)} % at {short(fine)} s",
-                "extended",
-            ),
-        ),
-        claims=(
-            at_most(f"the change of Δx at {short(fine)} s, relative,", change[fine], HARDLY),
-            clear("the shift of N₂, and a thousandth of a newton", shift, 1e-3, "N"),
-        ),
-    )  # fmt: skip
+    return Heights(
+        height,
+        posed.setup.capsule.friction * posed.setup.capsule.weight * height,
+        every,
+        float(np.abs(tall.loads - low.loads).max()),
+        (abs(tall.error - low.error), abs(fine_tall.error - fine_low.error)),
+        times,
+        posed.reference.observe(times)[LOAD],
+    )
 
 
-def momentum(study: Study) -> Finding | None:
+def _height_run(request: ExtraRun, run: Trajectory) -> HeightRun:
+    return HeightRun(
+        request.method,
+        request.step,
+        end_error(TILTED, run),
+        float(np.abs(run.observables["heading"]).max()),
+        run.times,
+        run.observables[LOAD],
+    )
+
+
+def _unchanged(numbers: Heights) -> Sequence[Claim]:
+    text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
+    return (
+        at_most(text, numbers.changes[1], HARDLY),
+        clear("the shift of N₂, and a thousandth of a newton", numbers.shift, 1e-3, "N"),
+    )
+
+
+def momentum(study: Study) -> Momentum | None:
     """How far the common centre of mass goes in each engine without friction."""
-    runs = {name: study.recording(ExtraRun(FREE, name, FREE_STEP)) for name in FREE_METHODS}
-    shifts = {name: _shift(run) for name, run in runs.items() if run is not None}
-    if not shifts:
-        return None
-    travelled = abs(problem(FREE).motion.displacement)
-    rows = tuple(row(method_cell(name), value(shift)) for name, shift in shifts.items())
-    return Finding(
-        "capsule-momentum",
-        "The slider's reaction on the body is complete: momentum is conserved",
-        "confirmed",
-        "The engines lose no momentum between actuator and body. "
-        f"Without friction the body goes back by {number(travelled)} m and the common centre of "
-        f"mass by no more than {number(max(shifts.values()), 2)} m.",
-        (
-            "MuJoCo's slider is driven by a joint of large armature, pymunk's by a pivot joint "
-            "attached to the body where the slider will be at the end of the step: in both, the "
-            "reaction on the body is equal and opposite, along one line.",
-        ),
-        (Table(f"f = 0, step {number(FREE_STEP)} s",
-               ("method", "common centre of mass moves by [m]"), rows),),
-        (),
-        (f"plumbob validate --scenes {FREE}",),
-        claims=(
-            at_most("the way of the common centre of mass, over the body's,",
-                    max(shifts.values()) / travelled, KEPT),
-        ),
-    )  # fmt: skip
+    by_request = recordings(study, FREE_RUNS)
+    shifts = {request.method: _shift(run) for request, run in by_request.items()}
+    travelled = abs(float(problem(FREE).motion.displacement))
+    return Momentum(shifts, max(shifts.values()), travelled) if shifts else None
 
 
 def _shift(run: Trajectory) -> float:
@@ -176,42 +172,20 @@ def _shift(run: Trajectory) -> float:
     return float(np.abs(observables["displacement"] + fraction * observables["stroke"]).max())
 
 
-def saving(study: Study) -> Finding | None:
+def _conserved(numbers: Momentum) -> Sequence[Claim]:
+    text = "the way of the common centre of mass, over the body's,"
+    return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
+
+
+def saving(study: Study) -> Saving | None:
     """Costs of a step of the full and of the reduced model, whose motion is the same."""
-    costs = {pair: _costs(study, pair) for pair in _pairs(study.profile)}
-    known_costs = {pair: cost for pair, cost in costs.items() if cost is not None}
-    if not known_costs:
-        return None
-    rows = [
-        row(method_cell(name), value(ns), value(ns / cost[0] if name == pair[1] else 1.0),
-            value(displacement_error(study, LINE, name, SAVING_STEP)))
-        for pair, cost in known_costs.items()
-        for name, ns in zip(pair, cost, strict=True)
-    ]  # fmt: skip
-    full, reduced = next(iter(known_costs.values()))
-    percentage = 100 * reduced / full
-    heads = ("method", "ns per step", "relative to the full model", "relative error of Δx")
-    return Finding(
-        "capsule-saving",
-        "On a line the reduced model gives the same motion at a lower cost",
-        "measured",
-        "For motions on one line a sliding joint with friction loss replaces all contacts, at "
-        "a lower cost. "
-        f"A step of the reduced model costs {number(percentage, 2)} % of a step of the full one: "
-        f"it saves {number(100 - percentage, 2)} %.",
-        (
-            "Along one line the body has one degree of freedom, and Σ f Nᵢ is f (M+m) g: a sliding "
-            "joint with friction loss replaces a free joint and three contacts. The reduced model "
-            "has no heading, no normal forces and no vertical displacement, so it cannot show "
-            "that any of them is wrong.",
-        ),
-        (Table(f"Cost of ca1, and its error at {short(SAVING_STEP)} s", heads, tuple(rows)),),
-        (),
-        (f"plumbob validate --scenes {LINE} --methods {FULL},{REDUCED}",),
-        claims=(
-            at_most("the cost of a reduced step, over a full one,", reduced / full, CHEAPER),
-        ),
-    )  # fmt: skip
+    costs = [
+        StepCost(name, cost, cost / known[0], displacement_error(study, LINE, name, SAVING_STEP))
+        for pair in _pairs(study.profile)
+        if (known := _costs(study, pair)) is not None
+        for name, cost in zip(pair, known, strict=True)
+    ]
+    return Saving(tuple(costs), costs[1].relative, 1.0 - costs[1].relative) if costs else None
 
 
 def _pairs(profile: str) -> tuple[tuple[str, str], ...]:
@@ -236,3 +210,12 @@ def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
         trimmed = [study.trimming_of(_timing(name)) for name in pair]
         costs = [trimming.ns_trimmed for trimming in trimmed if trimming]
     return (costs[0], costs[1]) if len(costs) == len(pair) else None
+
+
+def _cheaper(numbers: Saving) -> Sequence[Claim]:
+    return (at_most("the cost of a reduced step, over a full one,", numbers.part, CHEAPER),)
+
+
+HEIGHTS = Analysis("capsule_line/heights", heights, lambda plan: HEIGHT_RUNS, _unchanged)
+MOMENTUM = Analysis("capsule_line/momentum", momentum, lambda plan: FREE_RUNS, _conserved)
+SAVING = Analysis("capsule_line/saving", saving, saving_requests, _cheaper)

@@ -2,34 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.capsule_turn import (
-    body_angle,
-    course,
-    exact_motion,
-    left_over,
-    modes,
-    source_text,
-    turns,
-)
+from plumbob.reports.analyses.capsule_turn.body_angle import ANGLE, DEFLECTION, LEAK
+from plumbob.reports.analyses.capsule_turn.course import COURSE
+from plumbob.reports.analyses.capsule_turn.exact_motion import SECOND_ORDER, TOUCH
+from plumbob.reports.analyses.capsule_turn.left_over import LEFT_OVER
+from plumbob.reports.analyses.capsule_turn.modes import HARD
+from plumbob.reports.analyses.capsule_turn.source_text import SOURCE
 
-
-def requests(plan: StudyPlan) -> Sequence[Request]:
-    """The runs that the findings look up."""
-    return (*turns.requests(plan), *course.requests(plan))
-
-
-FINDINGS = (
-    exact_motion.second_order,
-    course.finding,
-    left_over.finding,
-    body_angle.angle,
-    body_angle.leak,
-    body_angle.deflection,
-    exact_motion.touching,
-    source_text.finding,
-)
-SECTION = Section(FINDINGS, hard=(modes.hard,), more=requests)
+FINDINGS = (SECOND_ORDER, COURSE, LEFT_OVER, ANGLE, LEAK, DEFLECTION, TOUCH, SOURCE)
+SECTION = Section(FINDINGS, hard=(HARD,))

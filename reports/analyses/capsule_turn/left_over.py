@@ -2,120 +2,74 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
+from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.capsule_turn.turns import (
     JUDGED,
     METHODS,
     epsilons,
     facts,
-    name_of,
-    seen,
+    judged_error,
+    requests,
     turn,
 )
-from plumbob.reports.view.content import Figure, Finding, Statement, Table, method_cell, row, value
-from plumbob.reports.view.notation import number
-from plumbob.reports.view.palette import GREY, OLIVE
-from plumbob.reports.view.sources import CHERNOUSKO
-from plumbob.reports.view.traces import Trace, curve, figure, logarithmic
 
 SHOWN = 0.1  # epsilon of the summary
 
 
-def finding(study: Study) -> Finding:
+@dataclass(frozen=True)
+class Left:
+    """The exact motion at 2 tau, and the same by the formula."""
+
+    epsilon: float
+    rate: float  # omega [rad/s]
+    rate_formula: float
+    speed: float  # |v| of C [m/s]
+    speed_formula: float
+    time: float  # until all rests [s]
+
+    @property
+    def difference(self) -> float:
+        """Relative, of the rate."""
+        return self.rate / self.rate_formula - 1.0
+
+
+@dataclass(frozen=True)
+class LeftOver:
+    """The velocities left at 2 tau, exact and in engines."""
+
+    rows: tuple[Left, ...]
+    shown: Left
+    coefficient: float  # [rad/s²]: omega(2 tau) over tau
+    engines: tuple[tuple[float, str, float, float], ...]  # epsilon, method, omega [rad/s], error
+    judged: int = JUDGED
+
+
+def numbers(study: Study) -> LeftOver:
     """omega and |v| at 2 tau over epsilon, exact, by the formula, and as engines have omega."""
-    about = facts(SHOWN)
-    omega, speed = about["angular_velocity_at_stop"], about["speed_at_stop"]
-    rows = []
-    for epsilon in EPSILONS:
-        fact = facts(epsilon)
-        exact, formula = fact["angular_velocity_at_stop"], fact["angular_velocity_at_stop_formula"]
-        slow, guess = fact["speed_at_stop"], fact["speed_at_stop_formula"]
-        rows.append(
-            row(value(epsilon), value(exact, 5), value(formula, 5), value(exact / formula - 1.0),
-                value(slow, 5), value(guess, 5), value(fact["rest_time"] - fact["stop_time"]))
-        )  # fmt: skip
-    engines = [
-        row(value(epsilon), method_cell(method), value(rate, 5),
-            value(rate - facts(epsilon)["angular_velocity_at_stop"]))
+    engines = tuple(
+        (epsilon, method, facts(epsilon)["angular_velocity_at_stop"] + error, error)
         for epsilon in epsilons(study)
         for method in METHODS
-        if (rate := _measured(study, epsilon, method)) is not None
-    ]  # fmt: skip
+        if (error := judged_error(study, epsilon, method, "stop", "heading_rate")) is not None
+    )
     coefficient = turn(SHOWN).correction.left_at_stop.heading
-    tables = [
-        Table("When the slider stops, at 2τ",
-              ("ε", "ω [rad/s]", "by the formula", "relative difference", "|v| [m/s]",
-               "by the formula", "until all rests [s]"), tuple(rows),
-              "v is the velocity of C."),
-    ]  # fmt: skip
-    if engines:
-        heads = ("ε", "method", "ω(2τ) [rad/s]", "less the exact one")
-        tables.append(Table(f"In engines, steps of τ/{JUDGED}", heads, tuple(engines)))
-    return Finding(
-        "capsule-turn-left-over",
-        "After 2τ the rotation does not stop: it is left with a velocity in proportion to ε",
-        "corrected",
-        "Wait before the next manoeuvre: the body still turns when the slider has stopped. "
-        f"At ε = {number(SHOWN)} the body still turns at {number(omega)} rad/s when the slider "
-        f"stops, and its centre moves at {number(1e3 * speed)} mm/s; friction ends both later.",
-        (
-            "The source ends the manoeuvre at 2τ with “rotation stops”. That is the leading order: "
-            "without friction the slider's stop is the body's. Friction acts on the body for all "
-            "of 2τ, mostly against its turn, and what it has taken by then is left with the other "
-            f"sign: ω(2τ) = {number(coefficient, 6)} rad/s² · τ for the check body, to which "
-            "ε² ln(1/ε) of it is added. Derivation: analytic/README.md, eq. 5.",
-            "So a body that has been turned must wait for its residual motion to end before the "
-            "next manoeuvre: the last column.",
-        ),
-        tuple(tables),
-        (_figure(),),
-        ("plumbob solve capsule-turn/0.1", "plumbob solve capsule-turn/0.01"),
-        (
-            Statement(
-                CHERNOUSKO,
-                "(31), (32)",
-                "After 2τ rotation stops",
-                "ω(2τ) = 0",
-                f"{number(omega)} rad/s and {number(1e3 * speed)} mm/s at ε = {number(SHOWN)}",
-                "corrected",
-                "To leading order only.",
-            ),
-        ),
+    return LeftOver(tuple(_left(e) for e in EPSILONS), _left(SHOWN), coefficient, engines)
+
+
+def _left(epsilon: float) -> Left:
+    known = facts(epsilon)
+    return Left(
+        epsilon,
+        known["angular_velocity_at_stop"],
+        known["angular_velocity_at_stop_formula"],
+        known["speed_at_stop"],
+        known["speed_at_stop_formula"],
+        known["rest_time"] - known["stop_time"],
     )
 
 
-def _measured(study: Study, epsilon: float, method: str) -> float | None:
-    """omega at 2 tau [rad/s] of a recorded run, or from the error that the study measured."""
-    exact = facts(epsilon)["angular_velocity_at_stop"]
-    if (run := seen(study, epsilon, method, JUDGED, "stop")) is not None:
-        return exact + run.errors["heading_rate"].end
-    tau = turn(epsilon).half_time
-    recording = study.recording(ExtraRun(name_of(epsilon), method, tau / JUDGED))
-    if recording is None:
-        return None
-    at = int(np.argmin(np.abs(recording.times - 2.0 * tau)))
-    return float(recording.observables["heading_rate"][at])
-
-
-def _figure() -> Figure:
-    traces: list[Trace] = []
-    for key, unit, colour in (
-        ("angular_velocity_at_stop", "ω [rad/s]", OLIVE), ("speed_at_stop", "|v| [m/s]", GREY)
-    ):  # fmt: skip
-        exact = [abs(facts(epsilon)[key]) for epsilon in EPSILONS]
-        formula = [abs(facts(epsilon)[f"{key}_formula"]) for epsilon in EPSILONS]
-        traces.append(curve(EPSILONS, exact, colour=colour, marks=True, name=unit))
-        traces.append(curve(EPSILONS, formula, colour=colour, dash="dash", name=f"{unit}, formula"))
-    return figure(
-        "What is left at 2τ",
-        "Dashed: the next order beyond the source, in proportion to ε.",
-        traces,
-        logarithmic("ε"),
-        logarithmic("ω [rad/s], |v| [m/s]"),
-        legend=True,
-        height=300,
-    )
+LEFT_OVER = Analysis("capsule_turn/left_over", numbers, requests)

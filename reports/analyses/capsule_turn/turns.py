@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -19,9 +20,17 @@ from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
 from plumbob.reports.analyses.measurements import measured, plan_of, problem
 
 When = Literal["stop", "rest"]
+WHENS: tuple[When, When] = ("stop", "rest")
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
 JUDGED = 800  # steps in a half time at which the accuracy asked for is judged
 QUICK = (0.3, 0.03)  # the turns of the quick profile
+EXACT = MappingProxyType(
+    {
+        ("body_angle", "stop"): "body_angle",
+        ("body_angle", "rest"): "body_angle_at_rest",
+        ("heading_rate", "stop"): "angular_velocity_at_stop",
+    }
+)  # of the facts
 
 
 def name_of(epsilon: float, when: When = "rest") -> str:
@@ -53,57 +62,52 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Each turn with each method at the step judged, unless the study measures it at 2 tau and at
     rest itself."""
     return [
-        _run(epsilon, method)
+        judged_run(epsilon, method)
         for epsilon in epsilons(plan)
         for method in METHODS
         if not _measured_by(plan, epsilon, method)
     ]
 
 
-def _run(epsilon: float, method: str) -> ExtraRun:
+def judged_run(epsilon: float, method: str) -> ExtraRun:
+    """A turn until it rests, at the step judged."""
     return ExtraRun(name_of(epsilon), method, turn(epsilon).half_time / JUDGED)
 
 
 def _measured_by(plan: StudyPlan, epsilon: float, method: str) -> bool:
     """Whether a study runs a turn both until 2 tau and until it rests."""
-    return all(plan.has(name_of(epsilon, when), method) for when in ("stop", "rest"))
+    return all(plan.has(name_of(epsilon, when), method) for when in WHENS)
 
 
-def seen(
+def turn_run(
     study: Study, epsilon: float, method: str, parts: int, when: When = "rest"
 ) -> Measurement | None:
     """The measured run of a turn until it rests, or until 2 tau, with steps of tau/`parts`."""
     return measured(study, name_of(epsilon, when), method, turn(epsilon).half_time / parts)
 
 
-def angle_error(study: Study, epsilon: float, method: str, parts: int, when: When) -> float | None:
-    """Error of the body angle [rad] at 2 tau or at rest with a step of tau/`parts`, as the study
-    measured it; None where it did not."""
-    run = seen(study, epsilon, method, parts, when)
-    return None if run is None else run.errors["body_angle"].end
-
-
-def judged_error(study: Study, epsilon: float, method: str, when: When) -> float | None:
-    """The same at the step judged, from the recorded run where the study has no measurement."""
-    if (error := angle_error(study, epsilon, method, JUDGED, when)) is not None:
-        return error
+def judged_error(
+    study: Study, epsilon: float, method: str, when: When, observable: str = "body_angle"
+) -> float | None:
+    """The error of the body angle [rad] or another observable at 2 tau or at rest, at the step
+    judged, from the recorded run where the study has no measurement; None where neither is."""
+    if (run := turn_run(study, epsilon, method, JUDGED, when)) is not None:
+        return run.errors[observable].end
     if _measured_by(plan_of(study), epsilon, method):
         return None
-    if (recording := study.recording(_run(epsilon, method))) is None:
+    if (recording := study.recording(judged_run(epsilon, method))) is None:
         return None
     stop = 2.0 * turn(epsilon).half_time
     at = int(np.argmin(np.abs(recording.times - stop))) if when == "stop" else -1
-    exact = facts(epsilon)["body_angle" if when == "stop" else "body_angle_at_rest"]
-    return float(recording.observables["body_angle"][at]) - exact
+    exact = facts(epsilon)[EXACT[observable, when]]
+    return float(recording.observables[observable][at]) - exact
 
 
 def order_of(study: Study, epsilon: float, method: str, when: When) -> float | None:
-    """Observed order of that error over the finest steps of the study, six at most; None from
-    fewer than four."""
-    errors = [angle_error(study, epsilon, method, parts, when) for parts in PARTS]
-    known = [(1.0 / parts, abs(e)) for parts, e in zip(PARTS, errors, strict=True) if e is not None]
-    if not known:
-        return None
-    steps, sizes = zip(*known, strict=True)
+    """Observed order of the body angle's error over the finest steps of the study, six at most;
+    None from fewer than four."""
+    runs = [turn_run(study, epsilon, method, parts, when) for parts in PARTS]
+    sizes = [abs(run.errors["body_angle"].end) for run in runs if run is not None]
+    steps = [1.0 / parts for parts, run in zip(PARTS, runs, strict=True) if run is not None]
     fit = fit_order(steps, sizes, [0.0] * len(sizes))
     return None if fit is None else fit.slope

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import UserSettings
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import find_engine, installed
 from plumbob.models.scene import Scene
@@ -43,9 +44,10 @@ def add_like(parser: argparse.ArgumentParser) -> None:
 def own_method(path: str) -> Method:
     """The method that the settings in the file `path` are; raises ParameterError."""
     engine = find_engine(USER_METHOD.partition("/")[0])
-    if engine.user_method is None or not installed(engine):
+    settings = engine.ability(UserSettings)
+    if settings is None or not installed(engine):
         raise ParameterError("like", path, "measured with MuJoCo, which is not installed")
-    return engine.user_method(Path(path))
+    return settings.read(Path(path))
 
 
 def beside(scene: Scene, user_method: Method) -> Scene:

@@ -1,182 +1,198 @@
-"""A contact audit as text: how far the body slides, and what other friction settings change."""
+"""The figures of a contact audit's answer that its template needs beside the audit itself."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.systems.sliding_body import Stance
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
-from plumbob.reports.view.audit.text import aligned, duration, length
 
-SHOWN = 4  # feet by name
-HELPS, HARDLY = 0.71, 0.95  # ratio of errors a halving: below the first it helps
 INSIDE = 2e-4  # relative: a smaller part of a distance is not worth a digit
+APART = 0.01  # relative: errors that differ by more between headings are shown
 
 
-def contact_lines(audit: ContactAudit) -> list[str]:
-    """The answer as lines of text."""
-    return aligned(contact_rows(audit))
+@dataclass(frozen=True)
+class Errors:
+    """Errors of stopping distances over all headings."""
+
+    known: bool  # whether any distance can be compared
+    stuck: tuple[float, ...]  # [°]: headings at which the body does not stop
+    worst: float = math.nan  # [m]
+    heading: float = math.nan  # [°] of the worst
+    per_cent: float | None = None  # of the distance
+    least: float | None = None  # of all headings, as that
+    most: float | None = None
+    varies: bool = False
 
 
-def contact_rows(audit: ContactAudit) -> list[tuple[str, str]]:
-    """The answer: names of the lines, and what they say."""
-    return [
-        (Path(audit.name).name, _body(audit)),
-        ("slide", _compared_with(audit)),
-        *_errors(audit),
-        ("halving", "; ".join(_halvings(audit)) or "not run"),
-        ("push", _push(audit)),
-        ("turn", _turn(audit)),
-        ("paste", paste_command(audit)),
-        *(("not run", reason) for reason in audit.failed),
-        *(("left out", "; ".join(audit.notes)) for _ in audit.notes[:1]),
-        ("not claimed", "joints that move, other speeds, starts that tip; reality"),
-    ]
+@dataclass(frozen=True)
+class Kind:
+    """Runs of the body on contacts of one kind, coarse to fine."""
+
+    name: str
+    audit: ContactAudit
+    runs: tuple[Measured, ...]
+
+    @property
+    def run(self) -> Measured:
+        """That at the own step."""
+        return self.runs[0]
+
+    @property
+    def errors(self) -> Errors:
+        """Of the distances at the own step."""
+        errors, distances = self.audit.errors(self.run), self.audit.distances
+        degrees = np.degrees(HEADINGS)
+        if np.isnan(errors).all():
+            return Errors(False, ())
+        if (stuck := np.isinf(errors)).any():
+            return Errors(True, tuple(degrees[stuck]))
+        k = int(np.nanargmax(np.abs(errors)))
+        least = float(np.nanmin(errors / distances))
+        most = float(np.nanmax(errors / distances))
+        return Errors(
+            True,
+            (),
+            abs(float(errors[k])),
+            float(degrees[k]),
+            per_cent(float(errors[k]), float(distances[k])),
+            per_cent(least, 1.0),
+            per_cent(most, 1.0),
+            most - least > APART,
+        )
+
+    @property
+    def dependence(self) -> float | None:
+        """Differences of distances between headings [%]."""
+        value = 100 * self.audit.dependence(self.run)
+        return value if math.isfinite(value) else None
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the speed at which it drifts is known."""
+        return self.run.drift is not None and math.isfinite(self.run.drift)
+
+    @property
+    def turned(self) -> float:
+        """By how much the body turned when it slid straight on [°]."""
+        return math.degrees(self.run.turned)
+
+    @property
+    def turn(self) -> float | None:
+        """The turn of the body that turns too [°]; None where it does not stop."""
+        turning = self.run.turning
+        return math.degrees(turning.turn) if turning and turning.rests else None
+
+    @property
+    def halving(self) -> tuple[float, ...]:
+        """The largest error [m] at each step that is compared; none where one is not known."""
+        errors = [self.audit.error(run) for run in self.runs]
+        if self.runs is self.audit.pasted and self.audit.exact is None:
+            errors = errors[:-1]  # the finest is what is compared with
+        known = len(errors) > 1 and np.isfinite(errors).all() and errors[0]
+        return tuple(errors) if known else ()
+
+    @property
+    def ratio(self) -> float:
+        """Of the errors of a step and of its half, on average."""
+        return float((self.halving[-1] / self.halving[0]) ** (1 / (len(self.halving) - 1)))
+
+    @property
+    def by_step(self) -> tuple[tuple[float, float], ...]:
+        """Steps [s] and their largest errors [m], as a logarithmic figure takes them."""
+        errors = ((run.step, self.audit.error(run)) for run in self.runs)
+        return tuple((h, e) for h, e in errors if math.isfinite(e) and e > 0.0)
+
+    @property
+    def stops(self) -> tuple[tuple[float | None, float | None], ...]:
+        """By heading: the distance [m], None where it does not stop, and its error [%]."""
+        return tuple(
+            (abs(slide.along), per_cent(slide.along - compared, compared))
+            if slide.rests
+            else (None, None)
+            for slide, compared in zip(self.run.slides, self.audit.distances, strict=True)
+        )
 
 
-def paste_command(audit: ContactAudit) -> str:
-    """The command that prints the settings."""
-    friction = f"{audit.standing.friction[0]:g}"
-    return (
-        f"plumbob settings {audit.method} --step {audit.step:g} --friction {friction} "
-        f"--stiffness {audit.stiffness:g}"
-    )
+@dataclass(frozen=True)
+class Contacts:
+    """A contact audit, and what follows from it."""
+
+    audit: ContactAudit
+    push: float = PUSH
+    headings: tuple[float, ...] = tuple(math.degrees(heading) for heading in HEADINGS)
+
+    @property
+    def kinds(self) -> tuple[Kind, Kind]:
+        """The model's own contacts, and the pasted ones."""
+        audit = self.audit
+        return Kind("your contacts", audit, audit.own), Kind("pasted contacts", audit, audit.pasted)
+
+    @property
+    def friction(self) -> tuple[float, ...]:
+        """The coefficient of all points, or the least and the largest."""
+        body = self.audit.standing
+        least, most = min(body.friction), max(body.friction)
+        return (least, most) if math.isnan(body.coefficient) else (least,)
+
+    @property
+    def judged(self) -> int:
+        """Headings at which Coulomb's law determines the distance."""
+        return sum(self.audit.determined)
+
+    @property
+    def tends(self) -> tuple[float, float] | None:
+        """The least and the largest distance [m] to compare with; None where none is known."""
+        distances = self.audit.distances[~np.isnan(self.audit.distances)]
+        return (float(distances.min()), float(distances.max())) if distances.size else None
+
+    @property
+    def compared(self) -> tuple[float | None, ...]:
+        """The distance to compare with [m], by heading; None where it is not determined."""
+        return tuple(None if math.isnan(d) else float(d) for d in self.audit.distances)
+
+    @property
+    def predictable(self) -> bool:
+        """Whether theory has errors of the pasted contacts."""
+        return self.audit.predicted(self.audit.pasted[0]) is not None
+
+    @property
+    def predicted(self) -> float | None:
+        """That of the worst heading [%]; None where a load gets to 0."""
+        pasted, exact = self.audit.pasted[0], self.audit.exact
+        predicted = self.audit.predicted(pasted)
+        if predicted is None or exact is None:
+            return None
+        return per_cent(
+            float(predicted[int(np.nanargmax(np.abs(self.audit.errors(pasted))))]), exact
+        )
+
+    @property
+    def predicted_by_step(self) -> tuple[tuple[float, float], ...]:
+        """Steps [s], and the largest errors [m] that theory predicts for the pasted contacts."""
+        predicted = ((run.step, self.audit.predicted(run)) for run in self.audit.pasted)
+        largest = [(h, float(np.abs(e).max())) for h, e in predicted if e is not None]
+        return tuple((h, e) for h, e in largest if e > 0.0)
+
+    @property
+    def turn(self) -> float | None:
+        """The turn to compare with [°]; None where none is known."""
+        return _degrees(self.audit.turn)
+
+    @property
+    def turn_known(self) -> float | None:
+        """To how much it is [°]."""
+        return _degrees(self.audit.turn_known)
 
 
-def steadiest(audit: ContactAudit) -> float:
-    """The largest friction coefficient, in two digits, at which it slides along any heading with
-    every load above 0."""
-    body = audit.standing
-    most = Stance(body.points, body.height).inside(np.zeros(2)) / body.height
-    digits = 10.0 ** (math.floor(math.log10(most)) - 1)
-    return math.floor(most / digits) * digits
+def _degrees(angle: float) -> float | None:
+    return math.degrees(angle) if math.isfinite(angle) else None
 
 
-def per_cent(error: float, distance: float) -> str:
-    """A signed error relative to a distance."""
+def per_cent(error: float, distance: float) -> float | None:
+    """A signed error relative to a distance [%]; None where it does not stop."""
     if not math.isfinite(error) or not distance:
-        return "it does not stop"
-    relative = error / distance
-    return f"{100 * relative:+.2g} %" if abs(relative) >= INSIDE else "0 %"
-
-
-def _body(audit: ContactAudit) -> str:
-    body = audit.standing
-    feet = ", ".join(body.feet[:SHOWN])
-    if len(body.feet) > SHOWN:
-        feet += f" and {len(body.feet) - SHOWN} more"
-    least, most = min(body.friction), max(body.friction)
-    friction = f"{least:g}" if most - least <= 1e-9 * most else f"{least:g} … {most:g}"
-    locked = f", {body.locked} joints locked as they start" if body.locked else ""
-    return (
-        f"{body.body}: {body.mass:.3g} kg on {len(body.points)} points ({feet}) of {body.plane}, "
-        f"friction {friction}{locked}; {audit.integrator} {duration(audit.step)}"
-    )
-
-
-def _compared_with(audit: ContactAudit) -> str:
-    start = f"from {audit.speed:g} m/s at {len(HEADINGS)} headings"
-    if audit.exact is not None:
-        some = sum(audit.determined)
-        loads = "every load stays above 0"
-        if some < len(HEADINGS):
-            loads += f" at {some} of them, and only these are judged"
-        return f"{start}; Coulomb: it stops after {length(audit.exact)}, at any heading; {loads}"
-    distances = audit.distances[~np.isnan(audit.distances)]
-    if not any(audit.determined):
-        most = steadiest(audit)
-        return f"{start}; not determined: {audit.why}; give --friction {most:g} or less"
-    if not distances.size:
-        return f"{start}; no distance to compare with: {audit.why}"
-    values = f"{length(float(distances.min()))} … {length(float(distances.max()))}"
-    known = length(audit.known)
-    return f"{start}; not determined: {audit.why}; the pasted contacts tend to {values} (± {known})"
-
-
-def _errors(audit: ContactAudit) -> Iterator[tuple[str, str]]:
-    if audit.own:
-        default, more = audit.own[0], ""
-        if audit.exact is not None:
-            more = f"; distances differ by {_fraction(audit.dependence(default))} between headings"
-        turned = math.degrees(default.turned)
-        more += f"; turns by up to {turned:.2g}°, where none is due" if turned > 0.1 else ""
-        yield "your contacts", _range(audit, default) + more
-    if audit.pasted:
-        pasted = audit.pasted[0]
-        predicted, more = audit.predicted(pasted), ""
-        if predicted is not None and audit.exact is not None:
-            k = int(np.nanargmax(np.abs(audit.errors(pasted))))
-            value = float(predicted[k])
-            more = f"; predicted {per_cent(value, audit.exact)}"
-            if math.isnan(value):
-                more = "; not predicted: a load gets to 0 for a while"
-            more += f"; distances differ by {_fraction(audit.dependence(pasted))}"
-        yield "pasted", _range(audit, pasted) + more
-
-
-def _range(audit: ContactAudit, run: Measured) -> str:
-    errors = audit.errors(run)
-    if np.isnan(errors).all():
-        return "no distance to compare with"
-    if np.isinf(errors).any():
-        at = np.degrees(HEADINGS)[np.isinf(errors)]
-        return f"it does not stop at {', '.join(f'{angle:.0f}°' for angle in at)}"
-    k = int(np.nanargmax(np.abs(errors)))
-    worst, distance = float(errors[k]), float(audit.distances[k])
-    least = float(np.nanmin(errors / audit.distances))
-    most = float(np.nanmax(errors / audit.distances))
-    between = f", {per_cent(least, 1.0)} to {per_cent(most, 1.0)}" if most - least > 0.01 else ""
-    where = f" at {math.degrees(HEADINGS[k]):.0f}°" if between else ""
-    return f"error {length(abs(worst))} ({per_cent(worst, distance)}){where}{between}"
-
-
-def _fraction(value: float) -> str:
-    return f"{100 * value:.2g} %" if math.isfinite(value) else "more than can be said"
-
-
-def _halvings(audit: ContactAudit) -> Iterator[str]:
-    for name, runs in (("own", audit.own), ("pasted", audit.pasted)):
-        errors = [audit.error(run) for run in runs]
-        if name == "pasted" and audit.exact is None:
-            errors = errors[:-1]  # what is compared with the finest
-        if len(errors) < 2 or not np.isfinite(errors).all() or not errors[0]:
-            continue
-        ratio = (errors[-1] / errors[0]) ** (1 / (len(errors) - 1))
-        helps = "helps" if ratio < HELPS else "hardly helps" if ratio < HARDLY else "does not help"
-        yield f"{name}: {' -> '.join(map(length, errors))}: {helps}"
-
-
-def _push(audit: ContactAudit) -> str:
-    parts = [
-        f"{name} {_speed(runs[0].drift)}"
-        for name, runs in (("your contacts drift at", audit.own), ("pasted", audit.pasted))
-        if runs and runs[0].drift is not None
-    ]
-    if not parts:
-        return f"none: at {PUSH:g} of the friction limit it tips"
-    return f"at {PUSH:g} of the friction limit: {', '.join(parts)}; Coulomb: 0"
-
-
-def _speed(value: float) -> str:
-    return "no known speed" if not math.isfinite(value) else f"{length(value)}/s"
-
-
-def _turn(audit: ContactAudit) -> str:
-    def angle(runs: Sequence[Measured]) -> str:
-        turning = runs[0].turning if runs else None
-        if turning is None:
-            return "not run"
-        return f"{math.degrees(turning.turn):.3g}°" if turning.rests else "it does not stop"
-
-    start = f"sliding at {audit.spin:.3g} rad/s too: your contacts {angle(audit.own)}, "
-    start += f"pasted {angle(audit.pasted)}"
-    if audit.exact_turn is not None:
-        return f"{start}; Coulomb: {math.degrees(audit.exact_turn):.3g}°"
-    known = math.isfinite(audit.turn)
-    doubt = f" (± {math.degrees(audit.turn_known):.2g}°)" if math.isfinite(audit.turn_known) else ""
-    tends = f"pasted tend to {math.degrees(audit.turn):.3g}°{doubt}; " if known else ""
-    return f"{start}; {tends}not determined: {audit.why_turn}"
+        return None
+    return 100 * error / distance if abs(error / distance) >= INSIDE else 0.0

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from plumbob.engines.study.results import Study
-from plumbob.reports.judge.study_verdicts import Judgements, unexpected
+from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.reports.view.finding_text import findings_of
 
@@ -15,18 +14,18 @@ MOST_NAMED = 3  # pairs of scene and method
 NOT_SHOWN = "not shown"
 
 
-def formed(study: Study, judged: Judgements, of: str) -> tuple[Finding, ...]:
+def formed(study: Study, of: str) -> tuple[Finding, ...]:
     """The findings on a system, or of "engines". In place of those that the runs of the study do
     not allow, whose verdicts are unexpected, one says so; and so does one in place of those whose
     templates ask for numbers that are not stored."""
     from jinja2 import UndefinedError
 
-    shown, failed, older = list[Finding](), 0, list[str]()
+    shown, failed, older = list[Finding](), list[Analysed](), list[str]()
     for analysis in study.analyses:
         if analysis.system != of or analysis.place != "finding":
             continue
         if analysis.numbers is None:
-            failed += 1
+            failed.append(analysis)
             continue
         try:
             shown += findings_of(analysis)
@@ -34,7 +33,7 @@ def formed(study: Study, judged: Judgements, of: str) -> tuple[Finding, ...]:
             older.append(f"{analysis.template} ({error.message})")
     lost = []
     if failed:
-        lost.append(_left_out(failed, unexpected(study, judged), of))
+        lost.append(_left_out(len(failed), [pair for pair, _ in failed[0].claims], of))
     if older:
         lost.append(_without_numbers(older, of))
     return (*as_measured(shown), *lost)

@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 from plumbob.engines.study.convergence import timed_run
 from plumbob.engines.study.measurement import REFERENCE_STEP, worst
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import systems
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.overview import anchor
-from plumbob.reports.view.settings import Pasted, written_for
+from plumbob.reports.view.records import StudyRecord, Verdicts
+from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
 from plumbob.reports.view.site.pictures import names, picture
@@ -69,9 +68,9 @@ class Card:
     names: list[tuple[str, str, str]]  # of its curves, with colours and dashes
 
 
-def counts(study: Study, judged: Judgements) -> tuple[Count, ...]:
+def counts(verdicts: Verdicts) -> tuple[Count, ...]:
     """How many pairs of a scene and a method are as predicted, converge, and so on."""
-    numbers = Counter(meaning(*pair, pair_verdict.whole) for pair, pair_verdict in judged.items())
+    numbers = Counter(map(meaning, verdicts.values()))
     return tuple(
         Count(name, *texts, numbers[name])
         for name, texts in SIGNS.items()
@@ -87,9 +86,10 @@ def made(study: Study) -> tuple[int, int, int]:
     return len(runs), len({m.scene for m in runs}), len({m.method for m in runs})
 
 
-def answers(study: Study) -> tuple[Answer, ...]:
+def answers(study: Study, record: StudyRecord) -> tuple[Answer, ...]:
     """The recommendations with contacts and without, of what was measured."""
-    return tuple(answer for answer in (_contacts(study), _joints(study)) if answer is not None)
+    both = (_contacts(study, record), _joints(study, record))
+    return tuple(answer for answer in both if answer is not None)
 
 
 def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
@@ -108,7 +108,7 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
     return tuple(chosen[:MOST_FINDINGS])
 
 
-def _contacts(study: Study) -> Answer | None:
+def _contacts(study: Study, record: StudyRecord) -> Answer | None:
     """The contact settings to use, what they give and what they cost."""
     default, euler, rk4 = WITH_CONTACTS
     scenes = [s for s in study.scenes if s.system.startswith("capsule-")]
@@ -146,13 +146,13 @@ def _contacts(study: Study) -> Answer | None:
             f"{_most(usual, rk4)}, for {ratios[rk4]} times the cost."
         )
     sentences += _rows_of_their_own(ran, (rk4 if rk4 in ratios else euler, default))
-    table = _table(study, ran, WITH_CONTACTS)
+    table = _table(study, ran, record, WITH_CONTACTS)
     table = replace(table, note=_nearer_by_chance(study, usual))
-    pasted = written_for(euler, REFERENCE_STEP, "Contacts to copy", ratios.get(euler, ""))
+    pasted = to_copy(record.settings[euler], "Contacts to copy", ratios.get(euler, ""))
     return Answer("with-contacts", "A robot with contacts", tuple(sentences), table, pasted)
 
 
-def _joints(study: Study) -> Answer | None:
+def _joints(study: Study, record: StudyRecord) -> Answer | None:
     """The recommendation for a mechanism without contacts."""
     default, rk4 = WITHOUT
     ran = _errors(study, [s for s in study.scenes if s.system.endswith("pendulum")], WITHOUT)
@@ -177,8 +177,8 @@ def _joints(study: Study) -> Answer | None:
             "Set a control for the middle of the step and not for its start: a torque that is held "
             f"over the step leaves RK4 an error of {held[0]}, set for the middle {held[1]}."
         )
-    table = _table(study, ran, WITHOUT)
-    pasted = written_for(rk4, REFERENCE_STEP, "Integrator to copy", ratios.get(rk4, ""))
+    table = _table(study, ran, record, WITHOUT)
+    pasted = to_copy(record.settings[rk4], "Integrator to copy", ratios.get(rk4, ""))
     return Answer("without-contacts", "A robot without contacts", tuple(sentences), table, pasted)
 
 
@@ -310,13 +310,14 @@ def _cost_ratios(costs: Mapping[str, float]) -> Mapping[str, str]:
     return {name: notation.number(ns / unit, 2) for name, ns in costs.items()} if unit else {}
 
 
-def _table(study: Study, ran: Sequence[Ran], methods: Sequence[str]) -> Table:
+def _table(study: Study, ran: Sequence[Ran], record: StudyRecord, methods: Sequence[str]) -> Table:
     """Systems against methods, scenes apart each in a row, and what a step costs."""
-    names, titles = [m.name for m in study.methods if m.name in methods], systems()
+    names = [m.name for m in study.methods if m.name in methods]
+    titles = {system.name: system.title for system in record.systems}
     groups: dict[tuple[str, str], list[Ran]] = {}
     for entry in sorted(ran, key=lambda entry: entry.apart):
         system, scene = entry.scene.system, entry.scene.name
-        key = (scene, anchor(scene)) if entry.apart else (titles[system].title, system)
+        key = (scene, anchor(scene)) if entry.apart else (titles[system], system)
         groups.setdefault(key, []).append(entry)
     rows = [
         row(Cell(title, "scene", link=link),

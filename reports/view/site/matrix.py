@@ -18,14 +18,11 @@ from plumbob.engines.study.measurement import (
     worst,
 )
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import systems
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, UNTRUSTED
-from plumbob.reports.judge.expectations import marked
-from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.records import PairVerdict, Verdicts
 
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
 SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
@@ -79,6 +76,9 @@ class Shown:
         return Cell(f"{SIGNS[self.meaning][0]} {self.text}{below}", f"sign {self.meaning}")
 
 
+Every = Mapping[tuple[str, str], Shown]  # by scene and method
+
+
 def in_order(names: Sequence[str]) -> list[str]:
     """Systems in the order of the sources, those that no source has after them."""
     return sorted(names, key=lambda n: (ORDER.index(n) if n in ORDER else len(ORDER), n))
@@ -86,36 +86,34 @@ def in_order(names: Sequence[str]) -> list[str]:
 
 def ordered(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
     """Scenes in the order of their systems."""
-    places = {name: i for i, name in enumerate(in_order(list(systems())))}
-    return tuple(sorted(scenes, key=lambda scene: places.get(scene.system, len(places))))
+    places = in_order(sorted({scene.system for scene in scenes}))
+    return tuple(sorted(scenes, key=lambda scene: places.index(scene.system)))
 
 
-def meaning(scene: str, method: str, judgement: Judgement) -> Meaning:
+def meaning(judged: PairVerdict) -> Meaning:
     """A verdict's meaning to a reader."""
-    mark = marked(scene, method, judgement)
-    if mark == "unexpected":
+    if judged.mark == "unexpected":
         return "unexpected"
-    if judgement.verdict in ("unsupported", "missing"):
+    if judged.verdict in ("unsupported", "missing"):
         return "not-run"
-    if mark == "known" or judgement.verdict in UNTRUSTED:
+    if judged.mark == "known" or judged.verdict in UNTRUSTED:
         return "limit"
-    if judgement.verdict == "pre-asymptotic":
+    if judged.verdict == "pre-asymptotic":
         return "unclaimed"
-    return "converges" if judgement.verdict == "converges" else "predicted"
+    return "converges" if judged.verdict == "converges" else "predicted"
 
 
-def shown(study: Study, series: ConvergenceStudy, method: Method, judged: Judgements) -> Shown:
+def shown(study: Study, series: ConvergenceStudy, method: Method, judged: PairVerdict) -> Shown:
     """The error of a method on a scene at the reference step, and what it means."""
-    both = judged[series.scene, series.method]
-    means = meaning(series.scene, series.method, both.whole)
+    means = meaning(judged)
     error = at_reference(series, method, study.quantities(series.scene))
     if error is None:
-        means = means if both.whole.verdict == "cut-short" else "not-run"
-        return Shown(math.nan, REFERENCE_STEP, "step", means, both.whole.reason)
-    verdicts = {m.step: j.verdict for m, j in zip(series.measurements, both.runs, strict=True)}
+        means = means if judged.verdict == "cut-short" else "not-run"
+        return Shown(math.nan, REFERENCE_STEP, "step", means, judged.reason)
+    verdicts = {m.step: j.verdict for m, j in zip(series.measurements, judged.runs, strict=True)}
     if means == "predicted" and verdicts[error.step] in ("pre-asymptotic", "diverged"):
         means = "unclaimed"
-    return replace(error, meaning=means, reason=both.whole.reason)
+    return replace(error, meaning=means, reason=judged.reason)
 
 
 def at_reference(
@@ -154,10 +152,18 @@ def _beside_zero(
     return max(near, key=lambda m: relative_error(m, quantities))
 
 
-def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Table:
+def every_pair(study: Study, verdicts: Verdicts) -> Every:
+    """The error of each method on each scene at the reference step, and what it means."""
+    methods = {m.name: m for m in study.methods}
+    return {
+        (c.scene, c.method): shown(study, c, methods[c.method], verdicts[c.scene, c.method])
+        for c in study.convergence
+    }
+
+
+def by_engine(study: Study, every: Every, scenes: Sequence[Scene]) -> Table:
     """Scenes against engines: MuJoCo's default settings, and of each engine the method with the
     smallest error at the reference step among those that nothing is known against."""
-    every = _every(study, judged)
     named = {scene.name for scene in scenes}
     ran = {
         name for (scene, name), of in every.items() if scene in named and of.meaning != "not-run"
@@ -190,9 +196,8 @@ def by_engine(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> Tabl
     return Table("Relative error at 1 ms: scenes against engines", heads, tuple(rows), note)
 
 
-def of_engines(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> tuple[Table, ...]:
+def of_engines(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Table, ...]:
     """A folded table for each engine: scenes against all of its methods that run any of them."""
-    every = _every(study, judged)
     tables = []
     for engine in _in_order({m.engine for m in study.methods}):
         methods = [
@@ -215,13 +220,6 @@ def of_engines(study: Study, judged: Judgements, scenes: Sequence[Scene]) -> tup
             caption = f"{_engine(engine)}: {plural}, scene by scene"
             tables.append(Table(caption, ("scene", *methods), rows, folded=True))
     return tuple(tables)
-
-
-def _every(study: Study, judged: Judgements) -> Mapping[tuple[str, str], Shown]:
-    methods = {m.name: m for m in study.methods}
-    return {
-        (c.scene, c.method): shown(study, c, methods[c.method], judged) for c in study.convergence
-    }
 
 
 def _best(of_engine: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:

@@ -5,32 +5,36 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from types import MappingProxyType
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, reference_run, worst
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import Scene, System
-from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, cheapest
-from plumbob.reports.advice.work_precision import points
-from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.verdict import Judged, Verdict
+from plumbob.models.scene import Scene
+from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
+from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import notation, overview, sensitivity, tables
 from plumbob.reports.view.about import Description, described
 from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.plots import budget_bars, scene_figures
-from plumbob.reports.view.replay import Replay, replay
+from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
+from plumbob.reports.view.records import (
+    ExactRecord,
+    PairVerdict,
+    Records,
+    Replay,
+    SceneRecord,
+    SystemRecord,
+    Verdicts,
+)
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
-    "pass", "converges", "fail", "not-converging", "diverged", "cut-short", "pre-asymptotic",
-    "unsupported", "missing",
+    "predicted", "converges", "off-prediction", "inaccurate", "not-converging", "diverged",
+    "cut-short", "pre-asymptotic", "unsupported", "missing",
 )  # fmt: skip
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
@@ -60,9 +64,8 @@ class SceneView:
 class SystemView:
     """One system as its page shows it."""
 
-    system: System
+    system: SystemRecord
     about: Description | None
-    picture: Path | None  # of the model
     galleries: tuple[tuple[str, Sequence[Figure]], ...]
     findings: tuple[Finding, ...]
     scenes: tuple[SceneView, ...]  # the one that stands for the system first
@@ -75,10 +78,7 @@ class SystemView:
         return self.scenes[0]
 
 
-NOTHING_DRAWN: Mapping[str, SceneView] = MappingProxyType({})
-
-
-def in_order(study: Study, system: System) -> list[Scene]:
+def in_order(study: Study, system: SystemRecord) -> list[Scene]:
     """The scenes of a system that `study` has: the one that stands for it first, hard ones last."""
     scenes = [scene for scene in study.scenes if scene.system == system.name]
     default = f"{system.name}/{system.default}"
@@ -86,56 +86,59 @@ def in_order(study: Study, system: System) -> list[Scene]:
 
 
 def system_view(
-    study: Study,
-    system: System,
-    judged: Judgements,
-    drawn: Mapping[str, SceneView] = NOTHING_DRAWN,
+    study: Study, records: Records, system: SystemRecord, every: matrix.Every
 ) -> SystemView:
-    """One system with the scenes of `study`, of which some are `drawn` already, by name."""
+    """One system with the scenes of `study`, with the errors of `every` method on every scene."""
     scenes = in_order(study, system)
-    picture = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
+    exact = {name: of for name, record in records.scenes.items() if (of := record.exact)}
     return SystemView(
         system,
         described(system.name),
-        picture if picture.is_file() else None,
         galleries(study, system.name),
-        formed(study, judged, system.name),
+        formed(study, system.name),
         tuple(
-            drawn.get(scene.name) or scene_view(study, system, scene, judged) for scene in scenes
+            scene_view(study, records.scenes[scene.name], exact[scene.name], scene)
+            for scene in scenes
+            if scene.name in exact
         ),
-        matrix.by_engine(study, judged, scenes),
-        _hard(study, scenes, judged),
+        matrix.by_engine(study, every, scenes),
+        _hard(study, scenes, records.verdicts),
     )
 
 
-def scene_view(study: Study, system: System, scene: Scene, judgements: Judgements) -> SceneView:
+def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Scene) -> SceneView:
     """One scene of `study`."""
     methods = {method.name: method for method in study.methods}
-    every = [c for c in study.convergence if c.scene == scene.name]
-    missing = [
-        c.method for c in every if judgements[scene.name, c.method].whole.verdict == "missing"
-    ]
-    convergence = [c for c in every if c.method not in missing]
-    judged = {c.method: judgements[scene.name, c.method] for c in convergence}
+    missing = [name for name, of in record.verdicts.items() if of.verdict == "missing"]
+    judged = {name: of for name, of in record.verdicts.items() if name not in missing}
+    convergence = [c for c in study.convergence if c.scene == scene.name and c.method in judged]
     costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
-    at_first = _at_first(study, scene, judgements, [methods[name] for name in ran])
+    at_first = _at_first(record, [methods[name] for name in ran])
+    observables = study.observables(scene.name)
     first = (
-        tables.summary(system, convergence, judged, methods),
-        overview.scene_recommendations(study, scene.name, judgements),
+        tables.summary(observables, convergence, judged, methods),
+        overview.scene_recommendations(record.recommendations),
     )
+    noticed = exact.sensitivity
     tables_below = (
         tables.cost(convergence, costs, methods),
-        tables.budgets(system, convergence, judged, methods),
-        tables.every_run(system, convergence, judged, methods),
-        sensitivity.table(study, scene, judgements),
-        tables.parameters(system, scene),
+        tables.budgets(observables, convergence, judged, methods),
+        tables.every_run(observables, convergence, judged, methods),
+        sensitivity.table(noticed, record.verdicts, methods) if noticed else None,
+        tables.parameters(scene, exact.facts),
     )
-    bars = budget_bars(system, convergence, judged, methods, at_first)
+    bars = budget_bars(observables[0], convergence, judged, methods, at_first)
     figures = scene_figures(
-        scene, convergence, methods, styles(study.methods), points(study, scene.name),
-        _absolute(study, convergence),
-    )  # fmt: skip
+        observables,
+        convergence,
+        methods,
+        styles(study.methods),
+        exact.motion,
+        error_against_cost(
+            record.points, _absolute(study, convergence), methods, styles(study.methods)
+        ),
+    )
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return SceneView(
@@ -147,9 +150,9 @@ def scene_view(study: Study, system: System, scene: Scene, judgements: Judgement
         at_first,
         tuple(t for t in first if t),
         (*figures, *((bars,) if bars else ())),
-        replay(study, scene),
+        exact.replay,
         tables.orders(convergence, methods),
-        hard_case(study, system.name, scene.name) if scene.hard else (),
+        hard_case(study, scene.system, scene.name) if scene.hard else (),
         trimming(study, scene),
         tuple(t for t in tables_below if t),
         (
@@ -172,26 +175,21 @@ def _repeated(run: Measurement) -> tuple[str]:
     return (f"plumbob run {run.scene} {run.method} --step {run.step:g}",)
 
 
-def _at_first(
-    study: Study, scene: Scene, judged: Judgements, ran: Sequence[Method]
-) -> tuple[str, ...]:
+def _at_first(record: SceneRecord, ran: Sequence[Method]) -> tuple[str, ...]:
     """Of each engine its default settings, and the cheapest method for a small error, or else the
     one with the smallest error; no closed form, which is no curve."""
     engines = dict.fromkeys(m.engine for m in ran if m.scheme.integrator != EXACT)
     names = {m.name for m in ran}
     chosen = [DEFAULT_METHOD] if DEFAULT_METHOD in names else []
-    cheap = {}
-    if study.costs:
-        by_engine = cheapest(study, scene.name, AT_FIRST, judged).by_engine
-        cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
+    by_engine = [c for r in record.recommendations if r.error == AT_FIRST for c in r.by_engine]
+    cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
     for engine in engines:
         chosen += [f"{engine}/default"] * (f"{engine}/default" in names)
         of_engine = [m.name for m in ran if m.engine == engine and not m.surrogate]
         of_engine = of_engine or [m.name for m in ran if m.engine == engine]
-        errors = {
-            n: min(judged[scene.name, n].whole.errors.values(), default=1e9) for n in of_engine
-        }
-        chosen.append(cheap.get(engine, min(of_engine, key=lambda n: errors[n])))
+        errors = {name: record.verdicts[name].smallest for name in of_engine}
+        least = min(of_engine, key=lambda n: 1e9 if (e := errors[n]) is None else e)
+        chosen.append(cheap.get(engine, least))
     return tuple(dict.fromkeys(name for name in chosen if name in names))
 
 
@@ -210,17 +208,18 @@ def _absolute(
     return sizes
 
 
-def _hard(study: Study, scenes: Sequence[Scene], judged: Judgements) -> Table | None:
+def _hard(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Table | None:
     """The hard scenes of a system: what is hard, and the smallest error of a full model there."""
     rows = []
     for scene in scenes:
         if not scene.hard:
             continue
         errors = [
-            (min(pair.whole.errors.values()), method.name)
+            (judged.smallest, method.name)
             for method in study.methods
             if not method.surrogate and method.scheme.integrator != EXACT
-            and (pair := judged.get((scene.name, method.name))) is not None and pair.whole.errors
+            and (judged := verdicts.get((scene.name, method.name))) is not None
+            and judged.smallest is not None
         ]  # fmt: skip
         error, name = min(errors, default=(float("nan"), "none"))
         rows.append(
@@ -233,7 +232,7 @@ def _hard(study: Study, scenes: Sequence[Scene], judged: Judgements) -> Table | 
     return Table("Hard cases", heads, tuple(rows))
 
 
-def _counts(judged: Iterable[Judged]) -> tuple[tuple[str, int], ...]:
+def _counts(judged: Iterable[PairVerdict]) -> tuple[tuple[str, int], ...]:
     """Verdicts, and how many methods have each, in the page's order."""
-    counted = Counter(result.whole.verdict for result in judged)
+    counted = Counter(result.verdict for result in judged)
     return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])

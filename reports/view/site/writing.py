@@ -16,20 +16,16 @@ from typing import Any
 
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
-from plumbob.engines.workers import Workers
-from plumbob.models.registry import systems
-from plumbob.reports.advice.user_settings import user_results
-from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view import notation, overview, tightness
 from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles
+from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.claims import formed
-from plumbob.reports.view.site.drawing import system_views
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
-from plumbob.reports.view.site.views import OF_ENGINES, SystemView
+from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
@@ -48,19 +44,12 @@ class Content:
     pages: Sequence[Page]  # beside the index
 
 
-def write_page(
-    study: Study,
-    folder: Path,
-    judged: Judgements | None = None,
-    history: Mapping[int, Provenance] = NO_HISTORY,
-    jobs: int | Workers = 1,
-) -> Path:
-    """Write the site of `study` into `folder` and return the path of its index; `judged` are the
-    study's verdicts where they are known already, `history` how each study in the folder's store
-    was made; so many `jobs` draw it, or the workers given. The index is replaced last, in one step:
-    until then an older site stays whole. Raises OSError where the folder cannot be written."""
-    others = versions(history, str(folder))
-    return site(content(study, judged, others, jobs), folder)
+def write_page(study: Study, folder: Path, history: Mapping[int, Provenance] = NO_HISTORY) -> Path:
+    """Write the site of `study` into `folder` and return the path of its index; `history` is how
+    each study in the folder's store was made. The index is replaced last, in one step: until then
+    an older site stays whole. Raises OSError where the folder cannot be written, and as
+    `records_of`."""
+    return site(content(study, versions(history, str(folder))), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
@@ -77,15 +66,10 @@ def site(content: Content, folder: Path) -> Path:
     return page
 
 
-def render(
-    study: Study,
-    judged: Judgements | None = None,
-    others: Versions | None = None,
-    jobs: int | Workers = 1,
-) -> str:
+def render(study: Study, others: Versions | None = None) -> str:
     """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
-    return one_file(content(study, judged, others, jobs))
+    return one_file(content(study, others))
 
 
 def one_file(content: Content) -> str:
@@ -102,9 +86,8 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     """The files of a site's folder by name, and its index as a function of the folder's name."""
     places, common = _places(content), content.common
     files = {name: text.encode("utf-8") for name, text in shared_files().items()}
-    for view in content.views:
-        if view.picture is not None:
-            files[view.picture.name] = view.picture.read_bytes()
+    for name in {view.system.picture for view in content.views} - {""}:
+        files[name] = base64.b64decode(common["pictures"][name])
     for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
         text = filled(template, shared="", href=links, **common, **values)
@@ -117,54 +100,64 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     return files, index
 
 
-def content(
-    study: Study,
-    judged: Judgements | None = None,
-    others: Versions | None = None,
-    jobs: int | Workers = 1,
-) -> Content:
-    """The content of the pages of `study`; the arguments are those of `write_page`, `others` the
-    studies with other engines."""
-    verdicts = judge_study(study) if judged is None else judged
-    known = systems()
+def content(study: Study, others: Versions | None = None) -> Content:
+    """The content of the pages of `study`, which `others` are stored beside, with other engines;
+    raises as `records_of`."""
+    records = records_of(study)
+    every = matrix.every_pair(study, records.verdicts)
+    views = _views(study, records, every)
+    common = {**_common(study, records, views, every), "versions": others}
+    return Content(views, common, _pages(views, common))
+
+
+def _views(study: Study, records: Records, every: matrix.Every) -> list[SystemView]:
+    """A view of each system that ran, in the order of the sources."""
     done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
-    ran = {
-        scene.system
-        for scene in study.scenes
-        # The exact motion of another package, which no run was held to, may be a defect.
-        if scene.name in done or (scene.system in known and not known[scene.system].distribution)
-    }
-    names = [name for name in matrix.in_order(list(known)) if name in ran]
-    views = system_views(study, [known[name] for name in names], verdicts, jobs)
-    on_engines = formed(study, verdicts, OF_ENGINES)
+    ran = {scene.system for scene in study.scenes if scene.name in done}
+    # The exact motion of another package, which no run was held to, may be a defect.
+    systems = {s.name: s for s in records.study.systems if s.name in ran or not s.added}
+    names = matrix.in_order(sorted(systems))
+    return [system_view(study, records, systems[name], every) for name in names]
+
+
+def _common(
+    study: Study, records: Records, views: Sequence[SystemView], every: matrix.Every
+) -> dict[str, Any]:
+    """Values that every page may show, by name."""
+    on_engines = formed(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
-    answers = first_screen.answers(study)
+    answers = first_screen.answers(study, records.study)
     shown = {answer.pasted.settings.method for answer in answers}
     scenes = matrix.ordered(study.scenes)
-    common: dict[str, Any] = {
+    advice = {name: record.recommendations for name, record in records.scenes.items()}
+    settings = pasted(records.study.settings)
+    return {
         "study": study,
         "views": views,
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
-        "counts": first_screen.counts(study, verdicts),
+        "counts": first_screen.counts(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
-        "versions": others,
-        "settings": [choice for choice in pasted(study) if choice.settings.method not in shown],
-        "user_settings": own_table(user_results(study, verdicts)),
-        "matrix": matrix.by_engine(study, verdicts, scenes),
-        "of_engines": matrix.of_engines(study, verdicts, scenes),
-        "recommendations": overview.recommendations(study, verdicts),
+        "settings": [choice for choice in settings if choice.settings.method not in shown],
+        "user_settings": own_table(records.study.user, records.verdicts),
+        "matrix": matrix.by_engine(study, every, scenes),
+        "of_engines": matrix.of_engines(study, every, scenes),
+        "recommendations": overview.recommendations(study, advice),
         "sources": overview.sources(findings),
-        "tightness": tightness.tables(study, verdicts),
+        "tightness": tightness.tables(records.study.tightness),
         "styles": styles(study.methods),
         "provenance": study.provenance,
         "number": notation.number,
         "seconds": notation.seconds,
         "plural": notation.plural,
-        "picture_of": _as_data,
+        "pictures": records.study.pictures,
     }
+
+
+def _pages(views: Sequence[SystemView], common: Mapping[str, Any]) -> list[Page]:
+    """The pages beside the index."""
     pages: list[Page] = [
         *((view.system.name, "system.html.jinja", {"view": view}) for view in views),
         *(
@@ -173,13 +166,13 @@ def content(
             for scene in view.scenes
         ),
     ]
-    if on_engines:
+    if common["on_engines"]:
         pages.append((OF_ENGINES, "engines.html.jinja", {}))
     if common["sources"]:
         pages.append((SOURCES, "sources.html.jinja", {}))
     if common["tightness"]:
         pages.append((TOLERANCES, "tolerances.html.jinja", {}))
-    return Content(views, common, pages)
+    return pages
 
 
 def _places(content: Content) -> dict[str, str]:
@@ -196,11 +189,6 @@ def _places(content: Content) -> dict[str, str]:
         places |= {finding.name: file for finding in view.findings}
         places |= {scene.anchor: page_file(scene.anchor) for scene in view.scenes}
     return places
-
-
-def _as_data(picture: Path) -> str:
-    """A picture as an address that holds it."""
-    return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode('ascii')}"
 
 
 def _folder_name(files: Mapping[str, bytes]) -> str:

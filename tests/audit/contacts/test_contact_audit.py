@@ -14,7 +14,7 @@ from plumbob.engines.adapters.mujoco.own_model import rigid_piece
 from plumbob.engines.audit import contacts
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
 from plumbob.reports.judge.audit import audit_contacts
-from plumbob.reports.view.audit.contacts import contact_rows
+from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
     EXACT,
     FLAT,
@@ -131,7 +131,7 @@ def tends_to_a_turn(found: ContactAudit) -> None:
     assert len(turns) == 4
     assert (left[1:] < 0.7 * left[:-1]).all()
     assert found.turn_known == left[-1] < 0.002 * found.turn
-    (said,) = [text for name, text in contact_rows(found) if name == "turn"]
+    said = dict(rows(answered(found)))["turn"]
     assert f"tend to {math.degrees(turns[-1]):.3g}° (± {math.degrees(left[-1]):.2g}°)" in said
 
 

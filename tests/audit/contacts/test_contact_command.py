@@ -11,11 +11,12 @@ from pathlib import Path
 import mujoco
 import pytest
 
+from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.engines.own_contacts import ContactModel
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.contact_page import render_contacts
-from plumbob.reports.view.audit.contacts import contact_rows, paste_command
+from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
     FLOOR,
     audited_once,
@@ -144,12 +145,20 @@ LEFT_OUT = {  # said: more in the world, more behind it
 }
 
 
+def _contacts(
+    model: mujoco.MjModel, keyframe: int | None = None, body: str | None = None
+) -> ContactModel:
+    models = ENGINE.ability(UserModels)
+    assert models is not None
+    return models.contacts(model, keyframe, body, None)
+
+
 @pytest.mark.parametrize("said", LEFT_OUT)
 def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
     world, more = LEFT_OUT[said]
     text = model_text(BOX + '<site name="s"/>', 0.02, floor=FLOOR + world, more=more)
     model = mujoco.MjModel.from_xml_string(text)
-    contacts = ENGINE.own_contacts(model, 0 if model.nkey else None, "base", None)  # type: ignore[misc]
+    contacts = _contacts(model, 0 if model.nkey else None, "base")
     assert "; ".join(contacts.notes) == said
 
 
@@ -158,14 +167,14 @@ def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
         'name="base"', 'name="base" gravcomp="1"'
     )
     model = mujoco.MjModel.from_xml_string(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
-    contacts = ENGINE.own_contacts(model, None, None, None)  # type: ignore[misc]
+    contacts = _contacts(model)
     assert contacts.notes == ("the medium", "gravity compensation")
 
 
 def test_notes_are_a_line_of_the_answer(found: ContactAudit) -> None:
-    assert "left out" not in dict(contact_rows(found))
+    assert "left out" not in dict(rows(answered(found)))
     noted = replace(found, notes=("the weld of base and load", "tendon rope"))
-    assert dict(contact_rows(noted))["left out"] == "the weld of base and load; tendon rope"
+    assert dict(rows(answered(noted)))["left out"] == "the weld of base and load; tendon rope"
 
 
 def test_options_of_the_contact_audit_need_it(
@@ -200,20 +209,21 @@ def test_command_prints_and_writes(
 
 
 def test_page_says_what_the_text_says(found: ContactAudit) -> None:
-    page = render_contacts(found, "plumbob audit box.xml --contacts")
-    shown = unescape(page)
-    for name, text in contact_rows(found):
+    answer = answered(found)
+    text = page(answer, found, "plumbob audit box.xml --contacts")
+    shown = unescape(text)
+    for name, line in rows(answer):
         assert name in shown
-        assert text in shown
+        assert line in shown
     assert found.snippet in shown
-    assert len(re.findall(r'<script type="application/json">', page)) == 2
-    assert not re.search(r'(src|href)="(https?:)?//', page.partition("<footer")[0])
+    assert len(re.findall(r'<script type="application/json">', text)) == 2
+    assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
 
 
 def test_settings_are_those_that_the_command_prints(
     found: ContactAudit, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = paste_command(found).split()
+    words = dict(rows(answered(found)))["paste"].split()
     assert words[0] == "plumbob"
     assert main(words[1:]) == 0
     printed = [line.strip() for line in capsys.readouterr().out.splitlines()]

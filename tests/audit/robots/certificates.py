@@ -21,7 +21,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED, largest
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.reports.view.audit.text import duration, length
+from plumbob.reports.view.notation import duration, metres
 from plumbob.tests.audit.robots.robot_files import file_audit, folder
 
 BUDGET = 60.0  # [s] of processor time for an audit
@@ -101,8 +101,8 @@ def row(found: Audit, limit: float) -> list[str]:
     return [
         *cells,
         f"{found.until:.3g} s",
-        f"{length(found.error)} ± {length(known)}",
-        f"{length(best.error)} ± {length(float(best.scatter[-1]))}",
+        f"{metres(found.error)} ± {metres(known)}",
+        f"{metres(best.error)} ± {metres(float(best.scatter[-1]))}",
         f"{best.integrator} /{best.finer}",
         f"{best.apart[-1] / known:.2g}" if known else "–",
         verdict(found, confirmed) + (f"; then: {why}" if why else ""),

@@ -22,7 +22,7 @@ from plumbob.engines.audit.trims import Trim, Trims, tried
 from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import as_data, trimmed_file
-from plumbob.reports.view.audit.text import rows
+from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.robots.robot_files import folder
 from plumbob.tests.audit.scenes_as_models import ready
 
@@ -150,7 +150,7 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     changes = (SENSORS if same else SPRINGS,)
     found = trimmed_file(audited(source, changes), source, target, None)
     assert np.array_equal(moved(source, 150), moved(target, 150)) == same
-    said = dict(rows(found))["trimmed file"]
+    said = dict(rows(answered(found)))["trimmed file"]
     assert said.startswith("less.xml, read back, moves ")
     assert ("to the last bit" in said) == same
     assert found.written is not None

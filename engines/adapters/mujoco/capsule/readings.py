@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Named
@@ -178,6 +179,15 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
     spec.add_sensor(type=SENSOR.mjSENS_SUBTREECOM, objtype=BODY, objname="body")
 
 
+def _contacts(touching: Array) -> tuple[Array, Array, Array]:
+    """Number of contacts, shape (n,), normal forces [N], shape (n, 3), and friction in all [N],
+    shape (n, 3), from the feet's sensors, shape (n, 3, 10)."""
+    ahead, upwards = touching[..., 7:], touching[..., 4:7]
+    across = np.cross(upwards, ahead)
+    friction = touching[..., 2, None] * ahead + touching[..., 3, None] * across
+    return touching[..., 0].sum(axis=1), touching[..., 1], friction.sum(axis=1)
+
+
 def reading(setup: CapsuleSetup) -> Callable[[Array], tuple[Named, Named]]:
     """Sensor data at the samples, shape (n, 39) -> the normal forces N_i and, along a line,
     friction and the force of the actuator on the slider (what a force sensor between them reads,
@@ -188,15 +198,10 @@ def reading(setup: CapsuleSetup) -> Callable[[Array], tuple[Named, Named]]:
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def read(data: Array) -> tuple[Named, Named]:
-        touching = data[:, :30].reshape(-1, 3, 10)
-        counts, normal = touching[..., 0].sum(axis=1), touching[..., 1]
-        ahead, upwards = touching[..., 7:], touching[..., 4:7]
-        across = np.cross(upwards, ahead)
-        friction = touching[..., 2, None] * ahead + touching[..., 3, None] * across
-        force = friction.sum(axis=1)
+        counts, normal, force = _contacts(data[:, :30].reshape(-1, 3, 10))
         moved, pushing, centre = data[:, 30:33], data[:, 33:36], data[:, 36:39]
         pushed = capsule.body_mass * moved + capsule.slider_mass * pushing
-        loads = {f"normal_force_{i + 1}": normal[:, i] for i in range(3)}
+        loads = by_support(normal)
         if setup.in_plane:
             return loads, {
                 "contacts": counts,

@@ -98,12 +98,7 @@ class ContinuousField:
         speed = y[nq : nq + nv]
         out[self.places] = speed[self.rates]
         for q, v in self.quaternions:
-            a, b, c, d = y[q : q + 4]
-            x, yy, z = speed[v : v + 3]
-            out[q] = -0.5 * (b * x + c * yy + d * z)
-            out[q + 1] = 0.5 * (a * x + c * z - d * yy)
-            out[q + 2] = 0.5 * (a * yy + d * x - b * z)
-            out[q + 3] = 0.5 * (a * z + b * yy - c * x)
+            out[q : q + 4] = _quaternion_rate(y[q : q + 4], speed[v : v + 3])
         out[nq : nq + nv] = acceleration
         if model.na:
             out[nq + nv :] = data.act_dot
@@ -224,3 +219,13 @@ def _slewing(model: Any) -> tuple[Array, Array]:
     rates = {int(at): prm[places[kind]] for kind, at, prm in kinds if kind in places}
     limited = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
     return np.array(list(limited), int), np.array(list(limited.values()))
+
+
+def _quaternion_rate(attitude: Array, rate: Array) -> tuple[float, float, float, float]:
+    (a, b, c, d), (x, y, z) = attitude, rate
+    return (
+        -0.5 * (b * x + c * y + d * z),
+        0.5 * (a * x + c * z - d * y),
+        0.5 * (a * y + d * x - b * z),
+        0.5 * (a * z + b * y - c * x),
+    )

@@ -20,20 +20,8 @@ STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not n
 def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change]:
     """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
     are all that touched; `idle` has the disable flags of the stages that have nothing to do."""
-    touched = {geom for pair in met for geom in pair}
     collides = (model.geom_contype | model.geom_conaffinity) != 0
-    never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
-    if never:
-        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        which = "1 geom that never touches"
-        which = which if len(never) == 1 else f"{len(never)} geoms that never touch"
-        yield Change(f"collisions of {which}", off)
-    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
-    apart = tuple(i for i, (first, other) in enumerate(pairs.tolist()) if (first, other) not in met)
-    if apart:
-        yield Change(
-            f"{len(apart)} contact pairs that never touch", (("pair_margin", apart, NEVER),)
-        )
+    yield from _never_touching(model, collides, met)
     flags = int(model.opt.disableflags)
     if model.nsensor:
         yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
@@ -70,3 +58,20 @@ def apply(model: Any, left_out: Sequence[Change]) -> None:
                 model.opt.disableflags |= int(value)
             else:
                 setattr(model.opt, field, value)
+
+
+def _never_touching(model: Any, collides: Any, met: set[tuple[int, int]]) -> Iterator[Change]:
+    """Collisions of geoms, and contact pairs, that are not `met`."""
+    touched = {geom for pair in met for geom in pair}
+    never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
+    if never:
+        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
+        which = "1 geom that never touches"
+        which = which if len(never) == 1 else f"{len(never)} geoms that never touch"
+        yield Change(f"collisions of {which}", off)
+    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
+    apart = tuple(i for i, (first, other) in enumerate(pairs.tolist()) if (first, other) not in met)
+    if apart:
+        yield Change(
+            f"{len(apart)} contact pairs that never touch", (("pair_margin", apart, NEVER),)
+        )

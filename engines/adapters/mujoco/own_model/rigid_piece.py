@@ -56,48 +56,62 @@ def rigid_piece(
     inside = [b for b in range(model.nbody) if model.body_rootid[b] == root]
     plane, geoms = _plane(model, data, root)
     turn = np.array(data.geom_xmat[plane]).reshape(3, 3)
-    gravity = turn.T @ model.opt.gravity
-    if not gravity[2] < 0.0 or np.hypot(*gravity[:2]) > -LEVEL * gravity[2]:
-        what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
-        raise NotCertifiable(f"the model has {what} ({_geom(model, plane)})")
+    gravity = _normal_gravity(model, plane, turn)
     centre = data.subtree_com[root]
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     _contact(spec.geoms[0], model, plane)
-    piece = spec.worldbody.add_body(name=BODY)
-    piece.add_freejoint()
     inertia = turn.T @ _inertia(model, data, inside, centre) @ turn
-    piece.mass, piece.explicitinertial = float(model.body_subtreemass[root]), True
-    piece.inertia, axes = np.linalg.eigh(inertia)
-    axes[:, 2] *= np.linalg.det(axes)  # right-handed
-    piece.iquat = _quaternion(axes)
+    piece = _free_piece(spec, float(model.body_subtreemass[root]), inertia)
     for k, geom in enumerate(geoms):
         _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
     _pairs(spec, model, plane, geoms)
     for sliding in (*spec.geoms, *spec.pairs) if friction is not None else ():
         sliding.friction[: 1 if sliding in spec.geoms else 2] = friction
+    compiled = _compiled(spec, model, gravity)
+    _on_the_plane(compiled)
+    return RigidPiece(
+        compiled,
+        spec,
+        tuple(_geom(model, geom) for geom in geoms),
+        model.body(root).name or f"body {root}",
+        _geom(model, plane),
+        sum(int(model.body_jntnum[b]) for b in inside) - 1,
+        float(inertia[2, 2]),
+        tuple(dict.fromkeys(_left_out(model, data, inside, plane))),
+    )
+
+
+def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
+    """Gravity along the normal of the plane, which it is along [m/s^2]; raises NotCertifiable."""
+    gravity = turn.T @ model.opt.gravity
+    if not gravity[2] < 0.0 or np.hypot(*gravity[:2]) > -LEVEL * gravity[2]:
+        what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
+        raise NotCertifiable(f"the model has {what} ({_geom(model, plane)})")
+    return float(gravity[2])
+
+
+def _free_piece(spec: Any, mass: float, inertia: Array) -> Any:
+    piece = spec.worldbody.add_body(name=BODY)
+    piece.add_freejoint()
+    piece.mass, piece.explicitinertial = mass, True
+    piece.inertia, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.linalg.det(axes)  # right-handed
+    piece.iquat = _quaternion(axes)
+    return piece
+
+
+def _compiled(spec: Any, model: Any, gravity: float) -> Any:
+    """The piece with the options of `model` but for drag; raises NotCertifiable."""
     try:
         compiled = spec.compile()
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise NotCertifiable(f"its geoms cannot be copied ({reason})") from None
     copy_options(compiled, model)
-    compiled.opt.gravity[:] = 0.0, 0.0, gravity[2]
+    compiled.opt.gravity[:] = 0.0, 0.0, gravity
     compiled.opt.density = compiled.opt.viscosity = 0.0
-    notes = tuple(dict.fromkeys(_left_out(model, data, inside, plane)))
-    _on_the_plane(compiled)
-    joints = sum(int(model.body_jntnum[b]) for b in inside) - 1
-    names = tuple(_geom(model, geom) for geom in geoms)
-    return RigidPiece(
-        compiled,
-        spec,
-        names,
-        model.body(root).name or f"body {root}",
-        _geom(model, plane),
-        joints,
-        float(inertia[2, 2]),
-        notes,
-    )
+    return compiled
 
 
 def _left_out(model: Any, data: Any, inside: list[int], plane: int) -> Iterator[str]:

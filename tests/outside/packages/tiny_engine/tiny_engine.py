@@ -2,7 +2,7 @@
 
 import math
 
-from plumbob.analytic.errors.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Engine, Method
 

@@ -1,0 +1,41 @@
+"""By how much an error may differ from what theory says of it, at each sample: what follows in a
+series, rounding, and what a second run shows of a solver that controls its local error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+
+# Of the difference to a second run with a much smaller tolerance: its error is at most half.
+SURE = 2.0
+
+
+def by_series(terms: Sequence[Array], predicted: Array, jointed_moment: float) -> Array:
+    """The remainder of a series in the step after its `terms`, shape (n,) each and of rising power,
+    whose sum is `predicted`: less than its last two (near-symmetric schemes can have tiny alternate
+    terms), at their largest so far. What is nonlinear in the error is in its coefficients, but not
+    the moment of inertia of a jointed body, which adds about as large a part of the error."""
+    last = sum((np.abs(term) for term in terms[-2:]), np.zeros(len(predicted)))
+    return np.maximum.accumulate(last + 2.0 * jointed_moment * np.abs(predicted))
+
+
+def by_rounding(doubt: Array, steps: int) -> Array:
+    """The effect of rounding on an error whose exact answer double precision allows `doubt`: at a
+    moment at which the inputs matter little, what steps have rounded before is still there."""
+    return np.asarray(np.maximum.accumulate(doubt) * roundings(steps))
+
+
+def roundings(steps: int) -> float:
+    """The effect of rounding in so many steps, in that of one unit in the last place of the inputs:
+    theirs, and half a unit of every step, which adds up as a random walk, four standard deviations
+    of it."""
+    return 1.0 + 2.0 * float(np.sqrt(steps))
+
+
+def by_second_run(error: Array, other: Array) -> Array:
+    """A bound on a solver's error by that of a second run, which is at most half of it: twice the
+    difference, at its largest so far."""
+    return np.maximum.accumulate(SURE * np.abs(error - other))

@@ -1,0 +1,112 @@
+"""One step of a method as data: the record that adapters hand to error theory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final, Literal
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.tableau import CLASSICAL, Tableau
+
+EULER: Final = "semi-implicit-euler"  # the velocity first, then the position with the new velocity
+LEAPFROG: Final = "leapfrog"
+RK4: Final = "rk4"  # the classical method
+RK4_ADDED_RATES: Final = "rk4, angular velocities of its stages added as vectors"
+LINEARLY_IMPLICIT: Final = "linearly implicit euler"  # (1 - h J) k = f, then as EULER
+ADAPTIVE: Final = "adaptive"  # controls its local error to a relative tolerance
+CLOSED_FORM: Final = "closed-form"  # takes no steps
+EXPLICIT = (
+    (RK4, CLASSICAL),  # Kutta 1901
+)
+TABLEAUX: Mapping[str, Tableau] = MappingProxyType(dict(EXPLICIT))
+"""Explicit Runge-Kutta methods by their names: all that theory needs of one."""
+STEPPED = (EULER, LEAPFROG, *TABLEAUX)  # what smooth motions have a theory of
+ORDERS = MappingProxyType(
+    {EULER: 1, LINEARLY_IMPLICIT: 1, LEAPFROG: 2, RK4_ADDED_RATES: 2}
+    | {name: tableau.order for name, tableau in TABLEAUX.items()}
+)
+KNOWN = (*ORDERS, ADAPTIVE, CLOSED_FORM)
+Control = Literal["continuous", "start", "midpoint", "mean"]
+_CONTROLS = MappingProxyType(
+    {
+        "continuous": "",
+        "start": "control held from the start of a step",
+        "midpoint": "control held at its value in the middle of a step",
+        "mean": "control held at its mean over a step",
+    }
+)
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """An integrator and its variant. `integrator` is one of KNOWN, or any other name, for which
+    there is no theory. Raises ParameterError for a variant that its integrator cannot have.
+    """
+
+    integrator: str
+    control: Control = "continuous"
+    """How a time-dependent forcing is read: at the stages' own times, or held over the step."""
+    implicit_damping: bool = False  # damping acts on the velocity after the step (EULER)
+    implicit_spring: bool = False  # and a spring on the position after it (EULER)
+    position_first: bool = False  # the position moves before the velocity does (EULER)
+    joint_closing_rate: float | None = None
+    """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
+    closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
+    jointed_moment: float = 0.0
+    """Moment of inertia about its centre of a body held by such a joint, over that about the joint;
+    below a quarter."""
+
+    def __post_init__(self) -> None:
+        euler, rate = self.integrator == EULER, self.joint_closing_rate
+        part = self.jointed_moment
+        wrong = (
+            ("control", self.control, self.control not in _CONTROLS),
+            ("implicit_damping", True, self.implicit_damping and not euler),
+            ("implicit_spring", True, self.implicit_spring and not self.implicit_damping),
+            ("position_first", True, self.position_first and not euler),
+            ("position_first", True, self.position_first and self.implicit_damping),
+            ("joint_closing_rate", rate, rate is not None and not self.position_first),
+            ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
+            ("jointed_moment", part, not 0.0 <= part < (0.0 if rate is None else 0.25) + 1e-300),
+        )
+        for name, value, broken in wrong:
+            if broken and self.integrator in KNOWN:
+                raise ParameterError(
+                    f"scheme, {name}", value, f"something that {self.integrator} can have"
+                )
+
+    def __str__(self) -> str:
+        words = [self.integrator, _CONTROLS[self.control]]
+        words.append("implicit damping" if self.implicit_damping else "")
+        words.append("implicit spring" if self.implicit_spring else "")
+        words.append("position first" if self.position_first else "")
+        if (rate := self.joint_closing_rate) is not None:
+            how = "in one step" if math.isinf(rate) else f"at {rate:.3g}/s"
+            words.append(f"joints closing {how}")
+        return ", ".join(word for word in words if word)
+
+    @property
+    def known(self) -> bool:
+        """Whether any theory here covers the integrator."""
+        return self.integrator in KNOWN
+
+    @property
+    def order(self) -> int | None:
+        """Order of the global error on a smooth motion; None where there is none, or not known."""
+        return ORDERS.get(self.integrator)
+
+    @property
+    def position_lead(self) -> float | None:
+        """Steps by which a position is ahead of a velocity that is exact at grid times: half of
+        one for EULER, half of one behind where the position moves first, none for RK4; None for
+        schemes of which that is not known."""
+        if self.joint_closing_rate is not None:
+            return None
+        if self.integrator == RK4:
+            return 0.0
+        if self.integrator != EULER:
+            return None
+        return -0.5 if self.position_first else 0.5

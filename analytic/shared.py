@@ -1,0 +1,89 @@
+"""Cache of exact answers and predicted errors, shared by all methods with the same samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.theory import SteppedErrors
+
+KEPT = 64  # sets of samples: some ten step sizes, of a few problems
+Powers = Mapping[int, Mapping[str, Array]]  # {p: {observable: C_p step^p at the samples}}
+
+
+@dataclass(frozen=True, eq=False)
+class Same:
+    """An object compared by identity, as a key of the results computed from it."""
+
+    value: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and self.value is other.value
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+
+@lru_cache(maxsize=KEPT)
+def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+    """The observables of a Reference and their uncertainty at `times` [s]: the same for all methods
+    with these samples."""
+    at = np.frombuffer(times)
+    return exact.value.observe(at), exact.value.uncertainty(at)
+
+
+@runtime_checkable
+class Simplifying(Protocol):
+    """An ErrorTheory of a motion on which schemes that differ may have the same errors."""
+
+    def simplest(self, scheme: Scheme) -> Scheme:
+        """A scheme with the same errors, the same for all schemes that have them."""
+        ...
+
+
+def _simplest(theory: Same, scheme: Scheme) -> Scheme:
+    return theory.value.simplest(scheme) if isinstance(theory.value, Simplifying) else scheme
+
+
+def expected(
+    exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
+) -> tuple[Powers, Mapping[str, Array], float]:
+    """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
+    every power has the observable, and its nonlinearity: the same for all methods of a scheme, and
+    of those that have the same errors."""
+    return _expected(exact, theory, _simplest(theory, scheme), step, times)
+
+
+@lru_cache(maxsize=KEPT)
+def _expected(
+    exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
+) -> tuple[Powers, Mapping[str, Array], float]:
+    at = np.frombuffer(times)
+    series = theory.value.series(scheme, at)
+    powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
+    names = dict.fromkeys(name for terms in powers.values() for name in terms)
+    total = {
+        name: sum((terms[name] for terms in powers.values()), np.zeros(len(at)))
+        for name in names
+        if all(name in terms for terms in powers.values())
+    }
+    for values in total.values():
+        values[at == 0.0] = 0.0  # no step has been taken, and no joint has pulled
+    return powers, total, exact.value.nonlinearity(at, total) if total else 0.0
+
+
+def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
+    """The errors of an ErrorTheory for one step size, shared by methods as in `expected`."""
+    return _as_stepped(theory, _simplest(theory, scheme), step, times)
+
+
+@lru_cache(maxsize=KEPT)
+def _as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
+    errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
+    return errors

@@ -1,0 +1,86 @@
+"""Predicted discretisation errors of one motion, and where there is no prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
+
+Coefficients = Mapping[int, Mapping[str, Array]]
+"""{p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus exact."""
+
+TRUST = 0.1  # chosen: how much of a series its last two terms may be
+# Calibrated: how nonlinear the motion's response may be, for those terms to hold what follows. At
+# 0.09 (RK4 next to a separatrix) they hold two thirds of it; up to 0.03, more than all.
+LINEAR = 0.03
+
+
+def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> bool:
+    """Whether a series reaches the step: of its `terms`, {p: largest |C_p| step^p}, the last two,
+    since near-symmetric schemes can have tiny alternate ones, are at most a tenth of the `largest`
+    value of their sum, and the motion's response to it is linear but for LINEAR."""
+    last = sum(terms[p] for p in sorted(terms)[-2:])
+    return nonlinearity <= LINEAR and last <= TRUST * largest
+
+
+@dataclass(frozen=True)
+class SteppedErrors:
+    """Error of each observable for one step size, simulated minus exact, shape (n,)."""
+
+    errors: Mapping[str, Array]
+    uncertainty: Mapping[str, Array] | None = None
+    """Response of the stepped motion to a unit in the last place of every input and of every step,
+    shape (n,); None where that of the exact motion applies."""
+
+
+class ErrorTheory(Protocol):
+    """The error of a fixed step on one exact motion, as a power series in the step or for one step
+    size."""
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """Coefficients of the global error of `scheme` at grid `times` [s], shape (n,); empty where
+        there is no such series, or none is known."""
+        ...
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """Error of `scheme` with `step` [s] at grid `times` [s], shape (n,), for each observable
+        that theory reaches: where friction stops a body inside a step, the error is a sawtooth
+        without a series, and where the step is too large for a series, the scheme is stepped. Empty
+        for schemes and steps that it does not cover."""
+        ...
+
+
+@dataclass(frozen=True)
+class StepErrors:
+    """An `ErrorTheory` that gives the error for one step size."""
+
+    error: Callable[[Scheme, float, Array], Mapping[str, Array]]
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """Empty."""
+        return {}
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """See `ErrorTheory`."""
+        return SteppedErrors(self.error(scheme, step, times))
+
+
+@dataclass(frozen=True)
+class NoTheory:
+    """An `ErrorTheory` without a prediction for any scheme."""
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """Empty."""
+        return {}
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """Empty."""
+        return SteppedErrors({})
+
+
+def no_theory(problem: Any) -> ErrorTheory:
+    """The theory of a system that has none."""
+    return NoTheory()

@@ -1,0 +1,180 @@
+"""Records of a study for its pages: verdicts, exact motions, sensitivities and advice."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+
+import numpy as np
+
+from plumbob.engines.abilities import Settings, SettingsToPaste
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engine_of
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of, system_called, system_of
+from plumbob.models.scene import Case, Scene, System
+from plumbob.reports.advice.recommend import cheapest
+from plumbob.reports.advice.user_settings import user_results
+from plumbob.reports.advice.work_precision import points
+from plumbob.reports.analyses.replay import replay
+from plumbob.reports.judge.expectations import expected, standing
+from plumbob.reports.judge.sensitivity import Sensitivities
+from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.judge.tightness import slacks, tightness
+from plumbob.reports.judge.tolerance import exceeded
+from plumbob.reports.judge.verdict import Judged, Judgement
+from plumbob.reports.view.overview import ERRORS
+from plumbob.reports.view.records import (
+    Budget,
+    ExactRecord,
+    Motion,
+    PairVerdict,
+    RunVerdict,
+    SceneRecord,
+    Sensitivity,
+    StudyRecord,
+    SystemRecord,
+    Verdicts,
+)
+from plumbob.reports.view.settings import SHOWN
+
+PERIODS = 15  # of a motion that a plot can show
+SAMPLES = 240  # of it
+FRICTION = 0.3  # coefficient in settings, as `plumbob settings` has it by default
+
+
+def study_record(study: Study, judged: Judgements) -> StudyRecord:
+    """The record of a study, apart from its scenes."""
+    names = dict.fromkeys(scene.system for scene in study.scenes)
+    systems = [system for name in names if (system := system_called(name)) is not None]
+    return StudyRecord(
+        tuple(_system(system) for system in systems),
+        {name: png for system in systems for name, png in _picture(system).items()},
+        _settings({method.engine for method in study.methods}),
+        tightness(slacks(study, judged)),
+        user_results(study, judged),
+    )
+
+
+def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
+    """The record of a scene of a study."""
+    series = [c for c in study.convergence if c.scene == scene.name]
+    held = any(m.status == "done" for c in series for m in c.measurements)
+    return SceneRecord(
+        {c.method: verdict_on(study, c, judged) for c in series},
+        tuple(cheapest(study, scene.name, e, judged) for e, _ in ERRORS) if study.costs else (),
+        points(study, scene.name),
+        _exact(study, judged, scene) if held or not system_of(scene).distribution else None,
+    )
+
+
+def _exact(study: Study, judged: Judgements, scene: Scene) -> ExactRecord:
+    case = case_of(scene)
+    facts = case.system.facts(case.problem)
+    return ExactRecord(
+        _motion(case, facts.get("period") or np.inf),
+        {n: v for n, v in facts.items() if isinstance(v, (int, float, str)) and v != ""},
+        replay(study, scene),
+        _sensitivity(study, scene, judged),
+    )
+
+
+def verdicts_of(study: Study, judged: Judgements) -> Verdicts:
+    """The verdicts on everything that a study measured, as pages take them."""
+    return {(c.scene, c.method): verdict_on(study, c, judged) for c in study.convergence}
+
+
+def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> PairVerdict:
+    """The verdict on a method on a scene, as pages take it."""
+    both = judged[series.scene, series.method]
+    scene = next(scene for scene in study.scenes if scene.name == series.scene)
+    method = next(method for method in study.methods if method.name == series.method)
+    wanted = expected(scene.name, method.name)
+    step, budgets = _budgets(study, series, both)
+    return PairVerdict(
+        both.whole.verdict,
+        both.whole.reason,
+        standing(scene, method, both.whole),
+        wanted.verdict,
+        wanted.reason,
+        wanted.verdict != "predicted" and wanted.allows(both.whole),
+        min(both.whole.errors.values(), default=None),
+        tuple(_run(run, study.leading(scene.name).name) for run in both.runs),
+        both.whole.unjudged,
+        step,
+        budgets,
+    )
+
+
+def _run(run: Judgement, leading: str) -> RunVerdict:
+    held = run.tolerances.get(leading)
+    return RunVerdict(run.verdict, run.reason, held.bound if held else None)
+
+
+def _budgets(
+    study: Study, series: ConvergenceStudy, judged: Judged
+) -> tuple[float, tuple[Budget, ...]]:
+    """The step, and the tolerances that are shown, of the first run that fails, of all observables,
+    or else of the finest that is judged, of the leading one."""
+    runs = zip(series.measurements, judged.runs, strict=True)
+    held = [(m, run) for m, run in runs if run.tolerances]
+    if not held:
+        return 0.0, ()
+    m, run = next((pair for pair in held if pair[1].verdict == "off-prediction"), held[-1])
+    units = {o.name: o.unit for o in study.observables(series.scene)}
+    shown = [next(iter(units))] if run.verdict != "off-prediction" else list(units)
+    return m.step, tuple(_budget(m, run, name, units) for name in run.tolerances if name in shown)
+
+
+def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, str]) -> Budget:
+    error, held = run.errors[name], judged.tolerances[name]
+    why = exceeded(run, name, held, units) or ""
+    return Budget(name, error.largest, held, error.predicted is not None, why)
+
+
+def _sensitivity(study: Study, scene: Scene, judged: Judgements) -> Sensitivity | None:
+    """None where no verdict is `predicted`, or nothing can be changed."""
+    series = [c for c in study.convergence if c.scene == scene.name]
+    passed = [c for c in series if judged[c.scene, c.method].whole.verdict == "predicted"]
+    sensitivities = Sensitivities(scene)
+    if not passed or not sensitivities.slopes:
+        return None
+    noticed = {c.method: sensitivities.noticed(c, judged[c.scene, c.method]) for c in passed}
+    return Sensitivity(
+        {parameter.label: parameter.value for parameter in sensitivities.slopes},
+        {name: {p.label: least for p, least in of.items()} for name, of in noticed.items()},
+    )
+
+
+def _motion(case: Case, period: float) -> Motion:
+    duration, most = case.scene.duration, PERIODS * period
+    times = np.linspace(0.0, min(duration, most), SAMPLES)
+    observed = case.reference.observe(times)
+    channels = [observed[o.name].tolist() for o in case.system.observables[:2]]
+    return Motion(tuple(times.tolist()), tuple(map(tuple, channels)), PERIODS * (most < duration))
+
+
+def _system(system: System) -> SystemRecord:
+    picture = next(iter(_picture(system)), "")
+    added = bool(system.distribution)
+    return SystemRecord(system.name, system.title, system.default, picture, added)
+
+
+def _picture(system: System) -> Mapping[str, str]:
+    """The picture of a system's model by the file's name, where there is one."""
+    file = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
+    return {file.name: base64.b64encode(file.read_bytes()).decode()} if file.is_file() else {}
+
+
+def _settings(engines: set[str]) -> Mapping[str, Settings]:
+    """The settings to copy of methods of these engines."""
+    methods = [find_method(name) for name, _ in SHOWN]
+    return {m.name: written for m in methods if m.engine in engines and (written := _written(m))}
+
+
+def _written(method: Method) -> Settings | None:
+    settings = engine_of(method).ability(SettingsToPaste)
+    return None if settings is None else settings.write(method, REFERENCE_STEP, None, FRICTION)

@@ -1,0 +1,143 @@
+"""Replays: each scene moves on the page, the exact answer with two runs over it, from the store."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
+from plumbob.reports.analyses.replay import observables
+from plumbob.reports.analyses.replay.body import body
+from plumbob.reports.analyses.replay.capsule import capsule
+from plumbob.reports.analyses.replay.cone import cone
+from plumbob.reports.analyses.replay.pendulums import companion, pendulum
+from plumbob.reports.analyses.replay.picture import Picture
+from plumbob.reports.analyses.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
+from plumbob.reports.analyses.replay.samples import Channels, Samples, coded, floats, sampled
+from plumbob.reports.analyses.replay.strip import strip
+from plumbob.reports.view import notation
+from plumbob.reports.view.records import Choice, Layer, Replay
+
+PICTURES = MappingProxyType(
+    {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
+)  # by the family of the system
+WORDS: Mapping[Role, str] = MappingProxyType({
+    "default": "default settings", "user": "your settings", "recommended": "recommended settings",
+    "other": "",
+})  # fmt: skip
+SMALLER = " but for the step"  # that of the recommended settings beside them
+SPEEDS = tuple(
+    float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
+)  # of replayed time to real time
+LASTING = 8.0  # [s] of a replay at the speed that is chosen first
+VISIBLE = 0.1  # of the picture: how large the smallest errors are drawn at the largest factor
+MOST = 12  # powers of ten of the largest factor
+
+
+def replay(study: Study, scene: Scene) -> Replay:
+    """The replay of a scene: a function of the stored study, which runs no engine."""
+    case = case_of(scene)
+    seconds = shown_seconds(scene)
+    picture = _picture(case, seconds)
+    exact = sampled(picture.motion, seconds, picture.angles, picture.smooth)
+    layers = [Layer("exact", "exact answer", "")]
+    coded_layers = [_exact("exact", exact, picture)]
+    runs: list[tuple[str, Samples]] = []
+    lacking: list[str] = []
+    missing = {  # engines that are not installed: the page says that once
+        c.method
+        for c in study.convergence
+        if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
+    }
+    for shown in shown_runs(StudyPlan(study.profile, study.scenes, study.methods), scene):
+        run = study.recording(shown.run) if shown.run in study.extras else None
+        name = f"{shown.run.method}, {_step(shown.run.step, shown.control)}"
+        if run is None:
+            lacking += [name] if shown.run.method not in missing else []
+            continue
+        samples = Samples(run.times, picture.deviations(run))
+        slot = "second" if shown.role == "recommended" or runs else "first"
+        runs.append((slot, samples))
+        words = WORDS[shown.role]
+        if shown.role == "default" and shown.run.step != DEFAULT_STEP:
+            words += SMALLER
+        layers.append(Layer(slot, name, words, *errors_said(picture, samples.channels)))
+        coded_layers.append(_deviating(slot, samples))
+    compared = None
+    if (beside := companion(scene)) is not None:
+        other = _picture(beside, seconds)
+        compared = sampled(other.motion, seconds, other.angles, other.smooth)
+        layers.append(Layer("companion", "linear pendulum", "exact, the same start"))
+        coded_layers.append(_exact("companion", compared, other))
+    data = {
+        "kind": picture.kind, "seconds": seconds, "box": picture.box, "size": picture.size,
+        "geometry": dict(picture.geometry), "charts": [asdict(chart) for chart in picture.charts],
+        "smooth": sorted(picture.smooth), "layers": coded_layers,
+    }  # fmt: skip
+    return Replay(
+        scene.name, scene.name.replace("/", "-"), picture.text, seconds, scene.duration,
+        tuple(layers), tuple(lacking),
+        _speeds(seconds), _factors(picture, [samples for _, samples in runs]),
+        strip(picture, seconds, exact, runs, compared), _json(data),
+    )  # fmt: skip
+
+
+def errors_said(picture: Picture, deviations: Channels) -> tuple[str, str]:
+    """The largest error of a run over the replay, and the one at its end, with units."""
+    last = {name: values[-1:] for name, values in deviations.items()}
+    return picture.largest(deviations), picture.largest(last)
+
+
+def _picture(case: Case, seconds: float) -> Picture:
+    draw = PICTURES.get(case.system.family, observables.chart)
+    return draw(case, seconds)
+
+
+def _exact(role: str, samples: Samples, picture: Picture) -> dict[str, Any]:
+    channels = {n: coded(v, n in picture.angles) for n, v in samples.channels.items()}
+    return {"role": role, "count": len(samples.times), "channels": channels}
+
+
+def _deviating(role: str, samples: Samples) -> dict[str, Any]:
+    channels = {name: floats(values) for name, values in samples.channels.items()}
+    times = floats(samples.times)
+    return {"role": role, "count": len(samples.times), "times": times, "channels": channels}
+
+
+def _step(step: float, control: str) -> str:
+    return notation.seconds(step) if control == "step" else notation.step(step, control)
+
+
+def _speeds(seconds: float) -> tuple[Choice, ...]:
+    """Speeds from a fifth of that at which a replay lasts some seconds to ten times that."""
+    best = min(SPEEDS, key=lambda speed: abs(math.log(speed * LASTING / seconds)))
+    around = [speed for speed in SPEEDS if 0.15 * best < speed < 12.0 * best]
+    return tuple(Choice(speed, _speed(speed), speed == best) for speed in around)
+
+
+def _speed(speed: float) -> str:
+    if speed == 1.0:
+        return "real time"
+    return f"{speed:g} × real time" if speed > 1.0 else f"1/{1.0 / speed:,.0f} of real time"
+
+
+def _factors(picture: Picture, runs: Sequence[Samples]) -> tuple[int, ...]:
+    """Powers of ten by which errors are drawn, up to where the smallest of them are seen."""
+    sizes = [float(np.max(picture.deviation(samples.channels))) for samples in runs]
+    least = min((size for size in sizes if size > 0.0), default=0.0)
+    wanted = math.log10(VISIBLE * picture.size / least) if least else 0.0
+    return tuple(10**k for k in range(min(max(math.ceil(wanted), 1), MOST) + 1))
+
+
+def _json(data: Mapping[str, Any]) -> str:
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")

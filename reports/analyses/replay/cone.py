@@ -1,0 +1,147 @@
+"""Replays of the cone on its turning platform, in three dimensions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.models.scene import Case
+from plumbob.reports.analyses.replay.pendulums import (
+    ANGLES,
+    ROUND,
+    SMOOTH,
+    apart,
+    circle,
+    differences,
+    largest,
+    phase,
+    swing,
+)
+from plumbob.reports.analyses.replay.picture import Box, Chart, Line, Picture, State, around
+from plumbob.reports.view.notation import number
+
+# Where the camera stands: its direction from the cone, round the vertical and above the horizontal.
+AZIMUTH, ELEVATION = math.radians(25.0), math.radians(20.0)
+HALF_ANGLE = math.radians(15.0)  # of the cone that stands for a general body: the source's own
+CLEAR = 1.15  # of the cone's reach: how far below its pivot the platform is
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Sizes of the cone and of what it hangs on, in the platform's axes [m, rad]."""
+
+    pivot: tuple[float, float, float]
+    height: float
+    half: float  # of the apex angle
+    com: float  # distance of the centre of mass from the pivot
+    radius: float  # of the platform's disc
+    floor: float  # its height
+
+    @property
+    def slant(self) -> float:
+        """Distance of the rim from the pivot [m]."""
+        return self.height / math.cos(self.half)
+
+    @property
+    def arm(self) -> float:
+        """Distance of the pivot from the platform's axis [m]."""
+        return math.hypot(*self.pivot[:2])
+
+
+def cone(case: Case, seconds: float) -> Picture:
+    """The replay of a cone on its turning platform over `seconds` [s]."""
+    problem, rate, shape = case.problem, case.problem.platform_rate, _shape(case)
+    exact = case.reference.observe(np.linspace(0.0, seconds, 2001))
+    turns = f"turns at ω = {number(abs(rate))} rad/s" if rate else "is at rest"
+    text = (
+        "The cone swings about its axle by θ, measured from hanging down, while the platform "
+        f"{turns}; S is its centre of mass. Beside it the phase plane, θ̇ over θ, and θ̇ over time."
+    )
+    if "apex_angle" not in case.scene.parameters:
+        text += " The general body of this scene is drawn as a cone with the same centre of mass."
+
+    def outline(state: State, time: float) -> tuple[Line, ...]:
+        disc = np.column_stack([shape.radius * circle(ROUND), np.full(ROUND, shape.floor)])
+        x, y, _ = shape.pivot
+        post = np.array([[x, y, shape.floor], shape.pivot])
+        return (
+            Line(_seen(disc, rate * time), closed=True),
+            Line(_seen(post, rate * time)),
+            Line(_hull(_seen(_surface(shape, state["theta"]), rate * time)), closed=True),
+        )
+
+    def mark(state: State, time: float) -> tuple[float, float]:
+        place = _along(shape, state["theta"], shape.com)
+        x, y = _seen(place[None, :], rate * time)[0]
+        return float(x), float(y)
+
+    return Picture(
+        "cone", text, _box(shape),
+        {**asdict(shape), "rate": rate, "camera": camera().tolist(), "trail": seconds / 12.0,
+         "com": problem.body.com_distance},
+        (
+            phase(exact),
+            Chart("θ̇ [rad/s]", "t", ("theta_dot",), (0.0, seconds, *around(exact["theta_dot"]))),
+        ),
+        ANGLES, SMOOTH, 1.0, lambda times: swing(case, times), lambda run: differences(case, run),
+        apart, largest, outline, mark,
+    )  # fmt: skip
+
+
+def camera() -> Array:
+    """Directions in the world that the picture shows to the right, upwards and towards the viewer,
+    shape (3, 3): an orthographic projection."""
+    ca, sa = math.cos(AZIMUTH), math.sin(AZIMUTH)
+    ce, se = math.cos(ELEVATION), math.sin(ELEVATION)
+    return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
+
+
+def _shape(case: Case) -> Shape:
+    problem, parameters = case.problem, case.scene.parameters
+    com = problem.body.com_distance
+    half = 0.5 * parameters["apex_angle"] if "apex_angle" in parameters else HALF_ANGLE
+    pivot = (problem.pivot_x, problem.pivot_y, problem.pivot_z)
+    bare = Shape(pivot, com / 0.75, half, com, 0.0, 0.0)
+    radius = max(1.2 * bare.arm, 0.75 * bare.slant)
+    return Shape(pivot, com / 0.75, half, com, radius, pivot[2] - CLEAR * bare.slant)
+
+
+def _box(shape: Shape) -> Box:
+    """The box that holds the picture, whichever way platform and cone are turned."""
+    reach = max(shape.arm + shape.slant, shape.radius)
+    rise, tilt = math.cos(ELEVATION), math.sin(ELEVATION)
+    top = (shape.pivot[2] + shape.slant) * rise + shape.arm * tilt
+    bottom = shape.floor * rise - shape.radius * tilt
+    pad = 0.04 * reach  # and below the platform the ruler
+    return -reach - pad, reach + pad, bottom - 4.0 * pad, top + pad
+
+
+def _along(shape: Shape, theta: float, distance: float) -> Array:
+    """The place on the cone's axis at `distance` [m] from the pivot, in the platform's axes."""
+    direction = np.array([0.0, math.sin(theta), -math.cos(theta)])
+    return np.asarray(shape.pivot) + distance * direction
+
+
+def _surface(shape: Shape, theta: float) -> Array:
+    """Apex and rim of the cone in the platform's axes [m], shape (n, 3)."""
+    across = np.array([[1.0, 0.0, 0.0], [0.0, math.cos(theta), math.sin(theta)]])
+    wide = shape.height * math.tan(shape.half)
+    rim = _along(shape, theta, shape.height) + wide * (circle(ROUND) @ across)
+    return np.vstack([_along(shape, theta, 0.0), rim])
+
+
+def _seen(places: Array, turned: float) -> Array:
+    """Places in the platform's axes, shape (n, 3), as the camera sees them [m], shape (n, 2)."""
+    cos, sin = math.cos(turned), math.sin(turned)
+    world = places @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(world @ camera()[:2].T)
+
+
+def _hull(places: Array) -> Array:
+    """The convex hull of places, shape (n, 2), as its corners in order."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(places[ConvexHull(places).vertices])

@@ -1,0 +1,52 @@
+"""Replays of systems that have no picture of their own: the observables over time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
+from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around
+from plumbob.reports.analyses.replay.samples import Channels
+from plumbob.reports.view.notation import number
+
+MOST = 3  # observables that are drawn
+
+
+def chart(case: Case, seconds: float) -> Picture:
+    """The replay of any system over `seconds` [s]: its first observables as charts."""
+    shown = {observed.name: observed.unit for observed in case.system.observables[:MOST]}
+    first = next(iter(shown))
+    observed = _only(case.reference.observe(np.linspace(0.0, seconds, 801)), shown)
+    span = around(observed[first])
+
+    def place(state: State, time: float) -> tuple[float, float]:
+        return 1.6 * time / seconds, (state[first] - span[0]) / (span[1] - span[0])
+
+    def deviations(run: Trajectory) -> Channels:
+        exact = case.reference.observe(run.times)
+        there = {name: run.observables.get(name, exact[name]) for name in shown}
+        return {name: values - exact[name] for name, values in there.items()}
+
+    def apart(differences: Channels) -> Array:
+        return np.asarray(np.abs(differences[first]))
+
+    def outline(state: State, time: float) -> tuple[Line, ...]:
+        x, y = place(state, time)
+        return (Line(np.array([[x, 0.0], [x, y]])),)
+
+    return Picture(
+        "chart", f"{', '.join(shown)} over time.", (-0.1, 1.7, -0.1, 1.1), {"trail": 0.0},
+        tuple(
+            Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(observed[name])))
+            for name, unit in shown.items()
+        ),
+        frozenset({first}), frozenset({first}), float(np.ptp(observed[first])) or 1.0,
+        lambda times: _only(case.reference.observe(times), shown), deviations, apart,
+        lambda errors: f"{number(float(apart(errors).max()))} {shown[first]}", outline, place,
+    )  # fmt: skip
+
+
+def _only(channels: Channels, names: dict[str, str]) -> Channels:
+    return {name: channels[name] for name in names}

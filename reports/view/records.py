@@ -1,0 +1,229 @@
+"""Records of a study that its pages show beside measurements: verdicts, and numbers of exact
+motions, of theory and of advice, worked out when the study is made and stored with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import Settings
+from plumbob.engines.study.codec import restored
+from plumbob.engines.study.results import Study
+from plumbob.reports.advice.recommend import Recommendation
+from plumbob.reports.advice.user_settings import UserResult
+from plumbob.reports.advice.work_precision import Point
+from plumbob.reports.judge.expectations import Standing
+from plumbob.reports.judge.tightness import Noticed, Tightness
+from plumbob.reports.judge.tolerance import Tolerance
+from plumbob.reports.judge.verdict import Verdict
+
+SCENE, STUDY = "page of a scene", "pages"  # places of analyses
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One body at one moment: what it is, its outline as an SVG path, its marked point."""
+
+    role: str
+    path: str
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A still picture at `time` [s], which `text` says with its unit."""
+
+    time: float
+    text: str
+    shapes: tuple[Shape, ...]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Still pictures of one replay, each `width` times `height`, errors drawn `factor` times."""
+
+    width: float
+    height: float
+    factor: int
+    moments: tuple[Moment, ...]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One body of a replay: how it is drawn, its name, what the legend adds, its largest error over
+    the replay, and the one at its end."""
+
+    slot: str  # how it is drawn: exact, first, second or companion
+    name: str
+    words: str
+    largest: str = ""
+    end: str = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An entry of a list: its value, its text, whether it is chosen first."""
+
+    value: float
+    text: str
+    chosen: bool
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A scene's replay as the page's template takes it."""
+
+    scene: str
+    anchor: str
+    text: str
+    seconds: float
+    whole: float  # duration of the scene [s]
+    layers: tuple[Layer, ...]
+    lacking: tuple[str, ...]  # runs that did not reach their end
+    speeds: tuple[Choice, ...]
+    factors: tuple[int, ...]
+    strip: Strip
+    data: str  # JSON for the script, which no HTML parser takes for a tag
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The tolerance of one observable in one run, with its error; `exceeded` says why it is not
+    within."""
+
+    observable: str
+    error: float
+    tolerance: Tolerance
+    predicted: bool
+    exceeded: str = ""
+
+
+@dataclass(frozen=True)
+class RunVerdict:
+    """The verdict on one run, and the bound on its error of the leading observable."""
+
+    verdict: Verdict
+    reason: str
+    bound: float | None = None
+
+
+@dataclass(frozen=True)
+class PairVerdict:
+    """The verdict on a method on a scene, and on its runs, coarse to fine."""
+
+    verdict: Verdict
+    reason: str
+    standing: Standing
+    expected: Verdict
+    declared: str  # the reason of what is expected
+    as_declared: bool  # a verdict other than `predicted` that is expected
+    smallest: float | None  # relative error of all runs
+    runs: tuple[RunVerdict, ...] = ()
+    unjudged: Mapping[str, str] = field(default_factory=dict)  # {observable: why}
+    budget_step: float = 0.0  # of the run whose tolerance is shown: [s], or relative tolerance
+    budgets: tuple[Budget, ...] = ()
+
+    @property
+    def mark(self) -> str:
+        """The mark beside a verdict: `known`, `unexpected`, or nothing."""
+        return {"unexpected": "unexpected", "known limit": "known"}.get(self.standing, "")
+
+
+Verdicts = Mapping[tuple[str, str], PairVerdict]  # by scene and method
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """The smallest change of each parameter that each verdict would notice."""
+
+    parameters: Mapping[str, float]  # by label
+    noticed: Mapping[str, Mapping[str, Noticed]]  # by method, and label
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Samples of a scene's exact motion: the leading observable, and the second one, if any."""
+
+    times: tuple[float, ...]  # [s]
+    channels: tuple[tuple[float, ...], ...]
+    periods: int = 0  # that are shown; 0: all of the scene
+
+
+@dataclass(frozen=True)
+class ExactRecord:
+    """The exact motion of a scene, and what is computed from it."""
+
+    motion: Motion
+    facts: Mapping[str, Any]  # exactly known: numbers and texts
+    replay: Replay
+    sensitivity: Sensitivity | None  # None where no verdict is `predicted`
+
+
+@dataclass(frozen=True)
+class SceneRecord:
+    """The record of a scene."""
+
+    verdicts: Mapping[str, PairVerdict]  # by method
+    recommendations: tuple[Recommendation, ...]  # one an error; none where nothing was timed
+    points: tuple[Point, ...]
+    exact: ExactRecord | None
+    """None of a system of another package where no run was held to it: it may be a defect."""
+
+
+@dataclass(frozen=True)
+class SystemRecord:
+    """A system as its page names it."""
+
+    name: str
+    title: str
+    default: str  # the case that stands for it
+    picture: str  # a file's name, or ""
+    added: bool  # by another package
+
+
+@dataclass(frozen=True)
+class StudyRecord:
+    """The record of a study, apart from its scenes."""
+
+    systems: tuple[SystemRecord, ...]
+    pictures: Mapping[str, str]  # PNG in base64 by the file's name
+    settings: Mapping[str, Settings]  # to copy, by method
+    tightness: tuple[Tightness, ...]
+    user: tuple[UserResult, ...]
+
+
+@dataclass(frozen=True)
+class Records:
+    """All records of a study."""
+
+    study: StudyRecord
+    scenes: Mapping[str, SceneRecord]
+
+    @cached_property
+    def verdicts(self) -> Verdicts:
+        """Every verdict."""
+        return {
+            (scene, method): verdict
+            for scene, record in self.scenes.items()
+            for method, verdict in record.verdicts.items()
+        }
+
+
+def records_of(study: Study) -> Records:
+    """The records that are stored with a study; raises ParameterError where they are not there, or
+    are those of another version."""
+    try:
+        (about,) = (a.numbers for a in study.analyses if a.place == STUDY)
+        pages = {a.scene: a.numbers for a in study.analyses if a.place == SCENE}
+        scenes = {s.name: restored(pages[s.name], SceneRecord) for s in study.scenes}
+        return Records(restored(about, StudyRecord), scenes)
+    except (KeyError, ValueError):
+        raise ParameterError(
+            "study", study.provenance.date, "stored with the numbers of its pages, as this version "
+            "of `plumbob validate` stores it"
+        ) from None  # fmt: skip
