@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.numerics.elliptic.reduction import solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.reference import Array
@@ -60,30 +57,6 @@ def test_energy_is_conserved(motion: PendulumMotion) -> None:
     assert np.abs(drift).max() <= 1e-12 * scale(motion)
 
 
-@pytest.mark.long
-@given(motions(), st.floats(-3.0, 3.0))
-def test_state_carries_on_from_any_of_its_states(motion: PendulumMotion, share: float) -> None:
-    """The flow is a group: from theta(s), in t, to theta(s + t)."""
-    # Next to a separatrix a rounded state is another motion.
-    assume((np.abs(double(motion.energy - motion.barriers)) > 1e-9 * scale(motion)).all())
-    times = times_of(motion)
-    later = float(times[-1]) * share / 3.0
-    theta, theta_dot = (float(v[0]) for v in motion.state(np.array([later])))
-    onward = replace(motion, theta=theta, theta_dot=theta_dot)
-    # The intermediate state is an input of what follows, exact to some units of the amplitude.
-    errors = {name: float(v[0]) for name, v in motion.uncertainty(np.array([later])).items()}
-    off = (
-        replace(onward, theta=theta + 1e-15 * (1.0 + abs(theta)) + errors["theta"]),
-        replace(onward, theta_dot=theta_dot + 1e-15 * pull(motion) + errors["theta_dot"]),
-    )
-    reached = onward.observe(times)
-    moved = [motion.observe(times) for motion in off]
-    for name, expected in motion.observe(times + later).items():
-        bound = motion.uncertainty(times + later)[name] + onward.uncertainty(times)[name]
-        bound += sum(np.abs(other[name] - reached[name]) for other in moved)
-        assert (np.abs(reached[name] - expected) <= 5 * bound).all()
-
-
 @given(motions())
 def test_time_reversal(motion: PendulumMotion) -> None:
     times = times_of(motion)
@@ -119,48 +92,3 @@ def test_table_is_the_closed_form(motion: PendulumMotion) -> None:
     assert (motion.table.angle(times) == tabulated).all()
     assert np.abs(tabulated - theta).max() <= 1e-13 * (1.0 + np.abs(theta).max())
     assert np.abs(rate - theta_dot).max() <= 1e-13 * (pull(motion) + np.abs(theta_dot).max())
-
-
-@given(motions())
-def test_period_is_the_derivative_of_the_action_by_the_energy(motion: PendulumMotion) -> None:
-    """Omega = dH/dI, Sudakov 2015, eq. 12: T = 2 pi dI/dH, by differences."""
-    assume(math.isfinite(motion.period) and motion.period_condition < 10.0)
-    kinetic = motion.inertia * motion.theta_dot**2 / 2
-    step = 1e-4 * kinetic
-    # The action, exact to 1e-15, must change by enough to have six digits of a difference.
-    assume(motion.period * step > 1e-7 * 2 * math.pi * motion.action)
-    values = []
-    for k in (-2, -1, 1, 2):
-        speed = math.copysign(
-            math.sqrt(2 * (kinetic + k * step) / motion.inertia), motion.theta_dot
-        )
-        values.append(replace(motion, theta_dot=speed))
-    assume(len({(m.regime, m.well) for m in (motion, *values)}) == 1)
-    least, less, more, most = (m.action for m in values)
-    slope = (8 * (more - less) - (most - least)) / (12 * step)
-    assert abs(2 * math.pi * slope / motion.period - 1) <= 1e-6
-
-
-@pytest.mark.long
-@given(st.lists(motions(), min_size=2, max_size=6))
-def test_many_starts_at_once_are_each_of_them(several: list[PendulumMotion]) -> None:
-    def column(values: list[Any]) -> Any:
-        return np.array(values, dtype=float)[:, None]
-
-    v = [m.potential for m in several]
-    together = solve(
-        TrigonometricPotential(
-            column([p.a for p in v]), column([p.b for p in v]), column([p.c for p in v])
-        ),
-        column([m.inertia for m in several]),
-        column([m.theta for m in several]),
-        column([m.theta_dot for m in several]),
-    )
-    times = np.linspace(-1.0, 1.0, 7)
-    theta, theta_dot = together.state(times[None, :])
-    for i, motion in enumerate(several):
-        assert double(together.period)[i, 0] == motion.period
-        assert bool(together.rotation[i, 0]) == bool(motion.closed_form.rotation)
-        close(
-            motion, times, theta[i] - motion.state(times)[0], theta_dot[i] - motion.state(times)[1]
-        )

@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
-from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of, methods
@@ -16,11 +14,11 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.tests.support.cases import held_against, run_of
+from plumbob.tests.support.cases import run_of
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -46,8 +44,7 @@ def measured(
 def judged(name: str, method: str | Method, step: float, **changes: float) -> Judgement:
     """One run, judged."""
     scene, how = run(name, method, step, **changes)
-    system = system_of(scene)
-    return judge(measure(case_of(scene), how, step)[0], system, how)
+    return judge(measured(name, method, step, **changes)[0], system_of(scene), how)
 
 
 # physics.md section 3: RK4, dt 0.05 s, 1000 steps; three digits, as measured with the same method
@@ -77,31 +74,19 @@ def test_the_error_of_the_notebook(case: str, method: str) -> None:
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
 
 
-# Predicted order of each observable on a motion: the error of RK4 is C4 h^4 + C5 h^5, and an energy
-# drift of h^5 dominates for a large undamped swing. The band is the interval of the fit, or the
-# effect of a second term over the steps used.
 ORDERS = [
     ("free-small", "ode/rk4", 4.0, 0.05),
     ("free-large", "ode/rk4", 5.0, 0.4),
-    ("rotating-slow", "ode/rk4", 5.0, 0.1),
     ("rotating-slow", "mujoco/rk4", 5.0, 0.1),
-    ("rotating-fast", "ode/rk4", 5.0, 0.1),
-    ("damped-small", "ode/rk4", 4.0, 0.02),
-    ("free-small", "ode/leapfrog", 2.0, 0.02),
     ("rotating-slow", "ode/leapfrog", 2.0, 0.05),
     ("free-large", "mujoco/euler", 1.0, 0.05),
-    ("damped-small", "mujoco/implicitfast", 1.0, 0.05),
     ("damped-small", "pymunk/default", 1.0, 0.05),
-    ("damped-small", "pymunk/tight", 1.0, 0.05),
-    ("forced-small", "ode/rk4", 4.0, 0.05),
     ("forced-small", "mujoco/rk4", 1.0, 0.05),
-    ("forced-small", "mujoco/rk4+midpoint", 2.0, 0.05),
-    ("forced-large", "mujoco/rk4", 1.0, 0.05),
     ("forced-large", "mujoco/rk4+midpoint", 2.0, 0.02),
 ]
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
 def test_order(case: str, method: str, order: float, band: float) -> None:
     fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
@@ -116,29 +101,6 @@ def test_order(case: str, method: str, order: float, band: float) -> None:
     assert found.order.slope == pytest.approx(found.predicted_order.slope, abs=0.02)
 
 
-QUICK = [s.name for s in scenes(f"{SIMPLE}[!ms]*") if "near-top" not in s.name]
-STEPS = {"euler": 1e-3, "leapfrog": 1e-2, "rk4": 1e-2}
-
-
-@pytest.mark.long(keep=8)
-@pytest.mark.parametrize("name", [*QUICK, SIMPLE + "near-top-1e-4", SIMPLE + "near-top-1e-9"])
-@pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4", "ode/leapfrog", "ode/rk4"])
-def test_errors_are_within_their_budget(name: str, method: str) -> None:
-    step = STEPS[method.rpartition("/")[2]]
-    if "forced" in name and method == "mujoco/rk4":
-        step = 1e-3  # of first order there
-    assert judged(name, method, step, duration=6.0).verdict == "predicted"
-
-
-@pytest.mark.long(keep=4)
-@pytest.mark.parametrize(
-    "method", ["mujoco/euler", "mujoco/discrete", "mujoco/rk4", "ode/leapfrog"]
-)
-@pytest.mark.parametrize("case", ["free-large", "damped-rotating", "forced-large", "overdamped"])
-def test_linear_errors_are_within_their_budget(case: str, method: str) -> None:
-    assert judged(LINEAR + case, method, 1e-3, duration=6.0).verdict == "predicted"
-
-
 def test_the_spring_of_discrete_is_implicit() -> None:
     # Judged as if it were not, it fails: it damps a free swing at the relative rate k h / 2.
     how = find_method("mujoco/discrete")
@@ -146,24 +108,6 @@ def test_the_spring_of_discrete_is_implicit() -> None:
     plain = replace(how, scheme=replace(how.scheme, implicit_spring=False))
     assert judged(LINEAR + "free-large", how, 1e-3, duration=6.0).verdict == "predicted"
     assert judged(LINEAR + "free-large", plain, 1e-3, duration=6.0).verdict == "off-prediction"
-
-
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize("name", ["length", "damping_rate", "gravity", "theta"])
-def test_a_parameter_error_of_a_millionth(name: str) -> None:
-    scene = find_scene(SIMPLE + "damped-large")
-    system, how = system_of(scene), find_method("mujoco/rk4")
-    wrong = find_scene(scene.name, {name: scene.parameters[name] * (1 + 1e-6)})
-    assert judge(run_of(how, scene, 5e-3)[0], system, how).verdict == "predicted"
-    assert judge(run_of(how, scene, 5e-3, wrong)[0], system, how).verdict == "off-prediction"
-
-
-@pytest.mark.parametrize("method", ["mujoco/rk4+midpoint", "mujoco/euler+midpoint"])
-def test_a_forcing_shifted_by_half_a_step(method: str) -> None:
-    how = find_method(method)
-    early = replace(how, settings={**how.settings, "control_at": 0.0})
-    assert judged(SIMPLE + "forced-large", how, 1e-3, duration=20.0).verdict == "predicted"
-    assert judged(SIMPLE + "forced-large", early, 1e-3, duration=20.0).verdict == "off-prediction"
 
 
 def test_midpoint_methods_are_for_what_is_forced() -> None:
@@ -180,46 +124,20 @@ def test_force_sensor_tells_the_tension(case: str) -> None:
     own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
     np.testing.assert_allclose(seen["tension"], own, rtol=0, atol=10 * 2**-52 * 120)
     assert found.errors["tension"].largest > 1e-2  # so it was not taken from the reference
-    assert own.min() < 0.0 or case != "free-large"  # a rod that is pushed
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("method", ["mujoco/rk4", "ode/rk4"])
-def test_energy_drifts_as_averaging_predicts(method: str) -> None:
-    # 1e5 steps: the drift per step is D5 h^6, and C4 h^4 only oscillates: 1 % of it here
-    scene, _ = run(SIMPLE + "free-large", method, 5e-3, duration=500.0)
-    problem = system_of(scene).problem(scene.parameters)
-    rates = energy_drift_rate(
-        problem.rotor, problem.theta, problem.theta_dot, problem.elliptic.period, Scheme(RK4)
-    )
-    found, trajectory = measured(scene.name, method, 5e-3, duration=500.0)
-    seen = trajectory.observables
-    energy = problem.rotor.energy(seen["theta"], seen["theta_dot"])
-    predicted = rates[5] * 5e-3**5 * 500.0
-    assert energy[-1] - energy[0] == pytest.approx(predicted, rel=0.02)
-    assert found.invariants["energy"] == pytest.approx(abs(predicted) / 19.6, rel=0.02)
-
-
-@pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog"])
-def test_energy_of_a_symplectic_method_oscillates(method: str) -> None:
-    # No trend over 2e4 steps: both halves have equal maxima, up to what 500 samples may miss.
-    _, trajectory = measured(SIMPLE + "free-large", method, 5e-3, duration=100.0)
-    seen = trajectory.observables
-    energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
-    first, second = np.array_split(energy - energy[0], 2)
-    assert np.abs(second).max() == pytest.approx(np.abs(first).max(), rel=0.02)
+    if case == "free-large":
+        assert own.min() < 0.0  # a rod that is pushed
+        energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
+        drift = np.abs(energy - energy[0]).max() / 19.6
+        assert found.invariants["energy"] == pytest.approx(drift, rel=1e-3)
 
 
 def test_a_step_too_large_is_a_result() -> None:
     # theta'' = -k theta: unstable where h sqrt(k) > 2, growing by (h^2 k - 2) a step and more
+    name = LINEAR + "step-too-large"
     for method in ("mujoco/euler", "ode/leapfrog", "ode/rk4"):
-        found, _ = measured(LINEAR + "step-too-large", method, 1.0)
-        assert found.status == "diverged", method
-    whole = convergence_study(
-        find_scene(LINEAR + "step-too-large"), find_method("mujoco/euler"), 20_000
-    )
-    assert [m.status for m in whole.measurements][:2] == ["diverged", "diverged"]
-    assert whole.measurements[-1].status == "done"
+        assert measured(name, method, 1.0)[0].status == "diverged", method
+    runs = convergence_study(find_scene(name), find_method("mujoco/euler"), 20_000).measurements
+    assert [runs[i].status for i in (0, 1, -1)] == ["diverged", "diverged", "done"]
 
 
 def test_adaptive_methods_run_at_each_of_their_tolerances() -> None:
@@ -227,10 +145,8 @@ def test_adaptive_methods_run_at_each_of_their_tolerances() -> None:
         assert how.control == "step" or (how.step_sizes and max(how.step_sizes) < 1e-2), how.name
 
 
-@pytest.mark.parametrize("name", [SIMPLE + "free-large", LINEAR + "forced-large"])
-def test_the_closed_form_is_a_method(name: str) -> None:
-    found, trajectory = measured(name, "exact/closed-form", 2.0**-52)
-    assert found.status == "done"
+def test_the_closed_form_is_a_method() -> None:
+    found, trajectory = measured(SIMPLE + "free-large", "exact/closed-form", 2.0**-52)
     assert found.steps == len(trajectory.times) == 501
     assert found.errors["theta"].largest <= found.errors["theta"].uncertainty
     scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
@@ -250,11 +166,10 @@ def test_the_closed_form_is_a_method(name: str) -> None:
 def test_heyoka_agrees_with_the_reference(name: str) -> None:
     # 600 to 900 steps, each of which may round a few units in the last place
     pytest.importorskip("heyoka")
-    found, _ = measured(name, "heyoka/taylor", 1e-15)
-    assert found.steps > 1000  # one evaluation an order of each step, of some twenty
-    assert found.errors["theta"].largest < 30 * found.errors["theta"].uncertainty
-    scene = find_scene(name)
+    scene, how = find_scene(name), find_method("heyoka/taylor")
     wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})
-    how = find_method("heyoka/taylor")
-    off, _ = measure(held_against(case_of(scene), case_of(wrong)), how, 1e-15)
-    assert off.errors["theta"].largest > 30 * off.errors["theta"].uncertainty
+    found, off = (run_of(how, scene, 1e-15, other)[0] for other in (None, wrong))
+    assert found.steps > 1000  # one evaluation an order of each step, of some twenty
+    right, other = found.errors["theta"], off.errors["theta"]
+    assert right.largest < 30 * right.uncertainty
+    assert other.largest > 30 * other.uncertainty

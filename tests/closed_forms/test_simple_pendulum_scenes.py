@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
@@ -21,7 +20,7 @@ SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 
 @pytest.mark.long(keep=3)
-@pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
+@pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[dfr]*")])
 def test_two_methods_agree_on_the_reference(name: str) -> None:
     # Required: 3e-12 over 50 s; for chaotic motion within the horizon that the scene states.
     scene = find_scene(name)
@@ -46,66 +45,40 @@ def test_chaos_is_followed_within_its_horizon() -> None:
 
 def test_an_error_that_is_not_small_is_reported() -> None:
     # the second-order response grows with the error: ten times the error, ten times as nonlinear
-    scene = find_scene(SIMPLE + "damped-rotating")
-    case = case_of(scene)
-    motion, times = case.reference, np.linspace(0.0, 20.0, 400)
+    case, linear = (case_of(find_scene(f"{name}damped-rotating")) for name in (SIMPLE, LINEAR))
+    times = np.linspace(0.0, 20.0, 400)
     errors = case.errors.series(Scheme(RK4), times)[4]
-    small = motion.nonlinearity(times, {n: 1e-9 * e for n, e in errors.items()})
-    large = motion.nonlinearity(times, {n: 1e-8 * e for n, e in errors.items()})
+    small, large = (
+        case.reference.nonlinearity(times, {n: part * e for n, e in errors.items()})
+        for part in (1e-9, 1e-8)
+    )
     assert 0.0 < small == pytest.approx(large / 10, rel=1e-6)
-    linear = find_scene(LINEAR + "damped-rotating")
-    other = system_of(linear).problem(linear.parameters).motion
-    assert other.nonlinearity(times, dict(errors)) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("length", 0.0),
-        ("length", -1.0),
-        ("gravity", -9.8),
-        ("damping_rate", -0.1),
-        ("theta", math.nan),
-        ("forcing_frequency", math.inf),
-        ("theta_dot", "fast"),
-        ("gravity", True),
-        ("mass", 0.0),
-        ("inertia", 1.0),
-    ],
-)
-def test_bad_parameters_are_named(name: str, value: object) -> None:
-    with pytest.raises(ParameterError, match=name):
-        find_scene("simple-pendulum", {name: value})
+    assert linear.reference.nonlinearity(times, dict(errors)) == 0.0
 
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
-    "changes",
+    ("changes", "step"),
     [
-        {"theta": 0.0},
-        {"theta": math.pi},
-        {"gravity": 0.0, "theta_dot": 2.0},
-        {"theta": 0.0, "theta_dot": 2 * math.sqrt(9.8)},
-        {"length": 0.02},
-        {"length": 300.0},
-        {"damping_rate": 20.0},
-        {"forcing_amplitude": 5.0},
-        {"theta": 1e-8},
+        ({"theta": 0.0}, 1e-3),
+        ({"theta": math.pi}, 1e-3),
+        ({"gravity": 0.0, "theta_dot": 2.0}, 1e-3),
+        ({"theta": 0.0, "theta_dot": 2 * math.sqrt(9.8)}, 1e-3),
+        ({"length": 0.02}, 1e-4),
+        ({"length": 300.0}, 1e-3),
+        ({"damping_rate": 20.0}, 1e-4),
+        ({"forcing_amplitude": 5.0}, 1e-3),
+        ({"theta": 1e-8}, 1e-3),
     ],
 )
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_unusual_parameters_have_an_answer(system: str, changes: dict[str, float]) -> None:
-    scene = find_scene(system, changes)
-    owner = system_of(scene)
-    problem = owner.problem(scene.parameters)
-    assert owner.facts(problem)["kind"]
-    times = np.linspace(0.0, 2.0, 100)
-    for values in owner.reference(problem).observe(times).values():
-        assert np.isfinite(values).all()
-    step = 1e-4 if changes.get("length", 1.0) < 1.0 or "damping_rate" in changes else 1e-3
+def test_unusual_parameters_have_an_answer(
+    system: str, changes: dict[str, float], step: float
+) -> None:
+    case = case_of(replace(find_scene(system, changes), duration=2.0))
+    assert case.system.facts(case.problem)["kind"]
     how = find_method("mujoco/rk4")
-    found, _ = measure(case_of(replace(scene, duration=2.0)), how, step)
-    verdict = judge(found, owner, how)
+    verdict = judge(measure(case, how, step)[0], case.system, how)
     assert verdict.verdict in ("predicted", "pre-asymptotic"), verdict.reason
 
 

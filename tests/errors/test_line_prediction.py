@@ -45,31 +45,27 @@ def simulated(
     control: Array, step: float, scheme: str, velocity: float = 0.0
 ) -> Mapping[str, Array]:
     """Body and slider at grid times, w held over each step."""
-    state, mu = np.array([0.0, velocity, 0.0, 0.0]), CHECK.mass_ratio
-    rows, forces, drives = [state], [], []
-    for w in control:
-        held = float(w)
-
-        def slope(y: Array, held: float = held) -> Array:
-            a = friction(y[1], held, step) - mu * held
-            return np.array([y[1], a, y[3], held])
-
-        forces.append(CHECK.weight / CHECK.gravity * friction(state[1], held, step))
-        drives.append(CHECK.slider_mass * (slope(state)[1] + held))
+    mu, (x, v, xi, rate) = CHECK.mass_ratio, (0.0, velocity, 0.0, 0.0)
+    rows, forces, drives = [(x, v, xi, rate)], [], []
+    for held in control.tolist():
+        first = friction(v, held, step) - mu * held
+        forces.append(CHECK.weight / CHECK.gravity * (first + mu * held))
+        drives.append(CHECK.slider_mass * (first + held))
+        stages = [first]
         if scheme == RK4:
-            k1 = slope(state)
-            k2 = slope(state + step / 2 * k1)
-            k3 = slope(state + step / 2 * k2)
-            state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + slope(state + step * k3))
+            for part in (0.5, 0.5, 1.0):
+                late = v + part * step * stages[-1]
+                stages.append(friction(late, held, step) - mu * held)
+            gained = step / 6 * np.dot(stages, [1, 2, 2, 1])
+            x, v = x + step * v + step**2 / 6 * sum(stages[:3]), v + gained
+            xi, rate = xi + step * rate + step**2 / 2 * held, rate + step * held
         else:
-            x, v, xi, rate = state
-            v, rate = v + step * slope(state)[1], rate + step * held
-            state = np.array([x + step * v, v, xi + step * rate, rate])
-        rows.append(state)
-    names = ("displacement", "velocity", "stroke", "stroke_rate")
-    found = dict(zip(names, np.array(rows).T, strict=True))
-    of_steps = {"friction_force": forces, "driving_force": drives}
-    return {**found, **{name: np.append(values, np.nan) for name, values in of_steps.items()}}
+            v, rate = v + step * first, rate + step * held
+            x, xi = x + step * v, xi + step * rate
+        rows.append((x, v, xi, rate))
+    names = ("displacement", "velocity", "stroke", "stroke_rate", "friction_force", "driving_force")
+    of_steps = (np.append(values, np.nan) for values in (forces, drives))
+    return dict(zip(names, (*np.array(rows).T, *of_steps), strict=True))
 
 
 def left(
@@ -159,11 +155,14 @@ def test_a_small_change_is_not_predicted(perturb: Callable[[LineManoeuvre], Line
 
 def test_nothing_is_predicted_of_other_schemes() -> None:
     held, stroke = TiltedHold(CHECK, 0.9), SlowStroke(CHECK, 0.08)
-    times, other = np.linspace(0.0, 0.1, 5), Scheme("adams")
-    assert line_errors(LINE, other, 1e-3, times) == {}
-    assert repeated_line_errors(REPEATED, other, 1e-3, times) == {}
-    assert hold_errors(held, other, 1e-3, times) == {}
-    assert stroke_errors(stroke, other, 1e-3, times) == {}
-    for reference in (LineReference(LINE), REPEATED, held, stroke):
+    times, hold = np.linspace(0.0, 0.1, 5), partial(hold_errors, held)
+    theories: tuple[tuple[Theory, Any], ...] = (
+        (partial(line_errors, LINE), LineReference(LINE)),
+        (partial(repeated_line_errors, REPEATED), REPEATED),
+        (partial(stroke_errors, stroke), stroke),
+        (hold, held),
+    )
+    for theory, reference in theories:
+        assert theory(Scheme("adams"), 1e-3, times) == {}
         assert reference.nonlinearity(times, {}) == 0.0
-    assert not any(np.any(error) for error in hold_errors(held, Scheme(RK4), 1e-3, times).values())
+    assert not any(np.any(error) for error in hold(Scheme(RK4), 1e-3, times).values())

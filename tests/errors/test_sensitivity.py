@@ -32,31 +32,26 @@ def test_phase_area_shrinks_at_the_damping_rate(case: Case) -> None:
     assert np.all(np.abs(np.linalg.det(matrix) - area) <= 1e-9 * (products + 1))
 
 
+def nudged(case: Case, field: str, by: float) -> Case:
+    """The case with one number of its start or of its rotor changed."""
+    if hasattr(case, field):
+        return replace(case, **{field: getattr(case, field) + by})
+    return replace(case, rotor=replace(case.rotor, **{field: getattr(case.rotor, field) + by}))
+
+
 @pytest.mark.parametrize("name", ["damped-rotating", "forced-large", "forced-chaotic", "cone"])
 def test_sensitivities_are_central_differences(name: str) -> None:
     case = replace(CASES[name], duration=0.5 if name == "cone" else 10.0)
-    rotor, times = case.rotor, np.array([case.duration])
-    start = sensitivity(rotor, case.theta, case.theta_dot, times)[0]
-    by_parameter = parameter_sensitivity(rotor, case.theta, case.theta_dot, times)
-    nudge = 1e-5
-    found = {
-        "theta": start[:, 0],
-        "theta_dot": start[:, 1],
-        **{name: by_parameter[name][0] for name in PARAMETERS if getattr(rotor, name)},
-    }
-    for field, derivative in found.items():
-        above, below = (
-            replace(case, **{field: getattr(case, field) + sign * nudge})
-            if field in ("theta", "theta_dot")
-            else replace(
-                case, rotor=replace(rotor, **{field: getattr(rotor, field) + sign * nudge})
-            )
-            for sign in (1, -1)
-        )
-        difference = (endpoint(above) - endpoint(below)) / (2 * nudge)
-        # central differences: nudge^2 times a third derivative that grows as the cube of the first
+    given = (case.rotor, case.theta, case.theta_dot, np.array([case.duration]))
+    derivatives = {field: rows[0] for field, rows in parameter_sensitivity(*given).items()}
+    derivatives |= zip(("theta", "theta_dot"), sensitivity(*given)[0].T, strict=True)
+    for field, derivative in derivatives.items():
+        if not getattr(case.rotor, field, 1.0):
+            continue
+        above, below = (endpoint(nudged(case, field, by)) for by in (1e-5, -1e-5))
+        # central differences: 1e-10 times a third derivative that grows as the cube of the first
         assert derivative == pytest.approx(
-            difference, rel=1e-5, abs=1e-5 * np.abs(derivative).max()
+            (above - below) / 2e-5, rel=1e-5, abs=1e-5 * np.abs(derivative).max()
         )
 
 

@@ -77,13 +77,12 @@ def test_samples_end_with_the_run_and_times_are_multiples_of_the_step() -> None:
 @pytest.mark.parametrize("steps", [1, 3, 499, 500, 501, 8191, 8192, 8193, 20_011])
 def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps: int) -> None:
     simulated = compiled(SYSTEM.case(scene(duration=steps * 1e-5)), EULER, 1e-5)
-    trajectory = simulated.run()
+    trajectory, again = simulated.run(), simulated.run()
     data = mujoco.MjData(simulated.model)
     data.qpos[:], data.qvel[:] = simulated.translation.qpos, simulated.translation.qvel
     mujoco.mj_step(simulated.model, data, nstep=steps)
     assert trajectory.steps == steps == round(trajectory.times[-1] / 1e-5)
     assert trajectory.observables["theta"][-1] == data.qpos[1]
-    again = simulated.run()
     np.testing.assert_array_equal(again.observables["theta"], trajectory.observables["theta"])
 
 
@@ -135,15 +134,18 @@ def test_without_capture_the_engine_would_write_a_file(
     monkeypatch.chdir(tmp_path)
     mujoco.set_mju_user_warning(None)  # whatever ran before in this process
     model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
-    data = mujoco.MjData(model)
-    data.qpos[0] = np.nan
-    mujoco.mj_step(model, data)
-    assert [path.name for path in tmp_path.iterdir()] == ["MUJOCO_LOG.TXT"]
-    with collected() as logged:
-        mujoco.mj_resetData(model, data)
+
+    def warn() -> None:
+        data = mujoco.MjData(model)
         data.qpos[0] = np.nan
         mujoco.mj_step(model, data)
+
+    with collected() as logged:
+        warn()
     assert len(logged) == 1
+    assert not list(tmp_path.iterdir())
+    warn()
+    assert [path.name for path in tmp_path.iterdir()] == ["MUJOCO_LOG.TXT"]
 
 
 @pytest.mark.parametrize("start", [np.nan, np.inf, 1e11])
@@ -194,8 +196,9 @@ def test_controls_are_held_over_each_step(
     [
         "import plumbob.engines.adapters.mujoco, plumbob.engines.adapters.ode",
         "from plumbob.engines.registry import engine_of, method; from plumbob.models.registry "
-        "import case_of, scene; how = method('mujoco/euler+coulomb'); assert engine_of(how)."
-        "contact_model(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
+        "import case_of, scene; from plumbob.engines.abilities import ContactRecord; "
+        "how = method('mujoco/euler+coulomb'); record = engine_of(how).ability(ContactRecord); "
+        "assert record.of(case_of(scene('capsule-line/ca1')), how, 1e-3) is not None",
     ],
 )
 def test_adapters_are_imported_without_their_engines(code: str) -> None:

@@ -19,32 +19,8 @@ from plumbob.engines.adapters.pymunk.capsule_above import foot_mass
 from plumbob.engines.method import Unsupported
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.models.scene import Scene
-from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of, run, verdict
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
-
-
-@st.composite
-def ordinary_lines(draw: st.DrawFn) -> LineManoeuvre:
-    """Line manoeuvres of bodies and triangles that are not extreme."""
-    gaps = [draw(st.floats(0.7, 1.0)) for _ in range(3)]
-    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
-    arms = [draw(st.floats(0.1, 0.3)) for _ in range(3)]
-    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
-    mass, spread = draw(st.floats(0.2, 5.0)), sum(r * r for r in arms) / 3
-    body = Capsule(
-        mass,
-        mass * 10.0 ** draw(st.floats(-1.5, 0.7)),
-        mass * spread * draw(st.floats(0.3, 1.5)),
-        (a, b, c),
-        draw(st.floats(0.05, 1.0)),
-        9.81,
-    )
-    holding, way = body.holding_acceleration, 0.3 * min(arms) / body.mass_ratio
-    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
-    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
-    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
-
+from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, ordinary_lines
 
 # Two light feet: when the body is held from the other side they are at their limits.
 UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
@@ -108,29 +84,6 @@ def test_without_friction_the_common_centre_stays(model: str, slider_mass: float
     seen = moved(line, model, 3e-4)
     assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
     assert abs(seen["displacement"]) > 1e-4
-
-
-CHANGES = [("friction", 1.0 + 1e-4), ("slider_mass", 1.0 + 1e-4), ("w1", 1.0 + 1e-4)]
-
-
-@pytest.mark.parametrize("model", GOOD)
-@pytest.mark.parametrize(("name", "factor"), CHANGES)
-def test_a_parameter_error_of_a_ten_thousandth(name: str, factor: float, model: str) -> None:
-    right = find_scene("capsule-line/at-50")
-    changed: Scene = find_scene(right.name, {name: right.parameters[name] * factor})
-    assert verdict(run(right.name, model, 1e-3)[0], model) == "predicted"
-    assert verdict(run(right.name, model, 1e-3, changed)[0], model) == "off-prediction"
-
-
-def test_a_body_without_the_reaction_does_not_move() -> None:
-    built = capsule.build(problem_of(LINE), METHODS["feet"], 1e-3)
-    assert built.act is not None
-    joint = next(c for c in built.space.constraints if c.b.mass == CHECK.slider_mass)
-    built.space.remove(joint)
-    for n in range(150):
-        built.act(n * 1e-3)
-        built.space.step(1e-3)
-    assert abs(built.read()["displacement"]) < 1e-6 * abs(LINE.displacement)
 
 
 def test_what_cannot_be_built() -> None:

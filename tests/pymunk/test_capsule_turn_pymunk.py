@@ -5,25 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
-import numpy as np
 import pytest
 
-from plumbob.analytic.errors.sliding_motion import position_first
-from plumbob.analytic.errors.sliding_motion.implicit_friction import Slip
-from plumbob.engines.adapters.pymunk import capsule, slider_drive
-from plumbob.engines.adapters.pymunk.assembly import Assembly
-from plumbob.engines.adapters.pymunk.capsule_above import SetLimits, friction_limits
-from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, system_of
-from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.pymunk_capsule import run, verdict
-from plumbob.tests.support.random_capsules import CHECK
-from plumbob.tests.support.random_slides import moved_support
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.cases import beyond
+from plumbob.tests.support.pymunk_capsule import METHODS, run, verdict
 
 CASES = (  # scene, steps in a half time (or a step [s]), part of the error that the model may add
     ("capsule-turn/0.3", 200, 0.02),
@@ -56,106 +45,6 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
 
 
 @pytest.mark.long(keep=1)
-@pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03])
-def test_a_turn_ends_within_1e_4_rad_at_800_steps_in_a_half_time(epsilon: float) -> None:
-    """At 2 tau and at rest."""
-    case = scene(f"capsule-turn/{epsilon}")
-    tau = case.parameters["half_time"]
-    found, seen = run(case.name, "feet", tau / 800)
-    facts = system_of(case).facts(system_of(case).problem(case.parameters))
-    stop = int(np.argmin(np.abs(seen.times - 2.0 * tau)))
-    assert seen.times[stop] == pytest.approx(2.0 * tau, rel=1e-12)
-    assert abs(seen.observables["body_angle"][stop] - facts["body_angle"]) <= 1e-4
-    assert abs(found.errors["body_angle"].end) <= 1e-4
-
-
-def test_a_spin_s_error_is_of_first_order_with_the_coefficient_predicted() -> None:
-    """3.184 rad/s times the step, over a decade of steps; the remainder is of second order, as is
-    the effect of feet: 10 rad/s^2 times its square."""
-    for step in (1e-3, 5e-4, 2e-4, 1e-4):
-        end = run("capsule-coast/spin", "feet", step)[0].errors["heading"].end
-        assert end / step == pytest.approx(3.184, abs=0.001 + 20.0 * step)
-
-
-@pytest.mark.parametrize("name", ["capsule-turn/0.3", "capsule-coast/spin"])
-def test_bare_pivots_do_not_converge_in_the_plane(name: str) -> None:
-    coarse, fine = (
-        run(name, "pivots", scene(name).steps[k])[0].errors["x"].largest for k in (1, 3)
-    )
-    assert fine > 0.5 * coarse > 1e-4
-
-
-def red(name: str, step: float, **changes: Any) -> bool:
-    """Whether a run that is wrong by `changes` fails."""
-    found, _ = run(name, "feet", step, other=scene(name), **changes)
-    return verdict(found, "feet") == "off-prediction"
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"friction": CHECK.friction * (1 + 1e-4)},
-        {"supports": moved_support(CHECK, 1e-4).supports},
-    ],
-)
-@pytest.mark.parametrize(
-    ("name", "parts"), [("capsule-turn/0.3", 400), ("capsule-coast/spin", 5e-4)]
-)
-def test_sensitivity_to_friction_and_of_the_supports(
-    name: str, parts: float, wrong: dict[str, Any]
-) -> None:
-    """1e-4 of the friction, or of a support's arm."""
-    assert red(name, step_of(name, parts), **wrong)
-
-
-def test_sensitivity_to_the_moment_about_the_combined_centre(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """With CA_i for CA_i - mu r in eq. 25 the prediction fails."""
-    solved: Callable[..., tuple[Slip, complex]] = position_first._solved
-
-    def about_com(
-        body: Any, motion: position_first.Motion, supports: list[complex], *rest: Any
-    ) -> tuple[Slip, complex]:
-        centre = body.mass_ratio * motion[3]
-        return solved(body, motion, [place + centre for place in supports], *rest)
-
-    monkeypatch.setattr(position_first, "_solved", about_com)
-    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-
-
-def still(set_limits: SetLimits) -> SetLimits:
-    """Loads as if the slider stayed at its start."""
-    return lambda x, y: set_limits(0.12, 0.0)
-
-
-def test_sensitivity_to_loads_that_follow_the_slider(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capsule, "friction_limits", lambda *given: still(friction_limits(*given)))
-    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-
-
-def test_sensitivity_to_where_the_slider_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A slider held at its target instead of its actual place exerts a torque while the body
-    turns."""
-
-    def straight(
-        assembly: Assembly, targets: Any, step: float, set_limits: SetLimits
-    ) -> slider_drive.Act:
-        return slider_drive.driven_along(assembly, targets, 0.0, set_limits)
-
-    monkeypatch.setattr(slider_drive, "driven", straight)
-    assert red("capsule-turn/0.3", step_of("capsule-turn/0.3", 200))
-
-
-def test_a_turn_of_the_whole_scene_turns_the_same_way() -> None:
-    """At heading 2: the engine is isotropic. Only rounding differs, a random walk."""
-    name, step = "capsule-turn/0.3", step_of("capsule-turn/0.3", 100)
-    plain, turned = (run(name, "feet", step, heading=h)[1].observables for h in (0.0, 2.0))
-    for seen in ("x", "y", "body_angle"):
-        np.testing.assert_allclose(turned[seen], plain[seen], rtol=0, atol=1e-12)
-
-
-@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("which", [min, max], ids=["shorter slide", "longer slide"])
 @pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-10), (0.9987, 1e-7, 1.0)])
 def test_a_switch_at_the_very_end_of_a_step(
@@ -164,19 +53,16 @@ def test_a_switch_at_the_very_end_of_a_step(
     """A push that begins in the last thousandth of a step sets the body off by the solver's
     residual, which persists while it slides: the bound covers that, and for the longest slide less
     than 2.5 times as much. Rounding decides which of a plan's two pushes is the first."""
-    short = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)})
-    system, how = system_of(short), find_method("pymunk/feet")
-    problem = system.problem(short.parameters)
+    short, how = scene("capsule-plan/ahead-curve", {"to": (0.02, 0.0, 0.0)}), METHODS["feet"]
+    problem = case_of(short).problem
     events = problem.reference.motion.events
     slides = [(b.time - a.time, a.time) for a, b in pairwise(events) if a.mode == "slide"]
     lasts, starts = which(slides)
     step = starts / (round(starts / 5e-5) + late)
-    duration = step * math.ceil(problem.motion.duration / step + 1)
-    found, _ = measure(case_of(replace(short, duration=duration)), how, step)
-    assert judge(found, system, how).verdict == "predicted"
+    case = case_of(short).lasting(step * math.ceil(problem.motion.duration / step + 1))
+    found, _ = measure(case, how, step)
+    assert verdict(found, "feet") == "predicted"
     place = found.errors["x"]
-    assert place.predicted is not None
-    assert place.predicted.for_this_step
-    assert least <= place.predicted.beyond <= most
+    assert least <= beyond(place) <= most
     bound = sum(place.model.values()) * lasts / max(slides)[0]
-    assert least == 0.0 or bound < 2.5 * place.predicted.beyond
+    assert least == 0.0 or bound < 2.5 * beyond(place)

@@ -16,7 +16,6 @@ FRICTION, GRAVITY, SPEED, HEADING = 0.3, 9.81, 0.5, math.pi / 6
 EXACT = SPEED**2 / (2 * FRICTION * GRAVITY)  # stopping distance [m]
 CORNERS = [(x, y) for x in (0.15, -0.15) for y in (0.1, -0.1)]
 REST = 2e-3  # of v dt/2: the next order of the step, dt f g/v = 0.012 at 2 ms, and iterations
-BARE = 0.05  # relative error of a stopping distance on bare pivot joints: at least this
 
 
 def _python(method: str, step: float) -> tuple[str, float | None]:
@@ -48,16 +47,6 @@ def test_a_stopping_distance_is_as_predicted(step: float) -> None:
     error = _distance(space, body, step) - EXACT
     assert error == pytest.approx(predicted * SPEED, rel=REST)
     assert abs(body.angle) < 1e-9
-
-
-@pytest.mark.parametrize("step", [2e-3, 1e-3, 1e-4])
-def test_bare_pivot_joints_do_not_converge(step: float) -> None:
-    space, body = _block()
-    for corner in CORNERS:
-        joint = pymunk.PivotJoint(body, space.static_body, corner, (0.0, 0.0))
-        joint.max_bias, joint.max_force = 0.0, FRICTION * GRAVITY * 2.0 / len(CORNERS)
-        space.add(joint)
-    assert _distance(space, body, step) / EXACT - 1 > BARE
 
 
 def test_pasted_joints_close_in_a_step() -> None:

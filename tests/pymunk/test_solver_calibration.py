@@ -11,6 +11,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse_line import STALL
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, system_of
+from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.pymunk_capsule import METHODS, run
 
 USED_UP_SCENES = (
@@ -30,10 +31,8 @@ def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[f
     solver = described(case.problem, feet, step)
     assert solver.iterations == iterations
     demand = LineRun(case.problem, changed.duration, solver).demand
-    velocity = measure(case, feet, step)[0].errors["velocity"].predicted
-    assert velocity is not None
-    assert velocity.for_this_step
-    return velocity.beyond / (demand.jump * step), solver.one_foot_residual
+    velocity = measure(case, feet, step)[0].errors["velocity"]
+    return beyond(velocity) / (demand.jump * step), solver.one_foot_residual
 
 
 def test_residual_where_friction_is_used_up() -> None:
@@ -65,11 +64,9 @@ def test_roundings_from_positions_to_a_velocity() -> None:
     """ROUNDINGS is at most four times too large: the friction of ten manoeuvres at a long step has
     a third of its bound, all of it rounding."""
     force = run("capsule-train/ten", "side", 5e-3)[0].errors["friction_force"]
-    assert force.predicted is not None
-    assert force.predicted.for_this_step
     bound = sum(force.model.values())
     assert force.model["rounding of positions"] > 0.99 * bound
-    assert 0.25 * bound < force.predicted.beyond < bound
+    assert 0.25 * bound < beyond(force) < bound
 
 
 @pytest.mark.parametrize(("after", "least", "most"), [(3e-3, 0.02, 1.0), (0.5, 0.0, 1e-6)])

@@ -9,6 +9,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.measurement import Measurement, ObservedError, measure
 from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.mujoco_capsule import LOADS, METHODS, run, verdict
 
 TURN, SPIN, PLAN = "capsule-turn/0.3", "capsule-coast/spin", "capsule-plan/near-free"
@@ -16,26 +17,14 @@ ROTATION = "capsule-coast/rotation"
 BOTH = pytest.mark.parametrize("method", ["euler+coulomb", "rk4+coulomb"])
 
 
-def step_of(name: str, part: int) -> float:
-    """A step of a scene's own [s], counted from the largest."""
-    return scene(name).steps[part]
-
-
 def allowed(error: ObservedError) -> float:
     """What theory leaves open beside the prediction [N]."""
     return sum(error.model.values())
 
 
-def missed(error: ObservedError) -> float:
-    """What is off the prediction [N]."""
-    assert error.predicted is not None
-    assert error.predicted.for_this_step
-    return error.predicted.beyond
-
-
 def off(found: Measurement) -> bool:
     """Whether any normal force is off its prediction."""
-    return any(missed(found.errors[load]) > allowed(found.errors[load]) for load in LOADS)
+    return any(beyond(found.errors[load]) > allowed(found.errors[load]) for load in LOADS)
 
 
 @pytest.mark.long(keep=3)
@@ -44,11 +33,11 @@ def off(found: Measurement) -> bool:
 def test_normal_forces_are_predicted_and_bounds_are_tight(
     name: str, part: int, method: str
 ) -> None:
-    found, _ = run(name, method, step_of(name, part))
+    found, _ = run(name, method, scene(name).steps[part])
     assert verdict(found, method) == "predicted"
     for load in LOADS:
         error = found.errors[load]
-        assert missed(error) <= allowed(error) < 10 * missed(error), load
+        assert beyond(error) <= allowed(error) < 10 * beyond(error), load
 
 
 @pytest.mark.long(keep=1)
@@ -60,7 +49,7 @@ def test_a_mass_distribution_off_by_a_thousandth(
 ) -> None:
     mass = scene(name).parameters["slider_mass"] * (1 + sign * 1e-3)
     wrong = scene(name, {"slider_mass": mass, "body_mass": 1.3 - mass})
-    step = step_of(name, part)
+    step = scene(name).steps[part]
     assert not off(run(name, method, step)[0])
     assert off(run(name, method, step, other=wrong)[0])
 

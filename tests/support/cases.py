@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.measurement import Measurement, ObservedError, measure
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -57,3 +57,10 @@ def _measured(asked: _Run) -> tuple[Measurement, Trajectory]:
 def verdict_of(found: Measurement, method: Method) -> str:
     """The verdict on a run of a scene as it stands in its system."""
     return judge(found, system_of(find_scene(found.scene)), method).verdict
+
+
+def beyond(error: ObservedError) -> float:
+    """The part of an error that theory, which must predict it for this step, does not."""
+    assert error.predicted is not None
+    assert error.predicted.for_this_step
+    return error.predicted.beyond

@@ -19,6 +19,7 @@ METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods}
 DEFAULT_SETTINGS = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
 GOOD = ("euler+coulomb", "euler+coulomb+noslip", "implicitfast+coulomb", "rk4+coulomb")
 REDUCED = ("euler+reduced", "rk4+reduced")
+FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Scene
@@ -20,16 +20,22 @@ LINE = LineManoeuvre(CHECK, 3 * LIMIT, 0.8 * LIMIT, 0.03)
 
 
 @st.composite
+def triangles(draw: st.DrawFn, shortest: float, longest: float) -> tuple[Point, Point, Point]:
+    """Three supports round C at these distances."""
+    gaps = [draw(st.floats(0.6, 1.0)) for _ in range(3)]  # each comes to less than half a turn
+    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
+    arms = [draw(st.floats(shortest, longest)) for _ in range(3)]
+    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
+    return a, b, c
+
+
+@st.composite
 def capsules(draw: st.DrawFn, friction: float | None = None) -> Capsule:
     """Any capsule with C inside its triangle of arms 0.5 to 2 m; m/M from 1e-3 to 1e3."""
     ratio = 10.0 ** draw(st.floats(-3, 3))
     coefficient = draw(st.floats(0.01, 2.0)) if friction is None else friction
-    gaps = [draw(st.floats(0.6, 1.0)) for _ in range(3)]  # each comes to less than half a turn
-    angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
-    arms = [draw(st.floats(0.5, 2.0)) for _ in range(3)]
-    a, b, c = ((r * math.cos(p), r * math.sin(p)) for r, p in zip(arms, angles, strict=True))
-    body = draw(st.floats(0.1, 10.0))
-    return Capsule(body, ratio * body, 0.02, (a, b, c), coefficient, 9.81)
+    supports, body = draw(triangles(0.5, 2.0)), draw(st.floats(0.1, 10.0))
+    return Capsule(body, ratio * body, 0.02, supports, coefficient, 9.81)
 
 
 @st.composite
@@ -45,6 +51,21 @@ def lines(draw: st.DrawFn, friction: float | None = None) -> LineManoeuvre:
     a, b, c = ((size * x, size * y) for x, y in capsule.supports)
     start = draw(st.floats(-1.0, 0.1)) * stroke
     return LineManoeuvre(replace(capsule, supports=(a, b, c)), w1, w2, t1, heading, start)
+
+
+@st.composite
+def ordinary_lines(draw: st.DrawFn, lightest: float = -1.5, heaviest: float = 0.7) -> LineManoeuvre:
+    """Line manoeuvres of bodies and triangles that are not extreme; m/M is ten to the power of
+    `lightest` to `heaviest`."""
+    supports, mass = draw(triangles(0.1, 0.3)), draw(st.floats(0.2, 5.0))
+    squares = [x**2 + y**2 for x, y in supports]
+    slider = mass * 10.0 ** draw(st.floats(lightest, heaviest))
+    inertia = mass * sum(squares) / 3 * draw(st.floats(0.3, 1.5))
+    body = Capsule(mass, slider, inertia, supports, draw(st.floats(0.05, 1.0)), 9.81)
+    holding, way = body.holding_acceleration, 0.3 * math.sqrt(min(squares)) / body.mass_ratio
+    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
+    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
+    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
 
 
 def changed(name: str, changes: Mapping[str, Any]) -> Scene:
