@@ -33,9 +33,17 @@ LIMIT = 60.0  # [s] of processor time that a run is to take
 QUARTER = 4
 PACKAGES = ("dm_control", "gymnasium")
 HEAD = (
-    "package", "file", "control", "own step", "certified to", "claimed", "confirmed", "by steps",
-    "apart, of the certificate", "verdict",
-)  # fmt: skip
+    "package",
+    "file",
+    "control",
+    "own step",
+    "certified to",
+    "claimed",
+    "confirmed",
+    "by steps",
+    "apart, of the certificate",
+    "verdict",
+)
 HOLDS, OUTSIDE, OPEN = "holds", "OUTSIDE", "not outside: steps tell less"
 
 
