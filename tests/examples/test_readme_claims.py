@@ -13,7 +13,7 @@ from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 
-FINDINGS = Path(__file__).parents[2] / "reports" / "findings" / "README.md"
+FINDINGS = Path(__file__).parents[2] / "reports" / "analyses" / "README.md"
 TEXT = " ".join(FINDINGS.read_text("utf-8").split())
 DIGITS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 WITHIN = 0.15  # of a figure of one or two digits; chatter differs by a few per cent between steps
