@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any
 
 ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
 LONGEST = 10.0  # [s] that a package may take to be imported
@@ -51,7 +51,8 @@ class Addition:
 def _installed() -> metadata.EntryPoints:
     """Those of every installed package, whose files are read once."""
     # Python 3.11 returns another type, which selects a group in the same way
-    return cast(metadata.EntryPoints, metadata.entry_points())
+    every: Any = metadata.entry_points()
+    return every  # type: ignore[no-any-return]
 
 
 @cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -223,7 +224,8 @@ class _NewtonMatrix:
         from scipy.linalg.lapack import dgetrs
 
         stiff = self.rest.shape[2]
-        solved = dgetrs(self.factors, self.pivots, residual[:, :stiff].reshape(-1))[0]
+        right: Any = residual[:, :stiff].reshape(-1)  # one column, which LAPACK takes as a vector
+        solved = dgetrs(self.factors, self.pivots, right)[0]
         residual[:, :stiff] = solved.reshape(-1, stiff)
         if stiff < residual.shape[1]:
             moved = rule.integral @ residual[:, :stiff]

@@ -52,7 +52,7 @@ def _covered(
     return min(places), max(places)
 
 
-def _columns(vectors: npt.NDArray[np.complexfloating]) -> Array:
+def _columns(vectors: npt.ArrayLike) -> Array:
     """Plane vectors x + iy, shape (n,), as shape (n, 2)."""
     return np.asarray(vectors, dtype=np.complex128).view(np.float64).reshape(-1, 2)
 

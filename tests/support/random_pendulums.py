@@ -47,10 +47,9 @@ def _platform(rng: np.random.Generator) -> ConePendulum:
         moments = mass * (squares.sum() - squares)
         least = mass * arm**2
         body = Body(mass, arm, moments[0] + least, moments[1] + least, moments[2])
-    rate = rng.choice([0.0, 1000.0, 10.0 ** rng.uniform(-1.0, 3.0)], p=[0.05, 0.05, 0.9])
-    pivot = rng.choice([0.0, rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-6.0, 0.0)])
-    gravity = rng.choice([0.0, 1.62, 9.8], p=[0.1, 0.2, 0.7])
-    rate, pivot, gravity = float(rate), float(pivot), float(gravity)
+    rate = float(rng.choice([0.0, 1000.0, 10.0 ** rng.uniform(-1.0, 3.0)], p=[0.05, 0.05, 0.9]))
+    pivot = float(rng.choice([0.0, rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-6.0, 0.0)]))
+    gravity = float(rng.choice([0.0, 1.62, 9.8], p=[0.1, 0.2, 0.7]))
     return ConePendulum(body, rng.uniform(-1.0, 1.0), pivot, rate, gravity, 0.0, 0.0)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -49,10 +50,10 @@ class StepSeries:
 
     def _forcing(self, fraction: float, length: int) -> Array:
         phase = self.rotor.forcing_frequency * self.times + self.rotor.forcing_phase
-        terms = [self.rotor.forcing_amplitude * np.exp(1j * phase)]
+        terms: list[Any] = [self.rotor.forcing_amplitude * np.exp(1j * phase)]
         for n in range(1, length):
             terms.append(terms[-1] * (1j * self.rotor.forcing_frequency * fraction / n))
-        return np.imag(terms)
+        return np.asarray(np.imag(terms))
 
 
 def exact(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:

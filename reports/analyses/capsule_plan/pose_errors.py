@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ def pose_errors(plan: Plan, exact: Reference, run: Trajectory) -> PoseErrors:
     return tuple(_after(plan, run.times, error, resting))
 
 
-def _after(plan: Plan, times: Array, error: Array, resting: Array) -> list[PoseError | None]:
+def _after(plan: Plan, times: Array, error: Array, resting: Any) -> list[PoseError | None]:
     """At the last sample of each manoeuvre, at which a place is no longer late by half a step."""
     ends = np.append(plan.ends[:-1], np.inf)
     last = np.searchsorted(times, ends, side="right") - 1
