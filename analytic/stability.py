@@ -1,0 +1,38 @@
+"""The largest step that holds of a scheme on one exact motion: what theory says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
+
+Kind = Literal["unstable", "changes-kind"]
+"""What a step beyond the limit does: it magnifies a nudge that the exact motion does not, or its
+motion becomes one of another kind (a swing turns over, a well is left)."""
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """The largest step that holds, and what sets it."""
+
+    kind: Kind
+    step: float  # [s]; infinite where no step is too large
+    why: str  # "h omega < 2 of the swing at 3.13 rad/s"
+
+
+@dataclass(frozen=True)
+class StabilityTheory:
+    """Limits of steps on one exact motion, and what a run of that motion is held to."""
+
+    fastest: float  # [s] the shortest period of the linearised motion, or its time constant
+    equilibrium: bool  # stays by an equilibrium, where eigenvalues alone set the limit
+    limits: Callable[[Scheme], tuple[StepLimit, ...]]
+    """The limits of a scheme, unstable first; empty where none is known."""
+    growth: Callable[[float], float]
+    """The largest factor by which the exact motion magnifies a nudge of its start within a duration
+    [s], in the state divided by its scales; at least 1."""
+    kind_of: Callable[[Mapping[str, Array]], str]
+    """The kind of motion of sampled observables: "libration", "rotation", "at rest", ..."""
