@@ -287,6 +287,15 @@ SCENES = (
         profile="quick",
     ),
     _scene(
+        "faster-platform",
+        "a platform at 10^4 rad/s",
+        0.005,
+        hard="accelerations of 10^8 rad/s^2",
+        platform_rate=1e4,
+        theta_dot=1.5e4,
+        steps=step_sizes(1e-5, 1e-8),
+    ),
+    _scene(
         "million-steps",
         "the source's Fig. 3, for 625 turns",
         100.0,

@@ -140,6 +140,15 @@ _SCENES = (
     ),
     *(_near_separatrix(k) for k in (3, 6, 9)),
     _scene(
+        "flip-1e-3",
+        "a flip of a body whose moments differ by 10^-3: it turns a thousand times meanwhile",
+        (0.5, 10.0, 0.0),
+        inertia=(1.0, 1.001, 1.002),
+        duration=500.0,
+        steps=step_sizes(2e-2, 1e-3),
+        hard="moments within 10^-3: an error of a moment weighs 10^3 times as much in the flip",
+    ),
+    _scene(
         "million-steps",
         "about the axis of the largest moment, for 318 turns",
         (0.3, 0.2, 2.0),

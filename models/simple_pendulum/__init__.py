@@ -195,6 +195,8 @@ def _near_top(k: int) -> Scene:
 
 
 _LARGE = -120 * _DEGREE
+_KP, _KV, _SLOW = 1e6, 2e3, 2.0  # a critically damped servo [1/s^2, 1/s], its sine [rad/s]
+_FOLLOWED = _KP / complex(_KP - _SLOW**2, _KV * _SLOW)  # theta = Im(... e^(i Omega t)) [rad]
 _SPIN = "an error of the speed becomes one of the angle that grows with time"
 _SCENES = (
     *_both(
@@ -300,6 +302,38 @@ _SCENES = (
         damping_rate=10.0,
         linear_profile="quick",
         hard="rates of 1.1/s and 8.9/s side by side",
+    ),
+    _scene(
+        "linear-pendulum/overdamped-1e4",
+        "damped at 10^4/s: the speed is lost within 1 ms, the angle within an hour",
+        theta=_LARGE,
+        theta_dot=500 * _DEGREE,
+        damping_rate=1e4,
+        duration=0.1,
+        steps=step_sizes(5e-5, 5e-7),
+        hard="rates of 10^4/s and 10^-3/s side by side: a ratio of 10^7",
+    ),
+    _scene(
+        "linear-pendulum/stiff-spring",
+        "a spring of 10^6/s^2 in place of gravity, undamped",
+        gravity=1e6,
+        theta=0.1,
+        duration=1.0,
+        steps=step_sizes(1e-3, 1e-6),
+        hard="omega = 1000 rad/s: an explicit step of 2 ms or more diverges",
+    ),
+    _scene(
+        "linear-pendulum/stiff-servo",
+        "a servo of k_p = 10^6/s^2 and k_v = 2000/s, no armature, on the course of a slow sine",
+        gravity=_KP,
+        damping_rate=_KV,
+        forcing_amplitude=_KP,
+        forcing_frequency=_SLOW,
+        theta=_FOLLOWED.imag,
+        theta_dot=_SLOW * _FOLLOWED.real,
+        duration=3.0,
+        steps=step_sizes(1e-3, 1e-5),
+        hard="omega = 1000 rad/s under a motion of 2 rad/s: a ratio of 500",
     ),
     *_both(
         "step-too-large",

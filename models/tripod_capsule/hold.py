@@ -121,9 +121,9 @@ SCENES = (
             10.0,
             fraction=fraction,
             profile="quick" if fraction == 0.999 else "full",
-            hard="friction all but used up" if fraction == 0.999 else "",
+            hard=f"friction used up but for {1 - fraction:.0e} of it" if fraction >= 0.999 else "",
         )
-        for fraction in (0.5, 0.9, 0.99, 0.999)
+        for fraction in (0.5, 0.9, 0.99, 0.999, 0.999999)
     ),
     Scene(
         "capsule-hold/slow-motion",

@@ -208,6 +208,9 @@ SCENES = (
         "light-slider", 1e-3, "m/M = 1e-3", 0.002, duration=0.01, steps=step_sizes(5e-5, 5e-7)
     ),
     _mass_ratio("heavy-slider", 1e3, "m/M = 1e3", 0.03),
+    _mass_ratio(
+        "lightest-slider", 1e-6, "m/M = 1e-6", 6e-5, duration=3e-4, steps=step_sizes(1.5e-6, 1.5e-8)
+    ),
     _scene(
         "near-edge",
         "the combined centre ends 0.1 mm inside an edge",
