@@ -110,10 +110,17 @@ def test_contacts_for_another_step_are_warned_of(
 
 
 def test_too_many_feet_for_the_stiffness_are_warned_of(tmp_path: Path, capsys: Capture) -> None:
-    """Direct contacts on geoms, which have no friction rate, are judged by their stability."""
+    """Direct contacts on geoms, which have no friction rate, are judged by their stability: at the
+    impedance of MuJoCo's default, 0.95, contacts of one body hardly add up."""
     path = tmp_path / "my.xml"
-    for stiffness, expected in ((0.4, 1), (0.2, 0)):
+    for stiffness, impedance, expected in (
+        (0.4, 1e-4, 1),
+        (0.2, 1e-4, 0),
+        (1.5, 0.95, 1),
+        (1, 0.95, 0),
+    ):
         solref = f"{-((stiffness / 1e-3) ** 2)} {-0.6 * stiffness / 1e-3}"
+        solref += f'" solimp="{impedance} {impedance} .001'
         feet = "".join(
             f'<geom size=".01" pos="{x} {y} -.04" mass=".01" solref="{solref}"/>'
             for x in (0.1, -0.1)

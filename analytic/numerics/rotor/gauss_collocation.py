@@ -82,7 +82,7 @@ def _stages(
     rotor: DrivenRotor, time: float, state: CompensatedState, step: float
 ) -> tuple[Array, float]:
     """Accelerations at the nodes by fixed-point iteration, shape (STAGES,), and the relative size
-    of their last Legendre coefficients beyond round-off; infinite where the iteration does not converge."""
+    of their last Legendre coefficients beyond round-off; infinite where that does not converge."""
     rule = gauss_collocation(STAGES)
     once = step * rule.integral
     twice = once @ once

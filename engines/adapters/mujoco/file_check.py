@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from copy import copy
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from plumbob.analytic.errors.contact_models.contact_stability import (
+    ContactSpring,
+    largest_contact_step,
+)
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import FileCheck
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import (
@@ -102,18 +107,17 @@ def _contacts(
 
 def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
     """Contacts that are for another step, by their friction's rate, and those that are unstable at
-    this one, by semi-implicit Euler's condition r (w^2 + 4 zeta w) <= 4."""
-    softening, ratio, reported = _softening(model), frequency_ratio(model), False
+    this one, by the fastest mode of the body on them."""
+    reported, springs = False, set()
     contacts = [
         (model.pair_solref[i], model.pair_solreffriction[i], model.pair_solimp[i, 1])
         for i in range(model.npair)
     ]
-    contacts += [(model.geom_solref[i], np.zeros(2), 1.0) for i in range(model.ngeom)]
-    worst = 0.0
+    geoms = zip(model.geom_solref, model.geom_solimp[:, 1], strict=True)
+    contacts += [(solref, np.zeros(2), impedance) for solref, impedance in geoms]
     for solref, friction, impedance in contacts:
         if solref[0] < 0.0 and solref[1] <= 0.0:
-            spring = -solref[0] / softening * step**2
-            worst = max(worst, spring + 2.0 * (-solref[1] / softening * step))
+            springs.add((-float(solref[0]), -float(solref[1]), float(impedance)))
         rate = -friction[1]
         if friction[0] < 0.0 < rate and _close(impedance, IMPEDANCE) and not reported:
             steps = [-step * right / rate for right in _rates(method, step)]
@@ -124,11 +128,29 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
                     f"contacts are written for a time step of {words} s, and the file's is "
                     f"{step:g} s (`plumbob settings {method.name} --step {step:g}`)"
                 )
-    if ratio * worst > 4.0:
+    limit = _largest_step(model, springs, method)
+    if step > limit:
         yield (
             f"contacts are too stiff for a time step of {step:g} s: the body may be thrown up "
-            f"(stability number {ratio * worst:.3g}, at most 4; a smaller --stiffness lowers it)"
+            f"(while it slides, they are stable up to {limit:.3g} s; a smaller --stiffness allows "
+            "more)"
         )
+
+
+def _largest_step(
+    model: mujoco.MjModel, springs: Iterable[tuple[float, float, float]], method: Method
+) -> float:
+    """The largest step [s] at which a body is stable on contacts of these stiffnesses [1/s^2],
+    dampings [1/s] and impedances."""
+    effect, softening = np.eye(1) * frequency_ratio(model), _softening(model)
+    scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
+    limits = [
+        largest_contact_step(
+            effect, (ContactSpring(pull / d, drag / d, softening * (1.0 - d) / d),), scheme
+        )
+        for pull, drag, d in springs
+    ]
+    return min(limits, default=math.inf)
 
 
 def _rates(method: Method, step: float) -> tuple[float, ...]:

@@ -10,8 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+from plumbob.analytic.errors.contact_models.contact_stability import largest_ratio
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import Settings, Snippet
 from plumbob.engines.adapters.mujoco.contacts import (
     DAMPING,
@@ -39,16 +41,6 @@ PAIRS = (
     'geom2="foot_1"/>\n</contact>'
 )
 NO_PREDICTION = "none is predicted"
-
-
-def stable_ratio(stiffness: float, damping: float = DAMPING) -> float:
-    """Largest square of the ratio of a body's frequency on its contacts to one contact's frequency
-    at which semi-implicit Euler is stable: r w^2 + 4 r zeta w <= 4, with w times the step.
-
-    >>> round(stable_ratio(0.4), 2), round(stable_ratio(0.2), 1)
-    (6.25, 14.3)
-    """
-    return 4.0 / (stiffness**2 + 4.0 * damping * stiffness)
 
 
 def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
@@ -95,9 +87,11 @@ def _convergent(
     )
     more = "4.5" if rk4 else "1.6" if "noslip_iterations" in chosen.options else "1.2"
     cost = f"{more} times a step of Euler with default contacts"
+    scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
+    ratio = largest_ratio(stiffness, DAMPING, scheme)
     stable = (
         f"stable while it slides where no oscillation on the contacts is faster than "
-        f"{stable_ratio(stiffness):.3g}^(1/2) times one contact; `plumbob settings --check` "
+        f"{ratio:.3g}^(1/2) times one contact; `plumbob settings --check` "
         "tells, and a smaller --stiffness allows more"
     )
 

@@ -1,0 +1,49 @@
+"""The references of hard scenes beside 40 digits, or a second method."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+
+from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
+from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.tests.closed_forms.test_capsule_line import ONE_ROUNDING, integrate, parameters
+from plumbob.tests.support.high_precision import orbit_of
+
+
+def test_a_platform_at_1e4_rad_per_s_against_40_digits() -> None:
+    pendulum = case_of(find_scene("cone-pendulum/faster-platform")).problem
+    reference, times = pendulum.reference, np.array([1e-4, 1.1e-3, 5e-3])
+    seen, allowed = reference.observe(times), reference.uncertainty(times)
+    guesses = list(zip(seen["theta"], seen["theta_dot"], strict=True))
+    _, _, states = orbit_of(pendulum).follow(times.tolist(), guesses)
+    for i, state in enumerate(states):
+        for exact, key in zip(state, ("theta", "theta_dot"), strict=True):
+            assert abs(float(seen[key][i] - exact)) <= allowed[key][i]
+    assert (allowed["theta"] / np.abs(seen["theta"]) < 1e-13).all()
+
+
+def test_a_slider_of_1e_6_against_40_digits() -> None:
+    line = case_of(find_scene("capsule-line/lightest-slider")).problem.motion
+    with mpmath.workdps(40):
+        exact = integrate(parameters(line), mpmath.mpf(2 * line.t2))
+    for name in ("displacement", "stroke", "t2", "t_star"):
+        assert abs(getattr(line, name) - exact[name]) <= ONE_ROUNDING * abs(exact[name])
+    assert condition_number(line) < 20.0
+
+
+@pytest.mark.parametrize("rate", [1e2, 1e3, 1e4])
+def test_two_methods_follow_a_heavily_damped_pendulum(rate: float) -> None:
+    """Beyond the milliseconds in which the speed is lost, weight and damping all but cancel."""
+    problem = replace(
+        case_of(find_scene("simple-pendulum/overdamped")).problem, damping_rate=rate, theta_dot=2.0
+    )
+    motion = UnendingMotion(problem.rotor, problem.theta, problem.theta_dot)
+    _, gaps = motion.until(0.1).disagreement
+    assert gaps["theta"].max() < 1e-14
+    assert gaps["theta_dot"].max() < 1e-12
