@@ -344,7 +344,7 @@ _SCENES = (
         theta=_FOLLOWED.imag,
         theta_dot=_SLOW * _FOLLOWED.real,
         duration=3.0,
-        steps=step_sizes(1e-3, 1e-5),
+        steps=step_sizes(2e-4, 2e-6),
         hard="omega = 1000 rad/s under a motion of 2 rad/s: a ratio of 500",
     ),
     *_both(
