@@ -13,9 +13,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
-from plumbob.reports.view import notation, overview, sensitivity, tables
+from plumbob.reports.view import hard_cases, notation, overview, sensitivity, tables
 from plumbob.reports.view.about import Description, described
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
+from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
@@ -26,7 +26,6 @@ from plumbob.reports.view.records import (
     Replay,
     SceneRecord,
     SystemRecord,
-    Verdicts,
 )
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
@@ -110,7 +109,7 @@ def system_view(
             if scene.name in exact
         ),
         matrix.by_engine(study, every, scenes),
-        _hard(study, scenes, records.verdicts),
+        hard_cases.of_system(study, scenes, records.verdicts),
     )
 
 
@@ -160,7 +159,7 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
         (*figures, *((bars,) if bars else ())),
         exact.replay,
         tables.orders(convergence, methods),
-        hard_case(study, scene.system, scene.name) if scene.hard else (),
+        _hard(study, scene) if scene.hard else (),
         trimming(study, scene),
         tuple(t for t in tables_below if t),
         (
@@ -170,6 +169,12 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
             f"plumbob validate --scenes {scene.name}",
         ),
     )
+
+
+def _hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
+    """What is hard of a scene, and what it costs in digits."""
+    digits = hard_cases.of_scene(study, scene)
+    return (*hard_case(study, scene.system, scene.name), *((digits,) if digits else ()))
 
 
 def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:
@@ -214,35 +219,6 @@ def _absolute(
                 size = f"{notation.number(error * quantity.scale)} {units[quantity.observable]}"
                 sizes[c.method, m.step] = f"{size} of {quantity.observable}"
     return sizes
-
-
-def _hard(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Table | None:
-    """The hard scenes of a system: what is hard, and the smallest error of a full model there."""
-    rows = []
-    for scene in scenes:
-        if not scene.hard:
-            continue
-        errors = [
-            (judged.smallest, method.name)
-            for method in study.methods
-            if not method.surrogate
-            and method.scheme.integrator != EXACT
-            and (judged := verdicts.get((scene.name, method.name))) is not None
-            and judged.smallest is not None
-        ]
-        error, name = min(errors, default=(float("nan"), "none"))
-        rows.append(
-            row(
-                Cell(scene.name, "scene", link=anchor(scene.name)),
-                Cell(scene.hard, "text"),
-                Cell(notation.relative(error), "number"),
-                Cell(name, "method"),
-            )
-        )
-    if not rows:
-        return None
-    heads = ("scene", "what makes it hard", "smallest relative error", "by")
-    return Table("Hard cases", heads, tuple(rows))
 
 
 def _counts(judged: Iterable[PairVerdict]) -> tuple[tuple[str, int], ...]:
