@@ -19,7 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.analyses import section
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.view.content import Figure, Table, row
+from plumbob.reports.view.content import Figure
 
 TABLE = (
     "scene",
@@ -186,14 +186,14 @@ def _write(case: Case, path: str) -> None:
     assert of_system is not None
     assert of_system.solved is not None
     from plumbob.reports.view.page import filled, written
+    from plumbob.reports.view.tables import table
 
-    rows = tuple(row(name, str(value)) for name, value in case.scene.parameters.items())
     place = Path(path)
     text = filled(
         "figures.html.jinja",
         scene=case.scene,
         figures=_figures(of_system.solved, case),
-        parameters=Table("Parameters (SI)", ("name", "value"), rows),
+        parameters=table("values", caption="Parameters (SI)", values=case.scene.parameters),
     )
     written(text, place.parent, place.name)
 
