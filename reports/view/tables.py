@@ -1,5 +1,5 @@
-"""Tables as templates of reports/templates write them, with what every template may use: filters,
-and functions that make cells, figures and statements.
+"""Tables, and lines for a terminal, as templates of reports/templates write them, with what every
+template may use: filters, and functions that make cells, figures and statements.
 
     table: The caption               or `folded table`, which is shown on a click
     | method | error |               the heads, then the rows
@@ -55,6 +55,13 @@ def table_or_none(template: str, **values: Any) -> Table | None:
     """The same; None where it has no rows."""
     written = table(template, **values)
     return written if written.rows else None
+
+
+def lines(template: str, **values: Any) -> list[str]:
+    """The lines for a terminal that a template writes of values."""
+    return [
+        line.rstrip() for line in filled_text(f"terminal/{template}", Parts(), values).split("\n")
+    ]
 
 
 def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.records import Verdicts
+from plumbob.reports.view.tables import lines as lines_of
 from plumbob.reports.view.tables import table as written
 from plumbob.reports.view.tables import verdict_cell
 
@@ -37,31 +38,19 @@ def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
 
 def lines(results: Sequence[UserResult]) -> list[str]:
     """The same as lines for a terminal."""
-    text = []
+    shown = []
     for result in results:
-        smaller = _finest(result)
-        text += [
-            "",
-            f"{result.scene}: {result.observable} with your settings at {result.step:g} s",
-            f"  {'error':<18} {_error(result)} {result.unit}"
-            + (f"; {smaller}" if smaller else "")
-            + f"; {result.verdict}",
-        ]
-        for head, kind in (
-            ("at equal accuracy", result.at_equal_accuracy),
-            ("at no greater cost", result.better),
-        ):
-            choices = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)
-            text += [f"  {head:<18} {_said(c, result)}" for c in choices]
-            if not choices:
-                text.append(f"  {head:<18} nothing else that was measured")
-    return text
-
-
-def _said(choice: Choice, result: UserResult) -> str:
-    at = notation.step(choice.step, choice.control)
-    error = f"error {notation.number(choice.absolute)} {result.unit}"
-    return f"{choice.method} at {at}: {error}, {_factor(choice, result)}"
+        kinds = {"at equal accuracy": result.at_equal_accuracy, "at no greater cost": result.better}
+        instead = {
+            head: [
+                (choice, _factor(choice, result))
+                for choice in dict.fromkeys((kind.here, kind.anywhere))
+                if choice is not None
+            ]
+            for head, kind in kinds.items()
+        }
+        shown.append((result, _error(result), _finest(result), instead.items()))
+    return lines_of("user_settings", results=shown)
 
 
 def _factor(choice: Choice, result: UserResult) -> str:
