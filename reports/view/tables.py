@@ -59,9 +59,8 @@ def table_or_none(template: str, **values: Any) -> Table | None:
 
 def lines(template: str, **values: Any) -> list[str]:
     """The lines for a terminal that a template writes of values."""
-    return [
-        line.rstrip() for line in filled_text(f"terminal/{template}", Parts(), values).split("\n")
-    ]
+    text = filled_text(f"terminal/{template}", Parts(), values)
+    return [line.rstrip() for line in text.rstrip("\n").split("\n")]
 
 
 def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
