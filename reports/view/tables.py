@@ -57,6 +57,13 @@ def table_or_none(template: str, **values: Any) -> Table | None:
     return written if written.rows else None
 
 
+def figures(template: str, **values: Any) -> tuple[Figure, ...]:
+    """The figures that a template writes of values."""
+    parts = Parts()
+    filled_text(f"figures/{template}", parts, values)
+    return tuple(part for part in parts.made.values() if isinstance(part, Figure))
+
+
 def lines(template: str, **values: Any) -> list[str]:
     """The lines for a terminal that a template writes of values."""
     text = filled_text(f"terminal/{template}", Parts(), values)
@@ -160,7 +167,7 @@ def _functions(parts: Parts) -> dict[str, Any]:
 
     return {
         "cell": held(Cell),
-        "made": parts.held,  # a cell that is made already
+        "made": parts.held,  # a part that is made already
         "value": held(value),
         "right": held(lambda text: Cell(text, "number")),
         "verdict": held(verdict_cell),
