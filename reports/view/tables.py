@@ -10,7 +10,7 @@ template may use: filters, and functions that make cells, figures and statements
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from plumbob.reports.view import notation, palette, traces
-from plumbob.reports.view.content import Cell, Figure, Statement, Table, row, value
+from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
 from plumbob.reports.view.records import PairVerdict
 from plumbob.reports.view.sources import as_printed
 
@@ -85,17 +85,19 @@ def table_of(block: str, parts: Parts) -> Table:
             lines[-1] += f" {line}"
     note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
     caption = lines[0].partition(": ")[2]
-    heads, *rows = [list(_cells(line, parts)) for line in lines[1:]]
-    cells = tuple(row(*line) for line in rows)
-    return Table(caption, tuple(map(str, heads)), cells, note, lines[0].startswith("folded"))
+    heads, *rows = [_cells(line, parts.made) for line in lines[1:]]
+    folded = lines[0].startswith("folded")
+    return Table(caption, tuple(cell.text for cell in heads), tuple(rows), note, folded)
 
 
-def _cells(line: str, parts: Parts) -> Iterator[str | Cell]:
-    """The cells between the bars of a line."""
-    for part in (BAR.split(line) if "\\|" in line else line.split("|"))[1:-1]:
-        stripped = part.strip().replace("\\|", "|")
-        cell = parts.made.get(stripped)
-        yield cell if isinstance(cell, Cell) else stripped
+def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
+    """The cells between the bars of a line; what is text becomes a cell of text."""
+    texts = BAR.split(line) if "\\|" in line else line.split("|")
+    stripped = [text.strip() for text in texts[1:-1]]
+    cells = [(text, made.get(text)) for text in stripped]
+    return tuple(
+        cell if isinstance(cell, Cell) else Cell(text.replace("\\|", "|")) for text, cell in cells
+    )
 
 
 @cache
@@ -109,6 +111,7 @@ def environment() -> Environment:
         extensions=["jinja2.ext.do"],
         trim_blocks=True,
         lstrip_blocks=True,
+        optimized=False,  # most are filled once: folding constants takes longer than it saves
     )
     environment.filters |= {
         "number": notation.number,  # 0.0123
