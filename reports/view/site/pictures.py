@@ -12,7 +12,8 @@ from typing import Any
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import GREY
 
-WIDTH, HEIGHT = 320, 190  # of the picture, in its own units
+WIDTH, HEIGHT = 320, 190  # of a picture, in its own units
+SQUARE = WIDTH - 12  # its height where both axes have one scale: the margins differ by so much
 LEFT, RIGHT, TOP, BOTTOM = 46, 8, 8, 34  # margins
 MOST_CURVES, MOST_POINTS, MOST_TICKS = 6, 120, 4
 DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
@@ -61,13 +62,17 @@ def picture(figure: Figure) -> str:
     if not drawn:
         return ""
     every = [point for _, points in drawn for point in points]
-    across = _axis(figure.layout["xaxis"], [x for x, _ in every], LEFT, WIDTH - RIGHT)
-    up = _axis(figure.layout["yaxis"], [y for _, y in every], HEIGHT - BOTTOM, TOP)
+    places = [x for x, _ in every], [y for _, y in every]
+    height, layout = HEIGHT, figure.layout
+    if "scaleanchor" in layout["yaxis"]:
+        height, places = SQUARE, ([*places[0], *places[1]],) * 2
+    across = _axis(layout["xaxis"], places[0], LEFT, WIDTH - RIGHT)
+    up = _axis(layout["yaxis"], places[1], height - BOTTOM, TOP)
     marks = "".join(_curve(trace, points, across, up) for trace, points in drawn)
     label = escape(f"{figure.title}. {figure.caption}")
     return (
-        f'<svg class="picture" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{label}">'
-        f"{_frame(figure.layout, across, up)}{marks}</svg>"
+        f'<svg class="picture" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{label}">'
+        f"{_frame(layout, across, up)}{marks}</svg>"
     )
 
 
@@ -101,7 +106,7 @@ def _axis(layout: Mapping[str, Any], values: Sequence[float], start: float, end:
 
 
 def _frame(layout: Mapping[str, Any], across: Axis, up: Axis) -> str:
-    bottom, middle = HEIGHT - BOTTOM, (TOP + HEIGHT - BOTTOM) / 2
+    bottom, middle = up.start, (up.start + up.end) / 2
     parts = [f'<path class="axes" d="M{LEFT} {TOP}V{bottom}H{WIDTH - RIGHT}"/>']
     for place, text in across.ticks():
         parts.append(f'<text x="{place:.1f}" y="{bottom + 13}" class="middle">{text}</text>')
@@ -110,7 +115,8 @@ def _frame(layout: Mapping[str, Any], across: Axis, up: Axis) -> str:
         parts.append(f'<text x="{LEFT - 4}" y="{place + 4:.1f}" class="end">{text}</text>')
     titles = [escape(layout[name]["title"]["text"]) for name in ("xaxis", "yaxis")]
     parts.append(
-        f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 5}" class="middle">{titles[0]}</text>'
+        f'<text x="{(LEFT + WIDTH) / 2}" y="{bottom + BOTTOM - 5}" class="middle">'
+        f"{titles[0]}</text>"
     )
     parts.append(
         f'<text x="9" y="{middle}" class="middle" transform="rotate(-90 9 {middle})">'
