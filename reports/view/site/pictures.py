@@ -61,13 +61,8 @@ def picture(figure: Figure) -> str:
     drawn = drawn[:MOST_CURVES]
     if not drawn:
         return ""
-    every = [point for _, points in drawn for point in points]
-    places = [x for x, _ in every], [y for _, y in every]
-    height, layout = HEIGHT, figure.layout
-    if "scaleanchor" in layout["yaxis"]:
-        height, places = SQUARE, ([*places[0], *places[1]],) * 2
-    across = _axis(layout["xaxis"], places[0], LEFT, WIDTH - RIGHT)
-    up = _axis(layout["yaxis"], places[1], height - BOTTOM, TOP)
+    layout = figure.layout
+    height, across, up = _axes(layout, [point for _, points in drawn for point in points])
     marks = "".join(_curve(trace, points, across, up) for trace, points in drawn)
     label = escape(f"{figure.title}. {figure.caption}")
     return (
@@ -95,6 +90,17 @@ def _points(trace: Mapping[str, Any], layout: Mapping[str, Any]) -> list[tuple[f
     ]
     every = max(1, math.ceil(len(points) / MOST_POINTS))
     return points[::every]
+
+
+def _axes(
+    layout: Mapping[str, Any], points: Sequence[tuple[float, float]]
+) -> tuple[int, Axis, Axis]:
+    """The height of a picture of these points and its axes, of one scale where the layout asks."""
+    height, places = HEIGHT, [list(values) for values in zip(*points, strict=True)]
+    if "scaleanchor" in layout["yaxis"]:
+        height, places = SQUARE, [places[0] + places[1]] * 2
+    across = _axis(layout["xaxis"], places[0], LEFT, WIDTH - RIGHT)
+    return height, across, _axis(layout["yaxis"], places[1], height - BOTTOM, TOP)
 
 
 def _axis(layout: Mapping[str, Any], values: Sequence[float], start: float, end: float) -> Axis:
