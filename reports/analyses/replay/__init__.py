@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.analyses.replay import observables
 from plumbob.reports.analyses.replay.body import body
 from plumbob.reports.analyses.replay.capsule import capsule
@@ -62,7 +62,7 @@ def replay(study: Study, scene: Scene) -> Replay:
         for c in study.convergence
         if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
     }
-    for shown in shown_runs(plan_of(study), scene):
+    for shown in shown_runs(StudyPlan(study.profile, study.scenes, study.methods), scene):
         run = study.recording(shown.run) if shown.run in study.extras else None
         name = f"{shown.run.method}, {_step(shown.run.step, shown.control)}"
         if run is None:
