@@ -66,8 +66,8 @@ def figures(template: str, **values: Any) -> tuple[Figure, ...]:
 
 def lines(template: str, **values: Any) -> list[str]:
     """The lines for a terminal that a template writes of values."""
-    text = filled_text(f"terminal/{template}", Parts(), values)
-    return [line.rstrip() for line in text.rstrip("\n").split("\n")]
+    text = filled_text(f"terminal/{template}", Parts(), values).rstrip("\n")
+    return [line.rstrip() for line in text.split("\n")] if text else []
 
 
 def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
