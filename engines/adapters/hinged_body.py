@@ -41,7 +41,7 @@ class HingedBody:
     def torque(self, times: Array) -> Array:
         """Of the forcing [N m] at times [s], shape (n,)."""
         amplitude, frequency = self.forcing or (0.0, 0.0)
-        return np.asarray(amplitude * np.sin(frequency * times))
+        return amplitude * np.sin(frequency * times)
 
     @property
     def platform_load(self) -> float:

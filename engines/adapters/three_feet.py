@@ -72,7 +72,7 @@ class ThreeFeet:
         if (line := self.setup.relative_velocity) is not None:
             return np.asarray(line(times))[:, None]
         assert self.setup.plane_velocity is not None
-        return np.asarray(self.setup.plane_velocity(times))
+        return self.setup.plane_velocity(times)
 
     def accelerations(self, first: int, last: int, step: float) -> Array:
         """Mean acceleration of the slider along its tracks [m/s^2] over the steps `first` to
@@ -80,7 +80,7 @@ class ThreeFeet:
         is right at every grid time, wherever the acceleration jumps."""
         # By index: the velocity that one step ends with is the one that the next begins with.
         rates = self.slider_velocity(np.arange(first, last + 1, dtype=np.float64) * step)
-        return np.asarray(np.diff(rates, axis=0) / step)
+        return np.diff(rates, axis=0) / step
 
     def velocities(self, first: int, last: int, step: float) -> Array:
         """Velocity of the slider along its tracks [m/s] at the end of each of these steps, shape

@@ -243,4 +243,4 @@ def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
     """
     closed = manoeuvre.closed
     late = np.maximum(times - manoeuvre.t1, 0.0)
-    return np.asarray(-closed.backward * times + closed.braking * late)
+    return -closed.backward * times + closed.braking * late

@@ -127,11 +127,11 @@ class _Spent:
 
     @property
     def way_pushed(self) -> Array:
-        return np.asarray(0.5 * self.pushed**2 + self.pushed * self.late)
+        return 0.5 * self.pushed**2 + self.pushed * self.late
 
     @property
     def way_braked(self) -> Array:
-        return np.asarray(0.5 * self.late**2)
+        return 0.5 * self.late**2
 
 
 def _body_roundings(line: LineManoeuvre, spent: _Spent, times: Array) -> tuple[Array, Array]:

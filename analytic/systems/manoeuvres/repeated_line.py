@@ -143,7 +143,7 @@ class RepeatedLine:
         capsule, (_, local) = self.manoeuvre.capsule, self.within(times)
         both = capsule.body_mass + capsule.slider_mass
         inner = capsule.slider_mass * self.relative_velocity(times)
-        return np.asarray(both * self.manoeuvre.body_velocity(local) + inner)
+        return both * self.manoeuvre.body_velocity(local) + inner
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to

@@ -59,7 +59,7 @@ class Coasting:
     def rates(self, times: Array) -> Array:
         """Rate at `times` [s], shape (n,)."""
         left = np.maximum(self.duration - times, 0.0)
-        return np.asarray(math.copysign(self.deceleration, self.rate) * left)
+        return math.copysign(self.deceleration, self.rate) * left
 
     def ways(self, times: Array) -> Array:
         """Way since the start at `times` [s], shape (n,)."""

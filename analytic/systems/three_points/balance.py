@@ -42,7 +42,7 @@ def actuator_force(body: Mechanics, load: Loading) -> Complex:
     spin_up = (load.torque - growth) / at.inertia
     relative = w + 2j * omega * v + 1j * spin_up * r - omega**2 * r
     # Q is at (1 - mu) r from G; the slope pulls at Q too, and that part cancels.
-    return np.asarray(body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative))
+    return body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative)
 
 
 def actuator_power(body: Mechanics, load: Loading) -> Array:

@@ -219,7 +219,7 @@ def statics(setup: CapsuleSetup, compliance: float, ahead: float = 0.0) -> Array
     if loads.min() <= 0.0:
         return None
     places = np.column_stack([np.ones(3), np.asarray(capsule.supports)])
-    return np.asarray(np.linalg.solve(places, -compliance * setup.press * loads))
+    return np.linalg.solve(places, -compliance * setup.press * loads)
 
 
 @lru_cache(maxsize=256)

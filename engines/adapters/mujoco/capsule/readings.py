@@ -69,7 +69,7 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
         # By index: the velocity that one step ends with is the one that the next begins with.
         first = np.rint(times / step)
         begun, ended = np.split(velocity(np.concatenate([first, first + 1.0]) * step), 2)
-        return np.asarray((ended - begun) / step)
+        return (ended - begun) / step
 
     return mean
 
@@ -139,7 +139,7 @@ def _facing(qpos: Array, begun: float) -> Array:
     """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude
     determines it up to whole turns."""
     if qpos.shape[1] < FREE:
-        return np.asarray(qpos[:, 3])
+        return qpos[:, 3]
     angles = np.unwrap(heading(qpos[:, 3:7]))
     return np.asarray(angles + 2 * np.pi * np.round((begun - angles[0]) / (2 * np.pi)))
 
