@@ -164,19 +164,6 @@ def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:
     return float(32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness))
 
 
-def friction_moment(capsule: Capsule, slider_positions: Array, directions: Array) -> Array:
-    """Moment of friction about C [N m], shape (n,), while the body translates along `directions`
-    [rad], shape (n,), with the slider at `slider_positions` relative to C [m], shape (n, 2).
-
-    Sum N_i CA_i = m g r, so this is -f m g (r x d).k: zero along every line through C that
-    carries Q, not only along the C-A_i of Chernousko 2020.
-    """
-    pressed = normal_forces(capsule, slider_positions) @ np.asarray(capsule.supports)
-    along = np.stack([np.cos(directions), np.sin(directions)], axis=-1)
-    across = pressed[..., 0] * along[..., 1] - pressed[..., 1] * along[..., 0]
-    return np.asarray(-capsule.friction * across)
-
-
 def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
     """Slider positions, shape (n, 2), among which every support load has its minimum on
     `piece`: a load is affine in the position, so a cosine of the angle along an arc."""

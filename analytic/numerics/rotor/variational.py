@@ -163,3 +163,18 @@ class TangentFlow:
         stacked = sources.transpose(0, 2, 1, 3).reshape(steps, 2 * stages, columns)
         solved = (self._inverse @ stacked).reshape(steps, 2, stages, columns)
         return solved.transpose(0, 2, 1, 3)
+
+
+def weighted_response(flow: TangentFlow) -> Response:
+    """Responses to a relative change of one in each input: theta(0), theta_dot(0), and each
+    coefficient that is not zero."""
+    x, v = flow.orbit.theta[0], flow.orbit.theta_dot[0]
+    partials = flow.rotor.partials(flow.times, *flow.states)
+    inputs = {name: getattr(flow.rotor, name) for name in partials}
+    scaled = [value * partials[name] for name, value in inputs.items() if value != 0.0]
+    forcing = np.zeros((*flow.times.shape, 2, 2 + len(scaled)))
+    for column, source in enumerate(scaled, start=2):
+        forcing[:, :, 1, column] = source
+    start = np.zeros((2, forcing.shape[-1]))
+    start[0, 0], start[1, 1] = x, v
+    return flow.respond(start, forcing)

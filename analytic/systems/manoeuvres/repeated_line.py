@@ -102,10 +102,6 @@ class RepeatedLine:
         back = self.returning.relative_velocity(local - self.manoeuvre.t2)
         return np.where(local < self.manoeuvre.t2, there, back)
 
-    def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]."""
-        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
-
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,), as `line_reference` names them."""
         done, local = self.within(times)

@@ -129,10 +129,6 @@ class SlowStroke:
         speed = np.minimum(outward, np.maximum(self.one_way - outward, 0.0))
         return np.where(back, -signed, signed) * speed
 
-    def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]."""
-        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
-
     def strokes(self, times: Array) -> Array:
         """Slider's displacement in the body xi [m] at `times` [s], shape (n,)."""
         _, outward = self._outward(times)

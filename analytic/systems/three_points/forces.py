@@ -113,20 +113,3 @@ def _missing(
     push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
     pull = body.tilt * np.exp(-1j * heading)
     return np.asarray(body.mass * (push - pull) - forces.sum(axis=1))
-
-
-def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:
-    """Loadings at `times` [s], shape (n,): for each segment that contains some of them, those times
-    and its loading."""
-    times = np.atleast_1d(np.asarray(times, dtype=np.float64))
-    which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
-    loadings = []
-    for index in np.unique(which):
-        segment, instants = motion.segments[index], times[which == index]
-        local = instants - motion.path.breakpoints[segment.piece]
-        if segment.coefficients is None:
-            loadings.append((instants, resting(motion, segment, local)))
-        else:
-            inside = np.clip(local, segment.start, segment.end)
-            loadings.append((instants, moving(motion, segment, segment.parameter(inside))))
-    return loadings
