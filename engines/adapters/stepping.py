@@ -9,9 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.method import Stepping
+from plumbob.engines.method import ModelError, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -111,3 +112,17 @@ def stepped(
     build()
     seconds = time.perf_counter() - begin
     return SteppedSimulation(build, steps, step, seconds, broken)
+
+
+def relative_tolerance(tolerance: float, smallest: float) -> float:
+    """The `tolerance`, which a method is given as its step; raises ParameterError where a solver
+    takes none below the `smallest`."""
+    if not smallest <= positive("step", tolerance) < 1.0:
+        wanted = f"a relative tolerance from {smallest:.1e} to below 1"
+        raise ParameterError("step", tolerance, wanted)
+    return tolerance
+
+
+def no_error(*of: object) -> ModelError:
+    """None: the model is the system itself."""
+    return {}

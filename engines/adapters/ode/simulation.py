@@ -14,14 +14,14 @@ from scipy.integrate import DOP853, LSODA, Radau
 from scipy.linalg.lapack import dgetrs, zgetrs
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
-from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.adapters.stepping import Built, relative_tolerance, stepped
 from plumbob.engines.method import Method, Simulation, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
@@ -37,8 +37,7 @@ def prepared(case: Case, method: Method, step: float) -> Simulation:
     begin = time.perf_counter()
     if method.control == "step":
         return stepped(case, step, partial(_built, case, method, step))
-    if not SMALLEST <= positive("step", step) < 1.0:
-        raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
+    relative_tolerance(step, SMALLEST)
     equation = builder(case.system).build(case.problem, method)
     solver = solver_called(method.settings["method"])
     elapsed = time.perf_counter() - begin

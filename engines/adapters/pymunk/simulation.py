@@ -9,7 +9,7 @@ from typing import Any, Protocol, cast
 import pymunk
 
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation, stepped
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case, System
 
@@ -38,9 +38,7 @@ class Builder(Protocol):
         """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
         ...
 
-    def model_error(
-        self, problem: Any, duration: float, method: Method, step: float
-    ) -> Mapping[str, Mapping[str, float]]:
+    def model_error(self, problem: Any, duration: float, method: Method, step: float) -> ModelError:
         """Bounds on what the model adds to each observable over `duration` [s], by reason."""
         ...
 
