@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, validity
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
@@ -70,7 +70,7 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
 
 
 @dataclass(frozen=True)
-class LineManoeuvre:
+class LineManoeuvre(SingleMotion):
     """Body and slider from rest to rest along one line through C (Chernousko 2020, eqs. 11-22).
 
     The slider's acceleration relative to the body is w1 until t1, then -w2 until t2 [m/s^2, s],
@@ -94,8 +94,6 @@ class LineManoeuvre:
     direction: float = 0.0
     start: float = 0.0
     kind: ClassVar[MotionKind] = "line"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = math.inf
 
     def __post_init__(self) -> None:
         for name in ("w1", "w2", "t1"):
@@ -135,11 +133,6 @@ class LineManoeuvre:
     def unit(self) -> Array:
         """Unit vector of `direction`, shape (2,)."""
         return np.array([math.cos(self.direction), math.sin(self.direction)])
-
-    @property
-    def single(self) -> LineManoeuvre:
-        """Itself."""
-        return self
 
     @property
     def sliding_time(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     Capsule,
     Point,
@@ -21,7 +21,7 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 ROUNDINGS = 32  # upper bound: of the parameters, and between them and a place
@@ -67,7 +67,7 @@ class Coasting:
 
 
 @dataclass(frozen=True)
-class ResidualMotion:
+class ResidualMotion(SingleMotion, LinearResponse):
     """`capsule` that turns about `centre` [m, relative to C, at the start], or if `centre` is None
     translates along `direction` [rad], with Q at `slider` relative to C [m]; at the start C is the
     origin and the heading is 0."""
@@ -78,13 +78,6 @@ class ResidualMotion:
     direction: float = 0.0
     slider: Point = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "coasting"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = math.inf
-
-    @property
-    def single(self) -> ResidualMotion:
-        """Itself."""
-        return self
 
     @property
     def path(self) -> SliderPath:
@@ -139,10 +132,6 @@ class ResidualMotion:
         return {
             name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
         }
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on earlier errors."""
-        return 0.0
 
 
 def _placed(capsule: Capsule, slider: Point) -> Array:

@@ -182,8 +182,9 @@ def at_rest(body: Mechanics, piece: Piece, time: float, heading: float, com: com
     return State(time, 0j, 0.0, heading, complex(place))
 
 
-def com_of(body: Mechanics, at: Configuration, state: State) -> complex:
-    """Place of C on the ground [m] in `state`, with the slider as in `at` (one time)."""
+def com_of(body: Mechanics, piece: Piece, state: State) -> complex:
+    """Place of C on the ground [m] in `state` of a `piece`."""
+    at = configuration(body, piece, np.array([state.time]))
     arm = body.mass_ratio * complex(at.position[0]) * np.exp(1j * state.heading)
     return complex(state.place - arm)
 
