@@ -16,6 +16,8 @@ from plumbob.analytic.reference import Array
 Point = tuple[float, float]
 NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
+
 # Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
 FLATTEST = 1e-9
 
@@ -150,7 +152,7 @@ def load_slopes(capsule: Capsule, direction: float) -> Array:
 
 def steepest_load(capsule: Capsule) -> float:
     """Largest change of any N_i with the slider's place [N/m]."""
-    here, x, y = normal_forces(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = normal_forces(capsule, CORNERS)
     return float(np.hypot(x - here, y - here).max())
 
 
@@ -170,7 +172,7 @@ def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
     if isinstance(piece, Segment):
         return np.array([piece.start, piece.end], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    here, x, y = load_fractions(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = load_fractions(capsule, CORNERS)
     steepest_fall = np.arctan2(here - y, here - x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])

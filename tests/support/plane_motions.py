@@ -16,6 +16,7 @@ from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, Residu
 from plumbob.analytic.systems.slider_path import Kinematics
 from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.smooth_segment import monotone_root
 
 SAMPLES = 129  # of a smooth piece, for the search of its lowest normal force
 
@@ -51,7 +52,8 @@ def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading
             loadings.append((instants, resting(motion, segment, local)))
         else:
             inside = np.clip(local, segment.start, segment.end)
-            loadings.append((instants, moving(motion, segment, segment.parameter(inside))))
+            places = monotone_root(segment.coefficients[:, 3], inside, segment.last)
+            loadings.append((instants, moving(motion, segment, places)))
     return loadings
 
 

@@ -13,7 +13,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import Demand
 
-NAME = "driving_force"
 ROUNDINGS = 32  # upper bound: of the parameters, and between them and the force
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, normal_forces
+from plumbob.analytic.systems.capsule import CORNERS, Capsule, normal_forces
 from plumbob.analytic.systems.slider_path import Piece
 
 Complex = npt.NDArray[np.complex128]
@@ -53,9 +53,7 @@ class Configuration:
 
 def mechanics(capsule: Capsule, tilt: tuple[float, float] = (0.0, 0.0)) -> Mechanics:
     """Constants of `capsule` on ground whose slope pulls with `tilt` [m/s^2] along ground axes."""
-    here, x, y = capsule.friction * normal_forces(
-        capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    )
+    here, x, y = capsule.friction * normal_forces(capsule, CORNERS)
     return Mechanics(
         mass=capsule.body_mass + capsule.slider_mass,
         mass_ratio=capsule.mass_ratio,

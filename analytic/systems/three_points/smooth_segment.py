@@ -73,17 +73,6 @@ class SmoothSegment:
     last: float = 1.0
     solution: Solution | None = None
 
-    def parameter(self, times: Array) -> Array:
-        """The parameter at local `times` [s], shape (n,)."""
-        assert self.coefficients is not None
-        clock = self.coefficients[:, 3]
-        return monotone_root(clock, times, self.last)
-
-    def states(self, times: Array) -> Array:
-        """The seven quantities at local `times` [s], shape (n, 7)."""
-        assert self.coefficients is not None
-        return evaluate(self.coefficients, self.parameter(times))
-
 
 def states_of(segments: Sequence[SmoothSegment], which: Indices, times: Array) -> Array:
     """The seven quantities at local `times` [s], each of the segment with the number in `which`,

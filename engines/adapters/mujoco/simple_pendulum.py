@@ -17,8 +17,6 @@ from plumbob.engines.adapters.hinged_body import bob_errors
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
 from plumbob.engines.method import Method, ModelError
 
-POINT = 1e-15  # [kg m^2] of the bob: the least moment of inertia that MuJoCo takes
-
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a pendulum; `problem` is a SimplePendulum."""
