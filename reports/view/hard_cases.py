@@ -9,10 +9,9 @@ from plumbob.engines.study.measurement import worst
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import EXACT
-from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
-from plumbob.reports.view.overview import anchor
+from plumbob.reports.view.content import Table
 from plumbob.reports.view.records import Verdicts
+from plumbob.reports.view.tables import table_or_none
 
 ROUNDING = 2.0**-53  # relative
 PERCENT = 0.01
@@ -42,9 +41,7 @@ def of_system(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Tabl
     """The hard scenes of a system: what is hard, digits that the motion loses, and the smallest
     error of a full model there with the digits that it loses beside them."""
     rows = []
-    for scene in scenes:
-        if not scene.hard:
-            continue
+    for scene in (scene for scene in scenes if scene.hard):
         errors = [
             (judged.smallest, method.name)
             for method in study.methods
@@ -55,27 +52,8 @@ def of_system(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Tabl
         ]
         error, name = min(errors, default=(float("nan"), "none"))
         motion = lost_by_motion(study, scene)
-        rows.append(
-            row(
-                Cell(scene.name, "scene", link=anchor(scene.name)),
-                Cell(scene.hard, "text"),
-                _digits(motion),
-                Cell(notation.relative(error), "number"),
-                Cell(name, "method"),
-                _digits(_beside(error, motion)),
-            )
-        )
-    if not rows:
-        return None
-    heads = (
-        "scene",
-        "what makes it hard",
-        "digits lost by the motion",
-        "smallest relative error",
-        "by",
-        "digits that it loses more",
-    )
-    return Table("Hard cases", heads, tuple(rows))
+        rows.append((scene, motion, error, name, _beside(error, motion)))
+    return table_or_none("hard", rows=rows)
 
 
 def of_scene(study: Study, scene: Scene) -> Table | None:
@@ -84,41 +62,21 @@ def of_scene(study: Study, scene: Scene) -> Table | None:
     motion, rows = lost_by_motion(study, scene), []
     controls = {method.name: method.control for method in study.methods}
     for series in study.convergence:
-        if series.scene != scene.name:
-            continue
         errors = {
-            run.step: quantity_error
+            run.step: worst(run, study.quantities(scene.name))[1]
             for run in series.measurements
-            if run.status == "done"
-            for _, quantity_error in (worst(run, study.quantities(scene.name)),)
+            if series.scene == scene.name and run.status == "done"
         }
-        if not errors:
-            continue
-        least = min(errors.values())
-        small = [step for step, error in errors.items() if error <= PERCENT]
-        rows.append(
-            row(
-                Cell(series.method, "method"),
-                Cell(notation.relative(least), "number"),
-                _digits(_beside(least, motion)),
-                Cell(_largest(small, controls[series.method]), "number"),
-            )
-        )
-    if not rows:
-        return None
-    heads = ("method", "smallest error", "digits that it loses more", "largest step within 1 %")
-    return Table("Digits lost", heads, tuple(rows))
-
-
-def _largest(steps: Sequence[float], control: str) -> str:
-    return notation.step(max(steps), control) if steps else "none run"
+        if errors:
+            least = min(errors.values())
+            within = max((s for s, error in errors.items() if error <= PERCENT), default=None)
+            control = controls[series.method]
+            rows.append((series.method, least, _beside(least, motion), within, control))
+    return table_or_none("hard_digits", rows=rows)
 
 
 def _beside(error: float, motion: float | None) -> float | None:
+    """Digits that an error loses more than the motion; None where either is not known."""
     if motion is None or math.isnan(error):
         return None
     return max(digits_lost(error) - motion, 0.0)
-
-
-def _digits(digits: float | None) -> Cell:
-    return Cell("" if digits is None else f"{digits:.1f}", "number")

@@ -13,7 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
-from plumbob.reports.view import hard_cases, notation, overview, sensitivity, tables
+from plumbob.reports.view import hard_cases, notation, overview, scene_tables
 from plumbob.reports.view.about import Description, described
 from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.reports.view.overview import anchor
@@ -29,6 +29,7 @@ from plumbob.reports.view.records import (
 )
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
+from plumbob.reports.view.tables import table
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
@@ -124,16 +125,17 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
     at_first = _at_first(record, [methods[name] for name in ran])
     observables = study.observables(scene.name)
     first = (
-        tables.summary(observables, convergence, judged, methods),
+        scene_tables.summary(observables, convergence, judged, methods),
         overview.scene_recommendations(record.recommendations),
     )
     noticed = exact.sensitivity
     tables_below = (
-        tables.cost(convergence, costs, methods),
-        tables.budgets(observables, convergence, judged, methods),
-        tables.every_run(observables, convergence, judged, methods),
-        sensitivity.table(noticed, record.verdicts, methods) if noticed else None,
-        tables.parameters(scene, exact.facts),
+        scene_tables.cost(convergence, costs, methods),
+        scene_tables.budgets(observables, convergence, judged, methods),
+        scene_tables.every_run(observables, convergence, judged, methods),
+        noticed
+        and table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods),
+        scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
     bars = budget_bars(observables[0], convergence, judged, methods, at_first)
     figures = scene_figures(
@@ -158,7 +160,7 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
         tuple(t for t in first if t),
         (*figures, *((bars,) if bars else ())),
         exact.replay,
-        tables.orders(convergence, methods),
+        scene_tables.orders(convergence, methods),
         _hard(study, scene) if scene.hard else (),
         trimming(study, scene),
         tuple(t for t in tables_below if t),
