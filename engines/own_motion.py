@@ -142,6 +142,10 @@ class StepMaps(Protocol):
         (n, n); times `directions`, shape (n, k), if given."""
         ...
 
+    def changed(self, change: Change) -> StepMaps:
+        """Those of the model with a change, about the same state."""
+        ...
+
     def place(self, weights: Array) -> Place:
         """Where most of the weights of the tangent space, shape (n,), are."""
         ...
@@ -238,9 +242,9 @@ class OwnModel(Protocol):
     def nudged(
         self, script: Script, begin: int, integrator: str, step: float, duration: float
     ) -> float:
-        """By how much, at most, its own steps [s] for a duration [s] magnify a small nudge of the
-        positions of `script.start`, with the controls from the period `begin` on, the last one held
-        for as long as need be; infinite where they diverge."""
+        """How many times as far apart as a small nudge of `script.start` are positions, at most,
+        when it has stepped for a duration [s], with the controls from the period `begin` on, the
+        last one held for as long as need be; infinite where a run diverges."""
         ...
 
     def positions(self, states: Array) -> Array:

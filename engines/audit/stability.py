@@ -38,7 +38,7 @@ ALIKE = 1.5
 TINY = 2.0**-24  # [s]: a step that is the continuous motion's
 BELOW, ABOVE = 0.9, 1.1  # of a limit: where nudged runs hold, and are lost
 LOST = 1e3  # a nudge's growth beyond the continuous motion's own
-FINER = 4  # times: the step by which that is measured
+FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
 LEAST, MOST = 50, 400  # steps of a nudged run
 FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
 HELPS = 1.1  # times the limit: what a remedy is to reach
@@ -120,14 +120,19 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
     return float((stepped / np.maximum(flow, 1.0)).max())
 
 
+def excess_at(at: Point, integrator: str, step: float, difference: float) -> float:
+    """That of one step [s] at a state."""
+    return excess(at.maps(integrator, step, difference), at.rates, step)
+
+
 def unstable(at: Point, integrator: str, step: float) -> bool:
     """Whether a step [s] magnifies nudges at a state."""
-    return excess(at.maps(integrator, step, DIFFERENCES[0]), at.rates, step) > 1.0 + MARGIN
+    return excess_at(at, integrator, step, DIFFERENCES[0]) > 1.0 + MARGIN
 
 
 def decided(at: Point, integrator: str, step: float) -> bool:
     """Whether that does not depend on the differences."""
-    factors = [excess(at.maps(integrator, step, d), at.rates, step) for d in DIFFERENCES]
+    factors = [excess_at(at, integrator, step, difference) for difference in DIFFERENCES]
     return math.isinf(min(factors)) or max(factors) <= ALIKE * min(factors)
 
 
@@ -170,31 +175,32 @@ class Course:
 
     def point(self, index: int) -> Point:
         """The state at the beginning of a control period."""
-        maps = self.maps(index)
+        control = self.script.controls[min(index, len(self.script.controls) - 1)]
+        maps = self.model.step_maps(self.states[index], control)
         step = maps(self.model.integrator, TINY, DIFFERENCES[0])
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
         return Point(index, maps, np.asarray(rates))
-
-    def maps(self, index: int) -> StepMaps:
-        """Jacobians of steps there."""
-        control = self.script.controls[min(index, len(self.script.controls) - 1)]
-        return self.model.step_maps(self.states[index], control)
 
     def changed(self, change: Change) -> Course:
         """Of the model with a change, at the same states."""
         return replace(self, model=self.model.changed((change,)))
 
     def lost(self, integrator: str, step: float, index: int = 0) -> bool:
-        """Whether a run with a step [s] loses a nudge, or itself: from the start, or from a period
-        `index` on where that would take too many steps."""
+        """Whether a run with a step [s] loses a nudge, or itself: one from a period `index` on, or
+        one from the start, unless that takes too many steps. A nudge of a motion that is already
+        disturbed may not show what one of the motion itself does."""
+        whole = self.script.duration <= MOST * step
+        return any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
+
+    def _lost(self, integrator: str, step: float, begin: int) -> bool:
         script, nudged = self.script, self.model.nudged
-        begin = 0 if script.duration <= MOST * step else index
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
         begun = replace(script, start=self.states[begin])
         grown = nudged(begun, begin, integrator, step, duration)
         if grown <= LOST or math.isinf(grown):
             return grown > LOST
-        flow = nudged(begun, begin, integrator, step / FINER, duration)
+        fine = min(step / FINER, self.model.step)
+        flow = nudged(begun, begin, integrator, fine, duration)
         return grown > LOST * max(1.0, flow)
 
 
@@ -229,7 +235,13 @@ def measured(course: Course, limit: Limit, why: str) -> Limit:
         if low < limit.largest_step / MOST:
             return replace(limit, why="nudged runs are lost at any step that was tried")
     low = bisected(fails, low, high, 1.0 - BELOW / ABOVE)
-    limit = replace(limit, largest_step=low / BELOW, confirmed=True)
+    step = low / BELOW
+    if not fails(ABOVE * step):
+        between = f"nudged runs are lost at {1e3 * high:.3g} ms, and hold at larger steps"
+        return replace(limit, largest_step=None, why=f"{between}; {why}")
+    shown = [excess_at(at, limit.integrator, ABOVE * step, DIFFERENCES[0]) for at in course.points]
+    worst = course.points[int(np.argmax(shown))]
+    limit = replace(limit, largest_step=step, index=worst.index, confirmed=True)
     return replace(limit, first=named(course, limit), why=f"by nudged runs; {why}")
 
 
@@ -270,7 +282,7 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     order; none where that hardly differs."""
     assert limit.largest_step is not None
     integrator, step = limit.integrator, ABOVE * limit.largest_step
-    at = course.point(limit.index)
+    at = next(at for at in course.points if at.index == limit.index)
     jacobian = at.maps(integrator, step, DIFFERENCES[0])
     mode = first_mode(jacobian, at.rates, step) if np.isfinite(jacobian).all() else None
     if mode is None:
@@ -279,8 +291,8 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     along = np.stack([mode.right.real, mode.right.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        maps = course.changed(element.weaker).maps(limit.index)
-        parts = maps(integrator, step, DIFFERENCES[0], along) - jacobian @ along
+        weaker = at.maps.changed(element.weaker)
+        parts = weaker(integrator, step, DIFFERENCES[0], along) - jacobian @ along
         change = mode.left @ parts @ np.array([1.0, 1.0j]) / mode.factor
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
     return place, best[1]

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -23,6 +24,7 @@ from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.tangent import (
     TangentMaps,
     diverged,
+    for_maps,
     growth,
     kind,
     put,
@@ -113,18 +115,24 @@ class MujocoModel:
             model.opt.disableflags &= ~REFSAFE
         return model
 
+    @cached_property
+    def _neighbours(self) -> tuple[Any, Any]:
+        """The same without sensors, for Jacobians of steps and for nudged runs; each use sets the
+        step and the integrator. Copies of models with textures take long."""
+        model = self._as_stepped()
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        return for_maps(copy.copy(model)), model
+
     def step_maps(self, state: Array, control: Array) -> TangentMaps:
         """See `OwnModel`: contacts as refsafe makes them at each step, where the file has it."""
-        data = self._begun(self.effective)
-        put(data, state)
-        data.ctrl[:] = control
-        return TangentMaps(self._as_stepped(), data)
+        model, _ = self._neighbours
+        return TangentMaps(model, self._begun(model), state, control)
 
     def nudged(
         self, script: Script, begin: int, integrator: str, step: float, duration: float
     ) -> float:
         """See `OwnModel`."""
-        model = self._as_stepped()
+        _, model = self._neighbours
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
         with silent():
             pair = self._begun(model), self._begun(model)

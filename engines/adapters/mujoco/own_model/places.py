@@ -82,10 +82,10 @@ def _scaled(model: Any, name: str, field: str, at: Sequence[int]) -> Change:
 
 def _of_joint(model: Any, joint: int, degrees: Sequence[int], on: str) -> Iterator[Element]:
     if (stiffness := float(model.jnt_stiffness.flat[joint])) != 0.0:
-        name = f"stiffness {stiffness:.3g} on {on}"
+        name = f"stiffness {stiffness:.4g} on {on}"
         yield Element(name, _scaled(model, name, "jnt_stiffness", (joint,)))
     if (damping := float(model.dof_damping.flat[degrees[0]])) != 0.0:
-        name = f"damping {damping:.3g} on {on}"
+        name = f"damping {damping:.4g} on {on}"
         yield Element(name, _scaled(model, name, "dof_damping", degrees))
 
 
@@ -110,7 +110,7 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
         remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", places[1:], -wanted),))
         for what, value, at in zip(("kp", "kv"), (stiffness, damping), places, strict=True):
             if value != 0.0:
-                name = f"{who}, {what} {value:.4g} on {inertia:.2g} {unit}"
+                name = f"{who} {what} {value:.4g} on {inertia:.2g} {unit}"
                 yield Element(name, _scaled(model, name, "actuator_biasprm", (at,)), remedy)
 
 
@@ -120,7 +120,7 @@ def _tendons(model: Any) -> Iterator[Element]:
         values = values.reshape(model.ntendon, -1)[:, 0] if model.ntendon else values
         width = getattr(model, field).size // max(1, model.ntendon)
         for i in np.flatnonzero(values):
-            name = f"{_name(model.tendon(i), 'tendon', int(i))}, {what} {values[i]:.3g}"
+            name = f"{_name(model.tendon(i), 'tendon', int(i))} {what} {values[i]:.4g}"
             yield Element(name, _scaled(model, name, field, (int(i) * width,)))
 
 

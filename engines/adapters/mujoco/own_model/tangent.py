@@ -6,6 +6,7 @@ beside velocities and activations.
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import Any
 
@@ -14,10 +15,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.field import converging
+from plumbob.engines.adapters.mujoco.own_model.left_out import apply
 from plumbob.engines.adapters.mujoco.own_model.places import place
-from plumbob.engines.own_motion import Place, Script
+from plumbob.engines.own_motion import Change, Place, Script
 
-NUDGE = 1e-6  # [m or rad] of the positions, along a direction by chance
+# [m, rad, ...] of the state, along a direction by chance. A contact that is unstable hops, and its
+# growth ends, where it opens: some 1e-5 m, which is to be a thousandfold.
+NUDGE = 1e-9
 _BAD = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
     mujoco.mjtWarning.mjWARN_BADQVEL,
@@ -45,12 +49,14 @@ def diverged(data: Any) -> bool:
 class TangentMaps:
     """Jacobians of one step of a model from the state and control of an mjData; a `StepMaps`. The
     constraint solver runs to its floor, always from the same forces, so that a step is a function
-    of its state alone; a step into numbers without bounds stays there."""
+    of its state alone."""
 
-    def __init__(self, model: Any, data: Any) -> None:
-        self.model, self.data = converging(model), data
-        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-        model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
+    def __init__(self, model: Any, data: Any, state: Array, control: Array) -> None:
+        """The model is one of `for_maps`, which all that share it leave as it is but for its step
+        and integrator."""
+        self.model, self.data, self.state, self.control = model, data, state, control
+        put(data, state)
+        data.ctrl[:] = control
         self.about = data.qpos.copy(), data.qvel.copy(), data.act.copy()
         mujoco.mj_forward(model, data)
         self.warm = data.qacc.copy()
@@ -85,20 +91,36 @@ class TangentMaps:
 
     def place(self, weights: Array) -> Place:
         """See `StepMaps`."""
-        self.data.qpos[:], self.data.qvel[:], self.data.act[:] = self.about
+        put(self.data, self.state)
         mujoco.mj_forward(self.model, self.data)
         return place(self.model, self.data, weights)
 
+    def changed(self, change: Change) -> TangentMaps:
+        """See `StepMaps`."""
+        model = copy.copy(self.model)
+        apply(model, (change,))
+        return TangentMaps(model, self.data, self.state, self.control)
+
+
+def for_maps(model: Any) -> Any:
+    """The model for Jacobians of its steps, changed in place: its solver runs to its floor, and it
+    goes on from numbers without bounds."""
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    converging(model).opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
+    return model
+
 
 def growth(model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float) -> float:
-    """By how much, at most, the steps of `model` for a `duration` [s] magnify a nudge of the start
-    of `script`; its controls are those from the period `begin` on, then the last one. `pair` are
-    the two mjData; infinite where one diverges."""
-    nudge = np.random.default_rng(0).standard_normal(model.nv)
+    """How many times as far apart as a nudge of the start of `script` are positions, at most, when
+    `model` has stepped for a `duration` [s]; its controls are those from the period `begin` on,
+    then the last one. `pair` are the two mjData; infinite where one diverges."""
+    nudge = np.random.default_rng(0).standard_normal(2 * model.nv + model.na)
     nudge *= NUDGE / np.abs(nudge).max()
     for data in pair:
         put(data, script.start)
-    mujoco.mj_integratePos(model, pair[1].qpos, nudge, 1.0)
+    mujoco.mj_integratePos(model, pair[1].qpos, nudge[: model.nv], 1.0)
+    pair[1].qvel += nudge[model.nv : 2 * model.nv]
+    pair[1].act += nudge[2 * model.nv :]
     apart, largest = np.zeros(model.nv), 0.0
     for k in range(math.ceil(duration / model.opt.timestep)):
         period = begin + int((k + 1e-6) * model.opt.timestep / script.period)
