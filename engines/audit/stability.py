@@ -277,9 +277,9 @@ def first_mode(jacobian: Array, rates: Array, step: float) -> Mode | None:
 
 
 def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
-    """What goes first a little beyond a limit, at the state that sets it: the place that takes part
-    most, and of the elements there the one without a part of which the mode grows least, to first
-    order; none where that hardly differs."""
+    """The place that takes part most in the first mode to grow a little beyond a limit, at the state
+    that sets it, and of the elements there the one without a part of which that mode grows least,
+    to first order; none where that hardly differs."""
     assert limit.largest_step is not None
     integrator, step = limit.integrator, ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)
@@ -299,7 +299,7 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
 
 
 def named(course: Course, limit: Limit) -> str:
-    """What goes first beyond a limit, by its names; empty where that is not known."""
+    """Names of what goes first beyond a limit; empty where that is not known."""
     place, element = culprit(course, limit)
     return f"{place.name}, {element.name}" if element else place.name
 

@@ -259,4 +259,5 @@ def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_a_limit_beyond_what_was_tried_is_said_as_that() -> None:
     said = dict(rows(answered(audit_of(arm(""), duration=0.1, budget=10.0))))["stable"]
-    assert said.startswith("beyond 10 ms along this motion (yours 1 ms: ×10); rk4: beyond 10 ms")
+    assert said.startswith("beyond 10 ms along this motion (your 1 ms: ×10); rk4, implicit,")
+    assert said.endswith("implicit, implicitfast: beyond 10 ms")

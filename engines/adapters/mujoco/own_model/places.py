@@ -90,28 +90,27 @@ def _of_joint(model: Any, joint: int, degrees: Sequence[int], on: str) -> Iterat
 
 
 def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
-    moments = np.zeros((model.nu, model.nv))
-    if model.nu:
-        mujoco.mju_sparse2dense(
-            moments,
-            data.actuator_moment,
-            data.moment_rownnz,
-            data.moment_rowadr,
-            data.moment_colind,
-        )
-    row = model.actuator_biasprm.shape[1] if model.nu else 0
-    for i in np.flatnonzero(moments[:, degrees].any(axis=1)):
-        who = _name(model.actuator(i), "actuator", int(i))
-        inertia = _inertia(model, data, moments[i])
+    moments = _moments(model, data)
+    for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
+        who, inertia = _name(model.actuator(i), "actuator", i), _inertia(model, data, moments[i])
         stiffness, damping = (-float(model.actuator_biasprm[i, k]) for k in (1, 2))
-        places = tuple(int(row * i) + k for k in (1, 2))
+        at = i * model.actuator_biasprm.shape[1]
         critical = _rounded(2.0 * math.sqrt(max(stiffness, 0.0) * inertia))
         wanted = critical if critical > damping else _rounded(damping / 2.0)
-        remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", places[1:], -wanted),))
-        for what, value, at in zip(("kp", "kv"), (stiffness, damping), places, strict=True):
+        remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (at + 2,), -wanted),))
+        for k, (what, value) in enumerate((("kp", stiffness), ("kv", damping)), start=1):
             if value != 0.0:
                 name = f"{who} {what} {value:.4g} on {inertia:.2g} {unit}"
-                yield Element(name, _scaled(model, name, "actuator_biasprm", (at,)), remedy)
+                yield Element(name, _scaled(model, name, "actuator_biasprm", (at + k,)), remedy)
+
+
+def _moments(model: Any, data: Any) -> Array:
+    """Moments of the actuators, shape (actuators, degrees of freedom)."""
+    moments = np.zeros((model.nu, model.nv))
+    rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
+    if model.nu:
+        mujoco.mju_sparse2dense(moments, data.actuator_moment, *rows)
+    return moments
 
 
 def _tendons(model: Any) -> Iterator[Element]:

@@ -19,8 +19,8 @@ from plumbob.engines.adapters.mujoco.own_model.left_out import apply
 from plumbob.engines.adapters.mujoco.own_model.places import place
 from plumbob.engines.own_motion import Change, Place, Script
 
-# [m, rad, ...] of the state, along a direction by chance. A contact that is unstable hops, and its
-# growth ends, where it opens: some 1e-5 m, which is to be a thousandfold.
+# [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
+# nudge's growth ends where it opens, at some 1e-5 m, which is to be more than a thousandfold.
 NUDGE = 1e-9
 _BAD = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
