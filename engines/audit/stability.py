@@ -226,7 +226,8 @@ def limited(course: Course, integrator: str) -> Limit:
 
 
 def measured(course: Course, limit: Limit, why: str) -> Limit:
-    """A limit by nudged runs alone, within a tenth, below one at which they are lost."""
+    """A limit by nudged runs alone, below a step at which they are lost: they hold at 0.9 of it and
+    are lost at some step up to 1.1 of it."""
     assert limit.largest_step is not None
     fails = partial(course.lost, limit.integrator, index=limit.index)
     high, low = limit.largest_step, limit.largest_step / RATIO
@@ -236,13 +237,14 @@ def measured(course: Course, limit: Limit, why: str) -> Limit:
             return replace(limit, why="nudged runs are lost at any step that was tried")
     low = bisected(fails, low, high, 1.0 - BELOW / ABOVE)
     step = low / BELOW
+    why = f"by nudged runs; {why}"
     if not fails(ABOVE * step):
-        between = f"nudged runs are lost at {1e3 * high:.3g} ms, and hold at larger steps"
-        return replace(limit, largest_step=None, why=f"{between}; {why}")
-    shown = [excess_at(at, limit.integrator, ABOVE * step, DIFFERENCES[0]) for at in course.points]
-    worst = course.points[int(np.argmax(shown))]
-    limit = replace(limit, largest_step=step, index=worst.index, confirmed=True)
-    return replace(limit, first=named(course, limit), why=f"by nudged runs; {why}")
+        why += "; some larger steps hold again"
+    limit = replace(limit, largest_step=step, confirmed=True, why=why)
+    if limit.predicted is None:
+        shown = [excess_at(at, limit.integrator, high, DIFFERENCES[0]) for at in course.points]
+        limit = replace(limit, index=course.points[int(np.argmax(shown))].index)
+    return replace(limit, first=named(course, limit))
 
 
 @dataclass(frozen=True)
@@ -277,9 +279,9 @@ def first_mode(jacobian: Array, rates: Array, step: float) -> Mode | None:
 
 
 def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
-    """The place that takes part most in the first mode to grow a little beyond a limit, at the state
-    that sets it, and of the elements there the one without a part of which that mode grows least,
-    to first order; none where that hardly differs."""
+    """The place that takes part most in the first mode to grow, a little beyond a limit and at the
+    state that sets it; and of the elements there the one without a part of which that mode grows
+    least, to first order, none where that hardly differs."""
     assert limit.largest_step is not None
     integrator, step = limit.integrator, ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)

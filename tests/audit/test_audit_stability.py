@@ -193,6 +193,7 @@ def test_a_limit_that_no_run_confirms_is_none(monkeypatch: pytest.MonkeyPatch) -
     assert (limit.largest_step, limit.confirmed) == (None, True)
 
 
+@pytest.mark.long
 def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
     on = course(arm())
     found = stability(on.model, on.script, on.states)
@@ -214,6 +215,7 @@ def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
     assert remedy.moved == pytest.approx(apart.max(), rel=0.01)
 
 
+@pytest.mark.long
 def test_implicit_damping_and_kv_are_remedies_where_they_help() -> None:
     damped = course(arm("", 'damping="20"', 0.0005, flag='eulerdamp="disable"'))
     found = stability(damped.model, damped.script, damped.states)
@@ -234,10 +236,11 @@ def test_what_the_time_does_not_allow_is_not_claimed() -> None:
     assert found.remedies == ()
 
 
+@pytest.mark.long
 def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "arm.xml"
     file.write_text(arm(step=0.005), "utf-8")
-    command = ["audit", str(file), "--keyframe", "0", "--duration", "0.2", "--budget", "10"]
+    command = ["audit", str(file), "--keyframe", "0", "--duration", "0.2", "--budget", "4"]
     assert main(command) == 0
     second = capsys.readouterr().out.splitlines()[1]
     assert second.split(maxsplit=1)[0] == "stable"
@@ -257,7 +260,8 @@ def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["audit", str(file), "--contacts", "--stable"]) == 2
 
 
+@pytest.mark.long
 def test_a_limit_beyond_what_was_tried_is_said_as_that() -> None:
-    said = dict(rows(answered(audit_of(arm(""), duration=0.1, budget=10.0))))["stable"]
+    said = dict(rows(answered(audit_of(arm(""), duration=0.1, budget=4.0))))["stable"]
     assert said.startswith("beyond 10 ms along this motion (your 1 ms: ×10); rk4, implicit,")
     assert said.endswith("implicit, implicitfast: beyond 10 ms")

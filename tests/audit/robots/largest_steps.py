@@ -57,13 +57,15 @@ def verdict(course: Course, limit: Limit) -> tuple[str, str, str]:
         lost = course.lost(limit.integrator, side * step, limit.index)
         return "lost" if lost else "holds"
 
+    if not limit.confirmed:
+        return "–", "–", f"NOT CONFIRMED: {limit.why}"
     if limit.largest_step is None:
         at_most = run(1.0)
         return at_most, "–", BEYOND_TRIED if at_most == "holds" else "NOT CONFIRMED"
     below, above = run(BELOW), run(ABOVE)
-    if (below, above) != ("holds", "lost"):
-        return below, above, "NOT CONFIRMED"
-    return below, above, CONFIRMED if limit.predicted == step else MEASURED
+    if limit.predicted != step:
+        return below, above, MEASURED
+    return below, above, CONFIRMED if (below, above) == ("holds", "lost") else "NOT CONFIRMED"
 
 
 def rows(course: Course) -> Iterator[list[str]]:
