@@ -27,6 +27,7 @@ from plumbob.engines.audit.trims import Trim, Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script, Touching
 
 REFERENCE, TRIMS, ENSEMBLE, STABLE = 0.6, 0.1, 0.1, 0.05  # of the budget
+LEAST_STABLE = 5.0  # [s] for the largest steps, whatever the budget: most take less than two
 AFTER = TRIMS + ENSEMBLE + STABLE
 BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by means of many starts
 
@@ -160,7 +161,7 @@ def audited(
             )
     progress("the largest step that holds")
     states = reference.course.states[: known(reference) + 1]
-    largest = stability(model, script, states, STABLE * budget, clock)
+    largest = stability(model, script, states, max(LEAST_STABLE, STABLE * budget), clock)
     return Audit(
         model.name,
         model.integrator,
