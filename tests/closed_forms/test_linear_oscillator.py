@@ -87,7 +87,7 @@ def worst(oscillator: LinearOscillator, theta: float, theta_dot: float, times: A
         )
 
 
-@pytest.mark.long(keep=8)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("start", [(0.7, -0.4), (0.0, 0.0)], ids=["moving", "from rest"])
 @pytest.mark.parametrize("name", OSCILLATORS)
 def test_the_closed_form_is_accurate_to_double_precision(

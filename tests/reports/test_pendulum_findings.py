@@ -84,7 +84,7 @@ def _by_rk4(name: str, linear: bool) -> Array:
     return np.array(angles)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("label", "name"), notebook.CASES.items())
 def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
     """And the README says them: a recording has every second step."""
@@ -103,6 +103,7 @@ def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
         assert predicted == pytest.approx(error, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_difference_of_runs_is_the_largest_of_all_steps() -> None:
     apart = float(np.abs(_by_rk4("damped-small", False) - _by_rk4("damped-small", True)).max())
     assert apart == pytest.approx(0.0050036, abs=5e-8)

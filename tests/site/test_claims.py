@@ -144,7 +144,8 @@ def before() -> dict[str, Finding]:
 
 @pytest.fixture(scope="module")
 def after(spoiled: Study) -> dict[str, Finding]:
-    return _findings(spoiled)
+    with whole_profile.one_plan():
+        return _findings(spoiled)
 
 
 def test_every_finding_is_named_here(before: dict[str, Finding]) -> None:

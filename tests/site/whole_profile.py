@@ -16,6 +16,8 @@ from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
+from plumbob.reports.analyses.capsule_plan import legs, poses
+from plumbob.reports.analyses.capsule_plan.plans import plan_of
 from plumbob.reports.judge.sensitivity import Parameter, Sensitivities, Slopes, parameters_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import findings_of
@@ -66,8 +68,19 @@ def study() -> Study:
 
 
 def _invented() -> Study:
-    with no_engine():
+    with no_engine(), one_plan():
         return invented_study(requests)
+
+
+@contextmanager
+def one_plan() -> Iterator[None]:
+    """Findings on plans take one for all: to look for the others takes longer than all the rest."""
+    shown = legs.SCENES[1]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(legs, "SCENES", (shown, shown))
+        patched.setattr(legs, "plans", lambda: (plan_of(shown), plan_of(shown)))
+        patched.setattr(poses, "naive", plan_of)
+        yield
 
 
 @cache
@@ -105,7 +118,7 @@ def _even(sensitivities: Sensitivities) -> Mapping[Parameter, Slopes]:
 def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
     """What the pages of a study show, and the findings before it is seen whether they hold."""
     asked = replace(study, extras=Asked(study.extras))
-    with no_engine():
+    with no_engine(), one_plan():
         analysed = analyses_of(asked)
         pages = content(replace(asked, analyses=analysed))
     kept = [finding for a in analysed if a.place == "finding" for finding in findings_of(a)]

@@ -49,7 +49,6 @@ BALANCED: Point = (CENTRE[0] / CHECK.mass_ratio, CENTRE[1] / CHECK.mass_ratio)
 ROUND = 1e-14
 
 
-@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("heading", [0.0, 0.7, 2.1, 5.0])
 @pytest.mark.parametrize(
     ("capsule", "w1", "w2", "t1"),

@@ -82,7 +82,7 @@ def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
     yield from dict.fromkeys(choice for choice in offered if choice is not None)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_a_fresh_run_reaches_it(
     scene: Scene, tmp_path: Path, shared: Shared, pytestconfig: pytest.Config
 ) -> None:

@@ -92,6 +92,7 @@ def test_a_push_moves_the_default_contacts_only(found: ContactAudit) -> None:
     assert drifts[1] < 1e-6
 
 
+@pytest.mark.long(keep=1)
 def test_the_stiffness_is_one_at_which_the_body_is_stable(found: ContactAudit) -> None:
     assert found.stiffness <= 0.2
     assert (found.stiffness < 0.15) == (len(found.standing.points) == 8)  # wheels: two points each
@@ -171,6 +172,7 @@ def test_other_contacts_than_those_said_are_seen(
     assert missed(audited(texts()[body])) > 2 * REST
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_joints_are_locked_where_they_are() -> None:
     jointed, rigid = jointed_stand()
@@ -191,6 +193,7 @@ def test_the_posture_is_that_of_the_keyframe() -> None:
     assert missed(wide) < REST
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_a_plane_may_stand_anywhere() -> None:
     """A plane that is tilted with gravity, moved and turned gives the same."""
@@ -210,6 +213,7 @@ def test_a_plane_may_stand_anywhere() -> None:
     assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_a_mesh_is_a_foot_too() -> None:
     corners = " ".join(f"{x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0, 0.1))

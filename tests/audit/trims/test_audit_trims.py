@@ -68,7 +68,7 @@ def states(path: Path, steps: int = 200) -> Any:
     return np.array(found)
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", MODELS)
 def test_trimmed_file_moves_as_the_complete_one(name: str, tmp_path: Path) -> None:
     source, target = tmp_path / "my.xml", tmp_path / "less.xml"
