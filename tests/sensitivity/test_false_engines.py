@@ -29,8 +29,10 @@ TURNED = (
     find_scene("capsule-coast/translation", {"heading": -2.0}),
     find_scene("capsule-train/ten", {"heading": 9.0}),
 )
-ENGINES = tuple(
-    name for name, engine in engines().items() if installed(engine) and pairs(TURNED, methods(name))
+ENGINES = tuple(  # MuJoCo, whose methods are most, last
+    name
+    for name, engine in reversed(engines().items())
+    if installed(engine) and pairs(TURNED, methods(name))
 )
 HIDDEN = (  # where a bound that is 10,000 times as wide hides a hundredth of friction
     ("capsule-coast/spin", "mujoco/euler+coulomb"),
