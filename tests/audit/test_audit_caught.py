@@ -55,6 +55,7 @@ def test_tolerance_that_is_spoilt_is_caught(monkeypatch: pytest.MonkeyPatch) -> 
     assert truth <= sound.uncertainty + found.uncertainty  # what is claimed is so nevertheless
 
 
+@pytest.mark.long
 def test_both_tolerances_that_are_spoilt_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reference_module, "TIGHT", 1e-2)
     monkeypatch.setattr(reference_module, "LOOSE", 1e-2)

@@ -149,6 +149,7 @@ def test_hostile_input_is_one_line(
     assert sorted(files.rglob("*")) == before
 
 
+@pytest.mark.long
 def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     short = ["audit", "my.xml", "--duration", "0.2", "--budget", "20"]
     assert main([*short, "--absolute", "0.1"]) == 0

@@ -191,6 +191,7 @@ def test_controls_are_held_over_each_step(
     assert trajectory.observables["q"][-1] == data.qpos[0]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "code",
     [

@@ -63,7 +63,7 @@ def test_the_record_notices_a_changed_parameter(place: int) -> None:
     assert (error > stated).any()
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["large", "unequal"])
 def test_condition_is_the_response_to_changed_inputs(name: str) -> None:
     # Difference quotients of every input, summed; the condition has the rounding of the time and of

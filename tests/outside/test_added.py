@@ -226,7 +226,7 @@ def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
     assert wrong_limits(built_in()[name]) == ""
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DEFECTS["engines"])
 def test_a_broken_engine_costs_a_line(
     kind: str, site: Path, monkeypatch: Patch, capfd: Capture

@@ -94,7 +94,7 @@ def ending(request: pytest.FixtureRequest, site: Path, monkeypatch: Patch) -> Ca
     return installed
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_an_engine_that_exits_is_a_verdict(
     ending: Callable[[str], None],
     site: Path,

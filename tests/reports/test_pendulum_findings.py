@@ -111,6 +111,7 @@ def test_the_difference_of_runs_is_the_largest_of_all_steps() -> None:
     assert found == pytest.approx(apart, rel=2e-4)  # the cubic between every second step
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "rate", "turns"), [("slow", 200, 28.5536), ("fast", 500, 73.0428)]
 )
@@ -249,6 +250,7 @@ def test_a_known_limit_is_strict() -> None:
     assert not as_expected(scene, how, Judgement("predicted", {}, ""))
 
 
+@pytest.mark.long
 def test_findings_name_commands_that_exist() -> None:
     for command in (command for of in findings_of(SECTION, study()) for command in of.commands):
         words = command.split()

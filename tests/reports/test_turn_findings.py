@@ -72,6 +72,7 @@ def test_angle_and_the_required_accuracy() -> None:
         assert {EULER, FEET, DEFAULT} <= set(names)
 
 
+@pytest.mark.long
 def test_leak() -> None:
     found = body_angle.leak(study("capsule-turn/0.3", (EULER,)))
     assert found is not None

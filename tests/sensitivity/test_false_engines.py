@@ -92,7 +92,7 @@ def judged(scene: Scene, method: Method, found: ConvergenceStudy) -> Judgement:
     return judge_convergence(found, system_of(scene), method, about)
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_no_engine_leaves_the_heading_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each run of a scene that is turned is unexpected where the engine's body is not, known limits
@@ -103,7 +103,7 @@ def test_no_engine_leaves_the_heading_out(engine: str, monkeypatch: pytest.Monke
         assert run_surprise(scene, method, verdict), (scene.name, method.name)
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_every_engine_turns_its_body(engine: str) -> None:
     for scene, method, verdict in _runs(engine):
@@ -119,7 +119,7 @@ def _runs(engine: str) -> Iterator[tuple[Scene, Method, Judgement]]:
             yield scene, method, judge(found, system_of(scene), method)
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("scene", "method"), HIDDEN)
 def test_a_wide_bound_hides_no_friction(
     scene: str, method: str, monkeypatch: pytest.MonkeyPatch
@@ -131,7 +131,7 @@ def test_a_wide_bound_hides_no_friction(
     assert surprise(where, how, verdict)
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("scene", "method"), WIDEST)
 def test_what_is_declared_of_a_bound_is_as_little_as_it_needs(scene: str, method: str) -> None:
     """Twice the bound is too much."""

@@ -168,6 +168,7 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
         assert np.abs(found - pose(motion, time)).max() <= 1e-9, name
 
 
+@pytest.mark.long
 def test_extrapolation_takes_most_of_the_error_away() -> None:
     motion = COAST.motion()
     time = ending(motion)

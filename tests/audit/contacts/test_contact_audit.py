@@ -119,6 +119,7 @@ def test_higher_bodies_do_not_turn_by_that_theory() -> None:
     assert found.turn < math.radians(23.1) - found.turn_known
 
 
+@pytest.mark.long(keep=1)
 def test_a_turn_on_more_points_is_said_to_be_open(found: ContactAudit) -> None:
     assert found.exact_turn is None
     assert f"{len(found.standing.points)} points share the load" in found.why_turn

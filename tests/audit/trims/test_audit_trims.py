@@ -157,6 +157,7 @@ def test_same_bits_are_preferred(
     assert (together and together.name) == left_out
 
 
+@pytest.mark.long
 def test_trims_that_change_the_motion_are_not_left_out() -> None:
     """What changes more than a tenth of the error is tried, and stays."""
     model = ready(mujoco.MjModel.from_xml_string(MODELS["gradients"]), 0)
