@@ -21,7 +21,8 @@ def representatives(chosen: Sequence[Pair]) -> list[Pair]:
     """All `mechanisms` of these pairs, each at least once, and where it takes the least work."""
     of = {(scene.name, method.name): set(mechanisms(scene, method)) for scene, method in chosen}
     met = Counter(one for own in of.values() for one in own)
-    for scene, method in sorted(chosen, key=lambda pair: -predicted_work(*pair, "quick")):
+    most_first = sorted(chosen, key=lambda pair: -predicted_work(pair[0], pair[1], "quick"))
+    for scene, method in most_first:
         own = of[scene.name, method.name]
         if all(met[one] > 1 for one in own):  # others stand for it
             met.subtract(own)
