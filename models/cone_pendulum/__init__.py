@@ -306,6 +306,7 @@ SYSTEMS = (
         problem=problem,
         reference=lambda problem: problem.reference,
         errors=errors,
+        start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "cone_pendulum.xml",

@@ -162,6 +162,7 @@ SYSTEM = System(
     problem=problem,
     reference=lambda body: body,
     errors=errors,
+    start=("angular_velocity",),
     invariants=invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",

@@ -324,6 +324,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         problem=partial(problem, linear=linear),
         reference=reference,
         errors=errors,
+        start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",

@@ -90,6 +90,7 @@ def capsule_system(
         problem=problem,
         reference=lambda found: found.in_world,
         errors=errors,
+        start=("velocity_x", "velocity_y", "heading_rate", "heading"),
         invariants=invariants,
         facts=facts,
         mjcf=MJCF,
