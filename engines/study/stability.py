@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import Kind, StabilityTheory, StepLimit
 from plumbob.engines.method import Method, Unsupported
@@ -19,8 +20,10 @@ from plumbob.engines.trajectory import Trajectory, lost
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
-NUDGE = 1e-6  # of the start, relative to the scales of the state
 GROWTH = 1e3  # of a nudge, beyond that of the exact motion
+# Of the start, relative to the scales of the state; smaller where a nudge that the exact motion and
+# GROWTH magnify would be as large as the motion, but far above what a double resolves.
+NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
 STEPS, PERIODS = 10_000, 100  # the least that a run lasts: steps, and periods of the fastest mode
 # Of a conserved quantity, in its own scale. Near its limit a symplectic oscillator's energy swings
 # to 1/(1 - h omega/2) of its start: to 200 times that at 0.995 of the limit, half a bracket below.
@@ -29,10 +32,11 @@ RATIO = 1.01  # of the steps that are tried: the bracket, and the grid that all 
 SMALLEST, LARGEST = 1e-3, 30.0  # steps that are tried, in fastest periods
 COARSER = 4  # the search widens by this factor, in exponents of RATIO
 FIRST = 0.3  # in fastest periods: where a search without a prediction begins
-# Exponents of RATIO: steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too. A motion that
-# becomes chaotic may do so at smaller steps than one at which it holds again.
-BELOW = (5, 25, 70, 140)
-SAMPLES = 501  # of an exact motion, for its kind and its scales
+# Exponents of RATIO. Steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too; away from an
+# equilibrium those of 0.5 and more, 4 % apart: where a motion becomes chaotic there are steps that
+# fail below others that hold.
+BELOW, HALF, EVERY = (5, 25, 70, 140), 70, 4
+FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
 Holds = Callable[[int], bool]
 
 
@@ -102,7 +106,7 @@ def _limit(
         start = predicted.step / trials.fastest
     low, high = exponent(SMALLEST), exponent(LARGEST)
     first = min(max(exponent(start), low), high) if start > 0.0 else low
-    held, failed = bracket(holds, first, low, high)
+    held, failed = bracket(holds, first, low, high, trials.monotone)
     if failed is None:
         why = "every step that was tried holds"
     else:
@@ -123,18 +127,23 @@ def exponent(periods: float) -> int:
     return math.floor(math.log(periods) / math.log(RATIO) + 1e-9)
 
 
-def bracket(holds: Holds, first: int, low: int, high: int) -> tuple[int | None, int | None]:
-    """The largest number that holds, such that those BELOW it do too, and the next one, which does
-    not; None where there is none from `low` to `high`. The search begins at `first`."""
+def bracket(
+    holds: Holds, first: int, low: int, high: int, monotone: bool = True
+) -> tuple[int | None, int | None]:
+    """The largest number that holds, such that those tried below it do too, and the next one, which
+    does not; None where there is none from `low` to `high`. The search begins at `first`."""
     held, failed = _widened(holds, first, low, high)
     if held is None:
         return None, failed
     while failed is not None and failed - held > 1:
         middle = (held + failed) // 2
         held, failed = (middle, failed) if holds(middle) else (held, middle)
-    for lower in (held - drop for drop in BELOW):
+    below = [held - drop for drop in BELOW]
+    if not monotone:
+        below = [lower for lower in range(held, held - HALF, -1) if lower % EVERY == 0]
+    for lower in below:
         if lower >= low and not holds(lower):
-            return bracket(holds, lower, low, lower)
+            return bracket(holds, lower, low, lower, monotone)
     return held, failed
 
 
@@ -189,11 +198,21 @@ class _Trials:
         """The fastest period [s]; without theory, the largest of the scene's own steps."""
         return self.theory.fastest if self.theory else self.case.scene.steps[0]
 
+    @property
+    def monotone(self) -> bool:
+        """Whether all steps above the first that fails do: eigenvalues set the limit, or friction
+        brings all motions to the same rest."""
+        return self.theory is None or self.theory.equilibrium
+
     @cached_property
     def exact(self) -> Mapping[str, Array]:
-        """The exact motion, over the scene's own duration."""
-        times = np.linspace(0.0, self.case.scene.duration, SAMPLES)
-        return self.case.reference.observe(times)
+        """The exact motion, over the scene's own duration or FOLLOWED periods, where it is known
+        for so long."""
+        longest = max(self.case.scene.duration, FOLLOWED * self.fastest if self.theory else 0.0)
+        try:
+            return self.case.reference.observe(np.linspace(0.0, longest, SAMPLES))
+        except ParameterError:
+            return self.case.reference.observe(np.linspace(0.0, self.case.scene.duration, SAMPLES))
 
     @cached_property
     def scales(self) -> Mapping[str, float]:
@@ -214,21 +233,22 @@ class _Trials:
         changed = system.change(parameters, changes)
         return case_of(replace(self.case.scene, parameters=changed))
 
+    @cached_property
+    def nudge(self) -> float:
+        """Size of the nudge, relative."""
+        growth = self.theory.growth(STEPS * self.fastest * FIRST) if self.theory else 1.0
+        return min(max(SMALL / (GROWTH * growth), SMALLEST_NUDGE), NUDGE)
+
     def _moved(self, name: str, value: Any) -> Any:
-        """A parameter of the start, moved by NUDGE."""
+        """A parameter of the start, moved by the nudge."""
         values = np.asarray(value, dtype=np.float64)
-        size = NUDGE * self.scales.get(name, float(np.abs(values).max()) or 1.0)
+        size = self.nudge * self.scales.get(name, float(np.abs(values).max()) or 1.0)
         return tuple((values + size).tolist()) if values.ndim else float(values) + size
 
     @cached_property
     def kind(self) -> str:
         """The kind of the exact motion."""
         return self.theory.kind_of(self.exact) if self.theory else ""
-
-    @cached_property
-    def conservative(self) -> bool:
-        """Whether anything is conserved, so that the motion is of one kind for ever."""
-        return bool(self.case.system.invariants(self.case.problem, self.exact))
 
     def _tried(self, step: float) -> _Outcome:
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
@@ -241,8 +261,8 @@ class _Trials:
             why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
             return _Outcome(why, why)
         if why := self._grown(run, self._run(self.nudged, step, steps)):
-            return _Outcome(why, self._changed(run, step))
-        return _Outcome("", self._changed(run, step))
+            return _Outcome(why, self._changed(run))
+        return _Outcome("", self._changed(run))
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
         """A run of so many steps."""
@@ -263,7 +283,7 @@ class _Trials:
             ],
             axis=0,
         )
-        growth = apart / (apart[0] or NUDGE)
+        growth = apart / (apart[0] or self.nudge)
         if growth.max() <= GROWTH:
             return ""
         beyond = growth / self._growth(run.times)
@@ -281,19 +301,9 @@ class _Trials:
         factors = np.array([self.theory.growth(float(t)) for t in lasting])
         return np.asarray(factors[np.searchsorted(lasting, times).clip(max=7)])
 
-    def _changed(self, run: Trajectory, step: float) -> str:
-        """How the motion is of another kind; empty where it is not. A motion that dissipates is
-        asked over the scene's own duration."""
-        if self.theory is None:
-            return ""
-        if not self.conservative:
-            steps = round(self.case.scene.duration / step)
-            if steps < 1:
-                return ""
-            run = self._run(self.case, step, steps)
-            if why := _lost(run):
-                return why
-        kind = self.theory.kind_of(run.observables)
+    def _changed(self, run: Trajectory) -> str:
+        """How the motion is of another kind; empty where it is not."""
+        kind = self.theory.kind_of(run.observables) if self.theory else ""
         return "" if kind == self.kind else f"{self.kind} becomes {kind}"
 
 
