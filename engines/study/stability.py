@@ -87,7 +87,7 @@ def measured(
     case: Case, method: Method, theory: StabilityTheory | None, predicted: tuple[StepLimit, ...]
 ) -> Stability:
     """The limits of a case, by a search that begins at those `predicted`."""
-    trials = _Trials(case, method, theory)
+    trials = Trials(case, method, theory)
     by_kind = {limit.kind: limit for limit in predicted}
     unstable = _limit(trials, "unstable", by_kind.get("unstable"), trials.steady, FIRST)
     start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
@@ -99,7 +99,7 @@ def measured(
 
 
 def _limit(
-    trials: _Trials, kind: Kind, predicted: StepLimit | None, holds: Holds, start: float
+    trials: Trials, kind: Kind, predicted: StepLimit | None, holds: Holds, start: float
 ) -> MeasuredLimit:
     """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
     if predicted is not None and math.isfinite(predicted.step):
@@ -167,7 +167,7 @@ class _Outcome:
 
 
 @dataclass
-class _Trials:
+class Trials:
     """Runs of a case and of its nudged start, each at a step of a grid, made once."""
 
     case: Case
