@@ -1,0 +1,112 @@
+"""What becomes of a nudge, and of the kind of motion, along steps of many sizes at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.errors.stability.largest_step import FACTOR, Marks, run_length
+from plumbob.analytic.reference import Array
+
+SAMPLES = 256  # along a run, of nudge and kind
+COARSE, FINE = 48, 40  # step sizes of the two passes
+SHORT = 1000  # steps of the first
+BELOW = 4.0  # times smaller than what fails in the first pass the second looks, too
+BESIDE = 1.2  # and the third, which looks for instability alone
+RANGE = (0.02, 6.0)  # of h times the fastest angular frequency
+Counts = npt.NDArray[np.int64]
+Complexes = Sequence[npt.NDArray[np.complex128]]
+
+
+@dataclass(frozen=True)
+class SteppedMotion:
+    """One exact motion, and a scheme's steps on it."""
+
+    begin: Callable[[Array], tuple[Callable[..., Complexes], Complexes]]
+    """Of steps [s], shape (n,): the step, of a time and of the parts of a state, shape (n,) each,
+    and the state that it begins with; the nudge is TINY in its imaginary parts."""
+    size: Callable[[Complexes], Array]
+    """Size of the nudge in a state's imaginary parts over TINY, over its size at the start."""
+    observed: Callable[[Complexes], Mapping[str, Array]]
+    fastest: float  # [s]
+    growth: Callable[[Array], Array]  # of the exact motion, see `StabilityTheory`
+    kind_of: Callable[[Mapping[str, Array]], str]
+    kind: str  # of the exact motion
+    window: float  # [s] the shortest time in which it shows
+
+
+@dataclass(frozen=True)
+class Held:
+    """Which step sizes hold, each of shape (n,)."""
+
+    steps: Array  # [s]
+    stable: Marks
+    kind: Marks
+
+
+def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
+    """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
+    FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
+    advance, state = motion.begin(steps)
+    every = max(1, int(counts.max()) // SAMPLES)
+    stable, taken = np.ones(len(steps), dtype=bool), 0
+    samples: list[Mapping[str, Array]] = [motion.observed(state)]
+    with np.errstate(all="ignore"):  # of steps that diverge
+        while taken < counts.max() and stable.any():
+            for n in range(taken, taken + every):
+                state = advance(n * steps, *state)
+            taken += every
+            allowed = FACTOR * motion.growth(np.minimum(taken, counts) * steps)
+            stable &= (motion.size(state) <= allowed) | (taken > counts)
+            samples.append(motion.observed(state))
+    judged = stable & (counts * steps >= motion.window)
+    return Held(steps, stable, stable & _kept(motion, samples, judged, counts // every + 1))
+
+
+def _kept(
+    motion: SteppedMotion, samples: Sequence[Mapping[str, Array]], judged: Marks, counts: Counts
+) -> Marks:
+    """Which motions keep their kind in so many of the samples, of those that are judged."""
+    series = {name: np.stack([sample[name] for sample in samples]) for name in samples[0]}
+    kept = np.ones_like(judged)
+    for i in np.flatnonzero(judged):
+        kind = motion.kind_of({name: values[: counts[i], i] for name, values in series.items()})
+        kept[i] = kind == motion.kind
+    return kept
+
+
+def first_failures(motion: SteppedMotion) -> tuple[float, float]:
+    """The steps [s] below which all smaller ones are stable, and keep their kind; infinite where
+    none of RANGE fails. Windows of failure narrower than the grid's factor are missed: 1.13, and
+    1.04 within BELOW of the limit."""
+    steps = np.geomspace(*RANGE, COARSE) * motion.fastest / (2.0 * np.pi)
+    short = tried(motion, steps, np.full(COARSE, SHORT))
+    unstable, changed = _near(motion, _first(steps, short.kind)[1])
+    fails = _first(steps, short.stable)[1]
+    if np.isfinite(fails) and not np.isfinite(unstable):
+        unstable, _ = _near(motion, fails, BESIDE)
+    return unstable, changed
+
+
+def _near(motion: SteppedMotion, fails: float, below: float = BELOW) -> tuple[float, float]:
+    """The limits among the steps up to `fails` [s], and down to so many times less; infinite where
+    that is."""
+    if not np.isfinite(fails):
+        fails = RANGE[1] * motion.fastest / (2.0 * np.pi)
+    near = np.geomspace(fails / below, fails, FINE)
+    held = tried(motion, near, run_length(near, motion.fastest))
+    unstable, changed = (_first(near, marks) for marks in (held.stable, held.kind))
+    return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
+
+
+def _first(steps: Array, held: Marks) -> tuple[float, float]:
+    """The last step [s] that holds before one that does not, and that one; infinite where all
+    hold."""
+    failing = np.flatnonzero(~held)
+    if not failing.size:
+        return np.inf, np.inf
+    return float(steps[max(failing[0] - 1, 0)]), float(steps[failing[0]])
