@@ -31,11 +31,12 @@ BAND = 200.0
 RATIO = 1.01  # of the steps that are tried: the bracket, and the grid that all steps are of
 SMALLEST, LARGEST = 1e-3, 30.0  # steps that are tried, in fastest periods
 COARSER = 4  # the search widens by this factor, in exponents of RATIO
+PILOT = 500  # steps of runs that show most failures, at little cost
 FIRST = 0.3  # in fastest periods: where a search without a prediction begins
 # Exponents of RATIO. Steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too; away from an
-# equilibrium those of 0.5 and more, 4 % apart: where a motion becomes chaotic there are steps that
+# equilibrium those of 0.78 and more 4 % apart: where a motion becomes chaotic there are steps that
 # fail below others that hold.
-BELOW, HALF, EVERY = (5, 25, 70, 140), 70, 4
+BELOW, NEAR, EVERY = (5, 25, 70, 140), 25, 4
 FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
 Holds = Callable[[int], bool]
 
@@ -140,7 +141,8 @@ def bracket(
         held, failed = (middle, failed) if holds(middle) else (held, middle)
     below = [held - drop for drop in BELOW]
     if not monotone:
-        below = [lower for lower in range(held, held - HALF, -1) if lower % EVERY == 0]
+        near = [lower for lower in range(held, held - NEAR, -1) if lower % EVERY == 0]
+        below = [*near, *below]
     for lower in below:
         if lower >= low and not holds(lower):
             return bracket(holds, lower, low, lower, monotone)
@@ -251,7 +253,13 @@ class Trials:
         return self.theory.kind_of(self.exact) if self.theory else ""
 
     def _tried(self, step: float) -> _Outcome:
+        """What runs at a step [s] keep."""
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
+        early = self._kept(step, PILOT)
+        return early if early.unstable else self._kept(step, steps)
+
+    def _kept(self, step: float, steps: int) -> _Outcome:
+        """What runs of so many steps [s] keep."""
         run = self._run(self.case, step, steps)
         if why := _lost(run):
             return _Outcome(why, why)
@@ -260,9 +268,8 @@ class Trials:
             name = next(iter(beyond))
             why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
             return _Outcome(why, why)
-        if why := self._grown(run, self._run(self.nudged, step, steps)):
-            return _Outcome(why, self._changed(run))
-        return _Outcome("", self._changed(run))
+        grown = self._grown(run, self._run(self.nudged, step, steps))
+        return _Outcome(grown, self._changed(run))
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
         """A run of so many steps."""
