@@ -39,6 +39,7 @@ Rates = Sequence[Any]  # the three parts of an angular velocity [rad/s]
 PERIODS = 30  # turns for which a rotation without a period is followed
 SAMPLES = 257
 STEPS = 40  # in a turn, of the method of order 8 that linearises the exact rotation: 1e-9
+DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: beyond, a run is lost
 LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
 
 
@@ -241,10 +242,7 @@ class FreeRotationStability:
 
         motion = SteppedMotion(
             begun,
-            lambda state: np.maximum(
-                np.linalg.norm([part.imag for part in state[:3]], axis=0) / TINY,
-                np.linalg.norm([part.real for part in state[3:]] or np.zeros((1, 1)), axis=0),
-            ),
+            self._nudge,
             lambda state: dict(zip(RATES, (part.real for part in state), strict=False)),
             math.tau / self.rate,
             self.growth,
@@ -258,6 +256,18 @@ class FreeRotationStability:
             why = f"the body no longer turns {motion.kind} at"
             limits.append(self._limit("changes-kind", changed, why))
         return tuple(limits)
+
+    def _nudge(self, state: Rates) -> Array:
+        """Size of a nudge, that of the attitude's four numbers, or infinity where the body turns
+        DIVERGED times faster than it can."""
+        nudged, rates = (
+            np.array([pick(part) for part in state[:3]]) for pick in (np.imag, np.real)
+        )
+        turning = np.linalg.norm(rates, axis=0)
+        size = np.linalg.norm(nudged, axis=0) / TINY
+        if len(state) > 3:
+            size = np.maximum(size, np.linalg.norm(np.real(state[3:]), axis=0))
+        return np.where(turning > DIVERGED * self.body.fastest, np.inf, size)
 
     def _limit(self, kind: Any, step: float, how: str) -> StepLimit:
         if math.isinf(step):

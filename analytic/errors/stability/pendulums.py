@@ -110,7 +110,8 @@ class PendulumStability:
             return (
                 StepLimit("unstable", math.inf, "no step is given: the method chooses its own"),
             )
-        if scheme.integrator not in STEPPED:
+        jointed = scheme.joint_closing_rate is not None
+        if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
             return ()
         scheme = simplest(scheme, self.rotor)
         if scheme not in self._found:
@@ -177,6 +178,8 @@ class PendulumStability:
     def _why(self, step: float, how: str) -> str:
         if math.isinf(step):
             return "no step tried is too large"
+        if not step:
+            return f"{how} every step tried"
         return f"{how} h omega = {step * self.rate:.3g}, the fastest mode's {self.rate:.3g} rad/s"
 
 

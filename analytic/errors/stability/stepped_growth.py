@@ -16,7 +16,6 @@ SAMPLES = 256  # along a run, of nudge and kind
 COARSE, FINE = 48, 40  # step sizes of the two passes
 SHORT = 1000  # steps of the first
 BELOW = 4.0  # times smaller than what fails in the first pass the second looks, too
-BESIDE = 1.2  # and the third, which looks for instability alone
 RANGE = (0.02, 6.0)  # of h times the fastest angular frequency
 Counts = npt.NDArray[np.int64]
 Complexes = Sequence[npt.NDArray[np.complex128]]
@@ -81,32 +80,33 @@ def _kept(
 
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     """The steps [s] below which all smaller ones are stable, and keep their kind; infinite where
-    none of RANGE fails. Windows of failure narrower than the grid's factor are missed: 1.13, and
-    1.04 within BELOW of the limit."""
+    none of RANGE fails, zero where all do. Windows of failure narrower than the grid's factor are
+    missed: 1.13, and 1.04 within BELOW of the limit."""
     steps = np.geomspace(*RANGE, COARSE) * motion.fastest / (2.0 * np.pi)
     short = tried(motion, steps, np.full(COARSE, SHORT))
     unstable, changed = _near(motion, _first(steps, short.kind)[1])
     fails = _first(steps, short.stable)[1]
     if np.isfinite(fails) and not np.isfinite(unstable):
-        unstable, _ = _near(motion, fails, BESIDE)
+        unstable, _ = _near(motion, fails)
     return unstable, changed
 
 
-def _near(motion: SteppedMotion, fails: float, below: float = BELOW) -> tuple[float, float]:
-    """The limits among the steps up to `fails` [s], and down to so many times less; infinite where
-    that is."""
+def _near(motion: SteppedMotion, fails: float) -> tuple[float, float]:
+    """The limits among the steps up to `fails` [s], or the end of RANGE, and down to BELOW times
+    less: infinite where all hold, zero where none does."""
     if not np.isfinite(fails):
         fails = RANGE[1] * motion.fastest / (2.0 * np.pi)
-    near = np.geomspace(fails / below, fails, FINE)
+    near = np.geomspace(fails / BELOW, fails, FINE)
     held = tried(motion, near, run_length(near, motion.fastest))
     unstable, changed = (_first(near, marks) for marks in (held.stable, held.kind))
     return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
 
 
 def _first(steps: Array, held: Marks) -> tuple[float, float]:
-    """The last step [s] that holds before one that does not, and that one; infinite where all
-    hold."""
+    """The last step [s] that holds before one that does not, zero where none does, and that one;
+    infinite where all hold."""
     failing = np.flatnonzero(~held)
     if not failing.size:
         return np.inf, np.inf
-    return float(steps[max(failing[0] - 1, 0)]), float(steps[failing[0]])
+    first = int(failing[0])
+    return float(steps[first - 1]) if first else 0.0, float(steps[first])
