@@ -93,6 +93,10 @@ def measured(
     unstable = _limit(trials, "unstable", by_kind.get("unstable"), trials.steady, FIRST)
     start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
     changes = _limit(trials, "changes-kind", by_kind.get("changes-kind"), trials.kept, start)
+    if changes.fails and not trials.steady(exponent(changes.fails / trials.fastest)):
+        # The first search may have begun beyond steps that are unstable, too.
+        predicted_step, reason = unstable.predicted, unstable.reason
+        unstable = replace(changes, kind="unstable", predicted=predicted_step, reason=reason)
     apart = (changes.fails or math.inf) < (unstable.holds or 0.0)
     several = apart or "changes-kind" in by_kind
     equilibrium = theory is not None and theory.equilibrium

@@ -63,7 +63,7 @@ def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedL
         surprise = ""
         if off and known is None:
             surprise = f"{ratio:.3g} of the step that is predicted"
-        elif known is not None and (ratio is None or abs(ratio / expected - 1.0) > KNOWN):
+        elif known is not None and (ratio is None or abs(ratio - expected) > KNOWN * expected):
             measured = "without a prediction" if ratio is None else f"{ratio:.3g} of it"
             surprise = f"known as {expected:g} of the step that is predicted, now {measured}"
         reason = "" if known is None else known.reason

@@ -4,8 +4,10 @@ what is sabotaged."""
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -78,6 +80,7 @@ def found_by(scene: str, method: str, prediction: float | None) -> MeasuredLimit
     return limit
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(("scene", "method", "wanted"), closed_forms())
 def test_limits_of_linear_motions_are_those_of_closed_forms(
     scene: str, method: str, wanted: float
@@ -99,8 +102,8 @@ def test_a_search_does_not_depend_on_the_prediction(factor: float) -> None:
 @pytest.mark.parametrize("monotone", [True, False])
 def test_a_bracket_is_that_of_its_numbers(first: int, monotone: bool) -> None:
     for last in (-400, -123, 0, 1, 399):
-        expected = (last, last + 1)
-        assert bracket(lambda n, last=last: n <= last, first, -400, 400, monotone) == expected
+        found = bracket(partial(operator.ge, last), first, -400, 400, monotone)
+        assert found == (last, last + 1)
     assert bracket(lambda n: True, first, -400, 400, monotone) == (400, None)
     assert bracket(lambda n: False, first, -400, 400, monotone) == (None, -400)
 
@@ -108,10 +111,9 @@ def test_a_bracket_is_that_of_its_numbers(first: int, monotone: bool) -> None:
 @pytest.mark.parametrize("first", [-300, -20, 0, 55, 90, 300])
 def test_a_window_that_fails_below_is_seen_from_anywhere(first: int) -> None:
     def holds(number: int) -> bool:
-        return number <= 90 and number not in range(40, 45)
+        return number <= 90 and number not in range(70, 75)
 
-    held, failed = bracket(holds, first, -400, 400, monotone=False)
-    assert (held, failed) == (39, 40)
+    assert bracket(holds, first, -400, 400, monotone=False) == (69, 70)
 
 
 def test_a_solver_with_a_tolerance_has_no_limit() -> None:
@@ -175,14 +177,14 @@ SABOTAGED = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("what", SABOTAGED)
 def test_a_sabotaged_scheme_is_red(what: str, monkeypatch: Patch) -> None:
     name, method, wrong = SABOTAGED[what]
-    limit = math.sqrt(8.0) / OMEGA
-    assert judged(method, Stability((found_by(SWING, method, limit),), True)) == ["predicted"]
+    scene, how = find_scene(OVERDAMPED), find_method(method)
+    assert judged(method, stability(scene, how), OVERDAMPED) == ["predicted"]
     monkeypatch.setattr(integrators, name, wrong)
-    off = judged(method, Stability((found_by(SWING, method, limit),), True))
-    assert off == ["off-prediction!"]
+    assert judged(method, stability(scene, how), OVERDAMPED) == ["off-prediction!"]
 
 
 def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted() -> None:
@@ -242,7 +244,6 @@ def test_a_search_is_kept_to_the_last_bit() -> None:
 @pytest.mark.parametrize(
     ("scene", "growth", "size"),
     [
-        ("free-body/flip", 1.0, 1e-6),
         ("capsule-line/ca1", 1.0, 1e-6),
         ("simple-pendulum/near-top-1e-6", 1.0, 1e-6),
         ("cone-pendulum/rotating-base", 1e5, 1e-9),
