@@ -42,7 +42,7 @@ check: .venv/.develop  ## ruff, mypy --strict, and the contracts on layers, file
 	$(BIN)/python -m pytest -q tests/contracts
 
 benchmark: .venv/.peers  ## ratios of times, kept in .benchmarks/history.jsonl (ARGS go to pytest)
-	$(BIN)/python -m pytest tests/benchmarks $(ARGS)
+	$(CACHED) $(BIN)/python -m pytest tests/benchmarks $(ARGS)
 
 peers: .venv/.peers  ## add the optional engines and integrators to .venv
 

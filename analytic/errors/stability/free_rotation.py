@@ -251,8 +251,11 @@ class FreeRotationStability:
             0.0,
         )
         unstable, changed = first_failures(motion)
-        limits = [self._limit("unstable", unstable, "a nudge grows a thousandfold too much at")]
-        if changed < 0.99 * unstable:
+        limits = []
+        if not math.isnan(unstable):
+            how = "a nudge grows a thousandfold too much at"
+            limits.append(self._limit("unstable", unstable, how))
+        if not changed >= 0.99 * unstable:
             why = f"the body no longer turns {motion.kind} at"
             limits.append(self._limit("changes-kind", changed, why))
         return tuple(limits)

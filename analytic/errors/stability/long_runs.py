@@ -68,11 +68,14 @@ class PeriodicMotion:
         reached = self._time_shifts(observed["theta"], repeating, sign)
         spent = {level: _when(ahead, shift) for level, shift in reached.items()}
         first = next((time for time in spent.values() if 0.0 < time < math.inf), self.period)
-        drifts = energy_drift_rate(self.rotor, *self.start, self.period, scheme)
-        energy = sum(value * step**order for order, value in drifts.items())
         quadratic = abs(ahead[0] * first) > abs(ahead[1])
         growth: Growth = "quadratic" if quadratic else "linear" if ahead[1] else "constant"
-        return LongRun(growth, float(ahead[0 if quadratic else 1]), energy, spent)
+        drift = self._energy_rate(scheme, step)
+        return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
+
+    def _energy_rate(self, scheme: Scheme, step: float) -> float:
+        rates = energy_drift_rate(self.rotor, *self.start, self.period, scheme)
+        return sum(rate * step**order for order, rate in rates.items())
 
     def _parts(
         self, times: Array, observed: Mapping[str, Array], series: Coefficients, step: float

@@ -169,8 +169,10 @@ class PendulumStability:
         )
         unstable, changed = first_failures(motion)
         why = "a nudge grows a thousandfold beyond the exact motion's growth at"
-        limits = [StepLimit("unstable", unstable, self._why(unstable, why))]
-        if changed < 0.99 * unstable:
+        limits = []
+        if not math.isnan(unstable):
+            limits.append(StepLimit("unstable", unstable, self._why(unstable, why)))
+        if not changed >= 0.99 * unstable:
             why = f"the motion is no longer {self.kind} at"
             limits.append(StepLimit("changes-kind", changed, self._why(changed, why)))
         return tuple(limits)

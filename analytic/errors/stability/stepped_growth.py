@@ -80,22 +80,23 @@ def _kept(
 
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     """The steps [s] below which all smaller ones are stable, and keep their kind; infinite where
-    none of RANGE fails, zero where all do. Windows of failure narrower than the grid's factor are
-    missed: 1.13, and 1.04 within BELOW of the limit."""
-    steps = np.geomspace(*RANGE, COARSE) * motion.fastest / (2.0 * np.pi)
+    none of RANGE fails, zero where all do. The first is NaN where the kind changes before it: what
+    is stable then is another motion. Windows of failure narrower than the grid's factor are missed:
+    1.13, and 1.04 within BELOW of the limit."""
+    scale = motion.fastest / (2.0 * np.pi)
+    steps = np.geomspace(*RANGE, COARSE) * scale
     short = tried(motion, steps, np.full(COARSE, SHORT))
-    unstable, changed = _near(motion, _first(steps, short.kind)[1])
-    fails = _first(steps, short.stable)[1]
-    if np.isfinite(fails) and not np.isfinite(unstable):
-        unstable, _ = _near(motion, fails)
-    return unstable, changed
+    fails = min(_first(steps, short.kind)[1], RANGE[1] * scale)
+    unstable, changed = _near(motion, fails)
+    while changed == 0.0 and fails > RANGE[0] * scale:
+        fails /= BELOW
+        unstable, changed = _near(motion, fails)
+    return math.nan if changed < unstable == math.inf else unstable, changed
 
 
 def _near(motion: SteppedMotion, fails: float) -> tuple[float, float]:
-    """The limits among the steps up to `fails` [s], or the end of RANGE, and down to BELOW times
-    less: infinite where all hold, zero where none does."""
-    if not np.isfinite(fails):
-        fails = RANGE[1] * motion.fastest / (2.0 * np.pi)
+    """The limits among the steps up to `fails` [s], and down to BELOW times less: infinite where
+    all hold, zero where none does."""
     near = np.geomspace(fails / BELOW, fails, FINE)
     held = tried(motion, near, run_length(near, motion.fastest))
     unstable, changed = (_first(near, marks) for marks in (held.stable, held.kind))
