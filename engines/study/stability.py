@@ -75,6 +75,8 @@ def stability(scene: Scene, method: Method) -> Stability:
     if method.control == "tolerance":
         return Stability((), why="it chooses its steps itself, and pays with their number")
     case = case_of(scene)
+    if not case.system.start:
+        return Stability((), why="no parameter of the scene is its start, to be nudged")
     theory = case.system.stability(case.problem) if case.system.stability else None
     try:
         engine_of(method).prepare(case, method, min(scene.steps[0], scene.duration))
