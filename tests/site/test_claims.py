@@ -12,6 +12,7 @@ import pytest
 from plumbob.engines.study.extra_runs import ExtraRun, Request, Result
 from plumbob.engines.study.model_reading import ModelRead
 from plumbob.engines.study.results import Study
+from plumbob.engines.study.stability import Stability
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
@@ -76,6 +77,7 @@ MEASURED = (
     "pymunk-torque",
     "energy",
     "free-body-rk4-second-order",
+    "largest-steps",
     "model-readers",
     "notebook-rk4",
     "orders",
@@ -119,10 +121,12 @@ def spoiled(study: Study) -> Study:
 
 def _far(found: Result | None) -> Result | None:
     """A recording that departs from where it was, ever faster, with energies of its own; and a
-    reading of a model that has no number but its gravity."""
+    reading of a model that has no number but its gravity, and another predicted step."""
     if isinstance(found, ModelRead):
         rest = (n if n.field == "gravity" else replace(n, values=(0.0,)) for n in found.numbers)
         return replace(found, numbers=tuple(rest))
+    if isinstance(found, Stability):
+        return replace(found, limits=tuple(replace(x, predicted=1.0) for x in found.limits))
     if not isinstance(found, Trajectory):
         return found
     gone = FAR * (found.times / found.times[-1]) ** 2
