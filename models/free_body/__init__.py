@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.analytic.theory import ErrorTheory
@@ -48,6 +50,14 @@ def errors(body: FreeBody) -> ErrorTheory:
     from plumbob.analytic.errors.free_body.error_series import free_body_errors
 
     return free_body_errors(body)
+
+
+@lru_cache(maxsize=64)  # the same for every method of a scene
+def stability(body: FreeBody) -> StabilityTheory:
+    """Theory of the largest steps on the rotation."""
+    from plumbob.analytic.errors.stability.free_rotation import free_rotation_stability
+
+    return free_rotation_stability(body)
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -162,6 +172,7 @@ SYSTEM = System(
     problem=problem,
     reference=lambda body: body,
     errors=errors,
+    stability=stability,
     invariants=invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import ErrorTheory
@@ -124,6 +125,17 @@ def errors(problem: SimplePendulum) -> ErrorTheory:
     from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
 
     return simple_pendulum_errors(problem)
+
+
+@lru_cache(maxsize=64)  # the same for every method of a scene
+def stability(problem: SimplePendulum) -> StabilityTheory:
+    """Theory of the largest steps on the motion."""
+    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
+
+    start, elliptic = problem.started, problem.elliptic
+    period = math.inf if elliptic is None else elliptic.period
+    begun = start.theta, start.theta_dot
+    return pendulum_stability(problem.rotor, begun, reference(problem), period)
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
@@ -324,6 +336,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         problem=partial(problem, linear=linear),
         reference=reference,
         errors=errors,
+        stability=stability,
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",
