@@ -15,7 +15,8 @@ import pytest
 import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
-from plumbob.engines.adapters.mujoco.own_model.model import own_model, refused
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
@@ -149,6 +150,7 @@ def test_hostile_input_is_one_line(
     assert sorted(files.rglob("*")) == before
 
 
+@pytest.mark.long
 def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     short = ["audit", "my.xml", "--duration", "0.2", "--budget", "20"]
     assert main([*short, "--absolute", "0.1"]) == 0
@@ -191,6 +193,7 @@ def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) ->
     assert data["error"] > 5 * data["uncertainty"] > 0.0
 
 
+@pytest.mark.long
 def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
     values = 0.3 * np.sin(np.arange(10))[:, None]
     np.savetxt("ctrl.csv", values, delimiter=",", fmt="%.17g")
@@ -212,6 +215,7 @@ def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
         assert np.array_equal(controls_of(Path(file)), values)
 
 
+@pytest.mark.long
 def test_users_model_is_not_changed_anywhere() -> None:
     model = ball(0.12, solref=".0001 1")
     size = mujoco.mj_sizeModel(model)
