@@ -28,22 +28,6 @@ INCOMPLETE = 3
 FILE = "stability.sqlite3"
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument(
-        "scene", metavar="SCENE", help="system/case, a system's default case, or a pattern"
-    )
-    parser.add_argument(
-        "method",
-        metavar="METHOD",
-        nargs="*",
-        help="engine/name, or a pattern (default: all that are installed)",
-    )
-    values.add_jobs(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--out", metavar="DIR", help="where a page and what is measured are kept")
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge the largest steps; 1 where one is not as expected."""
     many = any(mark in chosen.scene for mark in "*?[,")
