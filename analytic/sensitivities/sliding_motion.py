@@ -1,0 +1,413 @@
+"""Sensitivities of a motion on three Coulomb points: variational equation and saltation.
+
+With the state y = (p, omega, psi, C), see `three_points.equations`, each segment has smooth
+equations dy/dt = F(t, y; q) in a parameter q, and S = dy/dq at fixed time obeys S' = F_y S + F_q.
+Where the equations change from F- to F+ at a time t_e, which the parameter moves by dt_e/dq,
+
+    S+ = S- + (F- - F+) dt_e/dq                                                                 (1)
+
+(di Bernardo et al. 2008, Piecewise-smooth Dynamical Systems, 2.5). dt_e/dq is
+
+    where the slider's acceleration jumps: that of the piece's start, a formula;
+    where support i stops, v_i reaches 0 along its rate a: -(a . dv_i/dq)/a^2;                    (2)
+    where a pivot stops turning: -(domega/dq)/omega'.                                           (3)
+
+Where a force reaches the friction limit, and a support slips or rest ends, friction is continuous,
+so that F- = F+ and the time does not matter. Where the body comes to rest all velocities vanish
+together: S keeps its limit in psi and C, and p and omega stay 0 for all q near. As v_i -> 0 its
+direction e settles where e is parallel to a(e) (`three_points.sliding`), and F_y grows as 1/|v_i|
+across e only; a segment's own variable, in which its state is a polynomial, resolves that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.numerics.collocation import TimeGrid, evaluate, gauss_collocation
+from plumbob.analytic.numerics.linear_flow import LinearFlow
+from plumbob.analytic.numerics.rotor.variational import Response
+from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity
+from plumbob.analytic.sensitivities.smooth_motion import read_along
+from plumbob.analytic.systems.capsule import by_support, normal_forces
+from plumbob.analytic.systems.three_points.equations import (
+    Complex,
+    Configuration,
+    Slide,
+    configuration,
+)
+from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.pivoting import pivot_motion
+from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
+
+STAGES, FEWER = 28, 22  # of the collocation in a segment, and of the one that shows its error
+AMPLIFIED = 32.0  # times the relative error of the motion: that of its derivatives
+TURNS = 30  # of Newton's method for the direction in which a support stops
+Columns = Array  # S of all parameters, then the effect of their uncertainties: (6, 2 parameters)
+
+
+@dataclass(frozen=True)
+class SlidingBody:
+    """One neighbour: a motion, which only the first of them integrates, its heading in the world at
+    the start [rad], and the velocity of C [m/s] and the turning [rad/s] at the start."""
+
+    motion: ThreePointMotion
+    heading: float
+    velocity: complex
+    omega: float
+
+    def configured(self, number: int, times: Array) -> Configuration:
+        """The slider's part at `times` [s] since the start, on piece `number` and its analytic
+        continuation."""
+        local = times - self.motion.path.breakpoints[number]
+        return configuration(self.motion.body, self.motion.piece(number), local)
+
+    @property
+    def start(self) -> Array:
+        """State at time 0, shape (6,)."""
+        at = self.configured(0, np.zeros(1))
+        point = self.velocity + 1j * self.omega * self.motion.body.mass_ratio * at.position[0]
+        return np.array([point.real, point.imag, self.omega, 0.0, 0.0, 0.0])
+
+    def read(self, times: Array, states: Array) -> Mapping[str, Array]:
+        """Observables, as `PlaneReference` names them, from `states`, shape (6, n)."""
+        px, py, omega, psi, x, y = states
+        mu, places = self.motion.body.mass_ratio, self.motion.path.kinematics(times)[0]
+        along, across = px + omega * mu * places[:, 1], py - omega * mu * places[:, 0]
+        cos, sin = np.cos(psi), np.sin(psi)
+        return {
+            "body_angle": psi,
+            "x": x,
+            "y": y,
+            "velocity_x": cos * along - sin * across,
+            "velocity_y": sin * along + cos * across,
+            "heading": psi + self.heading,
+            "heading_rate": omega,
+            **by_support(normal_forces(self.motion.capsule, places)),
+        }
+
+
+def _moved(slider: Configuration, ratio: float, state: Array) -> Array:
+    """Rates of psi and of C, shape (3, n), for `state` (p_x, p_y, omega, psi, ...), shape (6, n)."""
+    speed = state[0] + 1j * state[1] - 1j * state[2] * ratio * slider.position
+    drift = speed * np.exp(1j * state[3])
+    return np.stack([state[2], drift.real, drift.imag])
+
+
+@dataclass(frozen=True)
+class _Segment:
+    """A segment of the motion with its equations, for neighbours too."""
+
+    bodies: Sequence[Neighbours[SlidingBody]]
+    segment: SmoothSegment
+    axes: float  # heading of the start in the motion's own axes [rad]
+
+    @property
+    def here(self) -> SlidingBody:
+        return self.bodies[0].here
+
+    @property
+    def began(self) -> float:
+        """Start of the slider's piece [s]."""
+        return float(self.here.motion.path.breakpoints[self.segment.piece])
+
+    def states(self, places: Array) -> tuple[Array, Array]:
+        """Times [s], shape (n,), and states, shape (6, n), at `places` of the segment's variable;
+        C is left 0, on which nothing depends."""
+        assert self.segment.coefficients is not None
+        px, py, omega, local, psi, *_ = evaluate(self.segment.coefficients, places).T
+        zero = np.zeros_like(px)
+        return local + self.began, np.stack([px, py, omega, psi - self.axes, zero, zero])
+
+    @cached_property
+    def sense(self) -> float:
+        """Direction in which a pivot turns."""
+        return float(np.sign(self.states(np.array([0.5 * self.segment.last]))[1][2, 0]))
+
+    def _sliding(self, body: SlidingBody, at: Configuration, state: Array, slide: Slide) -> Array:
+        rates = slide.rates(body.motion.body, at, state[3])[:, :3].T
+        return np.concatenate([rates, _moved(at, body.motion.body.mass_ratio, state)])
+
+    def _pivoting(self, body: SlidingBody, at: Configuration, state: Array) -> Array:
+        of, support = body.motion.body, self.segment.support
+        turning = pivot_motion(of, at, support, self.sense, state[2], state[3]).omega_rate
+        point = -1j * (turning * at.arms[:, support] - state[2] * of.mass_ratio * at.velocity)
+        rates = np.stack([point.real, point.imag, turning])
+        return np.concatenate([rates, _moved(at, of.mass_ratio, state)])
+
+    def equations(self, times: Array, state: Array) -> tuple[Array, Array, list[Derived]]:
+        """F, shape (6, n), F_y, shape (n, 6, 6), and F_q by each parameter, shape (6, n)."""
+        number = self.segment.piece
+        at, body = self.here.configured(number, times), self.here.motion.body
+        if self.segment.mode == "pivot":
+            rates = self._pivoting(self.here, at, state)
+            by = [
+                bodies.derivative(
+                    lambda one: self._pivoting(one, one.configured(number, times), state)
+                )
+                for bodies in self.bodies
+            ]
+            faster = state + np.array([0, 0, 1, 0, 0, 0])[:, None]
+            jacobian = np.zeros((times.size, 6, 6))
+            # Affine in omega: a difference is exact.
+            jacobian[:, :3, 2] = (self._pivoting(self.here, at, faster) - rates)[:3].T
+        else:
+            slide = Slide.of(body, at, state[:3].T)
+            rates = self._sliding(self.here, at, state, slide)
+            by = [self._by(bodies, times, state, slide, at) for bodies in self.bodies]
+            jacobian = np.zeros((times.size, 6, 6))
+            jacobian[:, :3, :3] = slide.derivatives(body, at, None)[:, :3]
+        _carry(jacobian, state, at, body.mass_ratio)
+        return rates, jacobian, by
+
+    def _by(
+        self,
+        bodies: Neighbours[SlidingBody],
+        times: Array,
+        state: Array,
+        slide: Slide,
+        at: Configuration,
+    ) -> Derived:
+        """F_q of sliding: with the directions of sliding kept, and by their turning, since v_i at
+        a fixed (p, omega) depends on the parameter too."""
+        number, body = self.segment.piece, self.here.motion.body
+
+        def kept(one: SlidingBody) -> Array:
+            there = one.configured(number, times)
+            return self._sliding(one, there, state, slide.elsewhere(one.motion.body, there))
+
+        values, uncertain = bodies.derivative(kept)
+        arms, unsure = _complex(bodies, lambda one: one.configured(number, times).arms)
+        moved = 1j * state[2][:, None] * arms
+        values[:3] += slide.turned_by(body, at, moved).T
+        # Rounding of the arms acts across e and decays there.
+        uncertain[:3] += np.abs(state[2]) * unsure.max(axis=1) * 0.0
+        return values, uncertain
+
+    def response(self, start: Columns, stages: int) -> Response:
+        """S over the segment's variable from `start`."""
+        coefficients, last = self.segment.coefficients, self.segment.last
+        assert coefficients is not None
+        nodes = last * gauss_collocation(stages).nodes
+        times, state = self.states(nodes)
+        clock = 2.0 * np.polynomial.legendre.legder(coefficients[:, 3])
+        pace = np.polynomial.legendre.legval(2.0 * nodes - 1.0, clock)
+        _, jacobian, by = self.equations(times, state)
+        columns = [part for k in (0, 1) for part in (pair[k] for pair in by)]
+        forcing = np.stack(columns, axis=-1).transpose(1, 0, 2)
+        flow = LinearFlow(TimeGrid(np.array([0.0, last])), (pace[:, None, None] * jacobian)[None])
+        return flow.respond(start, (pace[:, None, None] * forcing)[None])
+
+    def places(self, times: Array) -> Array:
+        """The segment's variable at `times` [s]."""
+        begin, end = self.segment.start, self.segment.end
+        return self.segment.parameter(np.clip(times - self.began, begin, end))
+
+    def rates_at(self, place: float, stopping: tuple[int, ...] = ()) -> Array:
+        """F at a place, shape (6,), in the limit where the supports `stopping` stop."""
+        times, state = self.states(np.array([place]))
+        at, body = self.here.configured(self.segment.piece, times), self.here.motion.body
+        if self.segment.mode == "pivot":
+            return self._pivoting(self.here, at, state)[:, 0]
+        slide = Slide.of(body, at, state[:3].T)
+        for support in stopping:
+            slide = self._settled(slide, at, state, support)
+        return self._sliding(self.here, at, state, slide)[:, 0]
+
+    def _settled(self, slide: Slide, at: Configuration, state: Array, support: int) -> Slide:
+        """The directions of sliding with that of `support`, which round-off hides, where e is
+        parallel to its own rate."""
+
+        def turned(angle: float) -> tuple[Slide, float]:
+            back = slide.back.copy()
+            back[0, support] *= np.exp(-1j * angle)
+            there = Slide(
+                slide.point, slide.omega, slide.speeds, back, back * at.arms, slide.widening
+            )
+            rate = self.support_rate(self._sliding(self.here, at, state, there)[:, 0], at, support)
+            return there, float((back[0, support] * rate).imag / abs(rate))
+
+        angle, step = 0.0, 1e-4
+        for _ in range(TURNS):
+            off = turned(angle)[1]
+            slope = (turned(angle + step)[1] - turned(angle - step)[1]) / (2 * step)
+            change = -off / slope
+            angle += float(np.clip(change, -0.3, 0.3))
+            if abs(change) < 1e-15:
+                break
+        return turned(angle)[0]
+
+    def support_rate(self, rates: Array, at: Configuration, support: int) -> complex:
+        """dv_i/dt of a support [m/s^2] where the state changes at `rates`, shape (6,)."""
+        omega = self.states(np.array([self.segment.last]))[1][2, 0]
+        drift = 1j * omega * self.here.motion.body.mass_ratio * at.velocity[0]
+        turning = 1j * rates[2] * at.arms[0, support]
+        return complex(rates[0] + 1j * rates[1] + turning - drift)
+
+    def departure(self) -> Array:
+        """F at the segment's start, shape (6,), from its polynomials: where a support starts from
+        rest its direction of sliding is a limit."""
+        assert self.segment.coefficients is not None
+        slopes = 2.0 * np.polynomial.legendre.legder(self.segment.coefficients, axis=0)
+        px, py, omega, clock, *_ = evaluate(slopes, np.zeros(1))[0]
+        times, state = self.states(np.zeros(1))
+        at = self.here.configured(self.segment.piece, times)
+        rest = _moved(at, self.here.motion.body.mass_ratio, state)[:, 0]
+        return np.array([px / clock, py / clock, omega / clock, *rest])
+
+
+def _carry(jacobian: Array, state: Array, at: Configuration, ratio: float) -> None:
+    """Fill in the derivatives of the rates of psi and C by the state, in place."""
+    turn = np.exp(1j * state[3])
+    speed = state[0] + 1j * state[1] - 1j * state[2] * ratio * at.position
+    jacobian[:, 3, 2] = 1.0
+    by = (turn, 1j * turn, -1j * ratio * at.position * turn, 1j * speed * turn)
+    for column, values in enumerate(by):
+        jacobian[:, 4, column], jacobian[:, 5, column] = values.real, values.imag
+
+
+def _complex(bodies: Neighbours[SlidingBody], read: object) -> tuple[Complex, Array]:
+    """The derivative of plane vectors, and its uncertainty."""
+    real, one = bodies.derivative(lambda body: read(body).real)
+    imaginary, other = bodies.derivative(lambda body: read(body).imag)
+    return real + 1j * imaginary, one + other
+
+
+def sliding_gradients(
+    bodies: Sequence[Neighbours[SlidingBody]], times: Array
+) -> list[Sensitivity]:
+    """Sensitivities at `times` [s], shape (n,), by each parameter."""
+    here, count = bodies[0].here, len(bodies)
+    found, coarse = (_walk(bodies, times, stages) for stages in (STAGES, FEWER))
+    error, pose = here.motion.error, here.motion.at(times)
+    parts = (
+        (error.velocity, pose.velocity),
+        (error.angular_velocity, pose.angular_velocity),
+        (error.heading, pose.heading),
+        (error.position, pose.position),
+    )
+    lost = max(float(np.abs(e).max() / (np.abs(size).max() or 1.0)) for e, size in parts)
+    missed = np.abs(found - coarse)[..., :count] + np.abs(found[..., count:])
+    missed += AMPLIFIED * lost * np.abs(found[..., :count]).max(axis=0)
+    states = _states(here, times)
+    return [
+        read_along(one, times, states, found[..., k].T, missed[..., k].T)
+        for k, one in enumerate(bodies)
+    ]
+
+
+def _states(here: SlidingBody, times: Array) -> Array:
+    """The states of the motion at `times` [s], shape (6, n), in the axes of the start."""
+    begin, pose = here.motion.at(np.zeros(1)), here.motion.at(times)
+    back = np.exp(-1j * begin.heading[0])
+    place = (pose.position - begin.position) @ [1.0, 1j] * back
+    psi = pose.heading - begin.heading[0]
+    slider = here.motion.path.kinematics(times)[0] @ [1.0, 1j]
+    arm = 1j * pose.angular_velocity * here.motion.body.mass_ratio * slider
+    point = pose.velocity @ [1.0, 1j] * back * np.exp(-1j * psi) + arm
+    return np.stack(
+        [point.real, point.imag, pose.angular_velocity, psi, place.real, place.imag]
+    )
+
+
+def _walk(bodies: Sequence[Neighbours[SlidingBody]], times: Array, stages: int) -> Array:
+    """S at `times`, shape (n, 6, 2 parameters), from event to event."""
+    here = bodies[0].here
+    motion, axes = here.motion, float(here.motion.at(np.zeros(1)).heading[0])
+    begun = [one.derivative(lambda body: body.start) for one in bodies]
+    columns = np.stack([part for k in (0, 1) for part in (pair[k] for pair in begun)], axis=-1)
+    which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
+    found = np.zeros((times.size, *columns.shape))
+    before: _Segment | None = None
+    for number, segment in enumerate(motion.segments):
+        if motion.begins[number] > times.max(initial=0.0):
+            break
+        after = _Segment(bodies, segment, axes)
+        if before is not None:
+            columns = saltation(before, after, columns)
+        inside = which == number
+        if segment.coefficients is None:
+            found[inside] = columns
+        else:
+            response = after.response(columns, stages)
+            found[inside] = response.at(after.places(times[inside]))
+            columns = response.end
+        before = after
+    return found
+
+
+def saltation(before: _Segment, after: _Segment, columns: Columns) -> Columns:
+    """S after the event between two segments, eq. 1, from S before it."""
+    left, right = before.segment, after.segment
+    if left.mode == right.mode and left.piece == right.piece and right.support == left.support:
+        if right.mode != "slide" or right.support < 0:
+            return columns
+    stopping = _stopping(left, right)
+    ended, begun = _before(before, stopping), _after(left, after)
+    delays = _delays(before, after, columns, ended, stopping)
+    found = columns + np.outer(ended - begun, delays)
+    if right.mode == "rest":
+        found[:3] = 0.0
+    return found
+
+
+def _stopping(left: SmoothSegment, right: SmoothSegment) -> tuple[int, ...]:
+    """The support that stops where one segment follows another on the same piece."""
+    if left.mode != "slide" or left.piece != right.piece or right.support < 0:
+        return ()
+    return (right.support,)
+
+
+def _before(before: _Segment, stopping: tuple[int, ...]) -> Array:
+    """F at the end of a segment, shape (6,)."""
+    if before.segment.mode == "rest":
+        return np.zeros(6)
+    return before.rates_at(before.segment.last, stopping)
+
+
+def _after(left: SmoothSegment, after: _Segment) -> Array:
+    """F at the start of a segment that follows `left`, shape (6,)."""
+    right = after.segment
+    if right.mode == "rest":
+        return np.zeros(6)
+    if right.mode == "slide" and (left.mode != "slide" or right.support >= 0):
+        return after.departure()
+    return after.rates_at(0.0)
+
+
+def _delays(
+    before: _Segment, after: _Segment, columns: Columns, ended: Array, stopping: tuple[int, ...]
+) -> Array:
+    """dt_e/dq of the event between two segments [s per unit], shape (2 parameters,)."""
+    left, right = before.segment, after.segment
+    if left.piece != right.piece:
+        moved = [
+            bodies.derivative(lambda one: one.motion.path.breakpoints[right.piece])
+            for bodies in before.bodies
+        ]
+        return np.array([float(part) for k in (0, 1) for part in (pair[k] for pair in moved)])
+    if left.mode == "pivot" and (right.mode != "slide"):
+        return np.asarray(-columns[2] / ended[2])
+    if not stopping:
+        return np.zeros(columns.shape[1])
+    return _stop_delays(before, columns, ended, stopping[0])
+
+
+def _stop_delays(before: _Segment, columns: Columns, ended: Array, support: int) -> Array:
+    """Eq. 2 of a slide that ends as `support` stops, shape (2 parameters,)."""
+    times, state = before.states(np.array([before.segment.last]))
+    number = before.segment.piece
+    at = before.here.configured(number, times)
+    rate = before.support_rate(ended, at, support)
+    moved = columns[0] + 1j * columns[1] + 1j * columns[2] * at.arms[0, support]
+    arms = [
+        _complex(bodies, lambda one: one.configured(number, times).arms[0, support])
+        for bodies in before.bodies
+    ]
+    shifts = np.array([*(arm for arm, _ in arms), *(unsure for _, unsure in arms)])
+    moved = moved + 1j * state[2, 0] * shifts
+    return np.asarray(-(np.conj(rate) * moved).real / abs(rate) ** 2)
