@@ -16,18 +16,25 @@ Where a force reaches the friction limit, and a support slips or rest ends, fric
 so that F- = F+ and the time does not matter. Where the body comes to rest all velocities vanish
 together: S keeps its limit in psi and C, and p and omega stay 0 for all q near. As v_i -> 0 its
 direction e settles where e is parallel to a(e) (`three_points.sliding`), and F_y grows as 1/|v_i|
-across e only; a segment's own variable, in which its state is a polynomial, resolves that.
+across e only; a segment's own variable, in which its state is a polynomial, resolves that. But the
+polynomials have absolute errors, and e is lost as v_i falls to round-off. There ln v_i = ln rho +
+i theta, with the variable's clock d sigma = dt (a + sum b_j/|v_j|), is solved again from
+
+    d(ln v_i)/d sigma = e* dv_i/dt/(a rho + b_i + rho sum_(j not i) b_j/|v_j|).                   (4)
+
+S approaches its limit as a power of rho, which may be a small one: (4) goes on, with everything but
+v_i as it is, far beyond round-off, until S no longer changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.numerics.collocation import TimeGrid, evaluate, gauss_collocation
+from plumbob.analytic.numerics.collocation import TimeGrid, collocate, evaluate, gauss_collocation
 from plumbob.analytic.numerics.linear_flow import LinearFlow
 from plumbob.analytic.numerics.rotor.variational import Response
 from plumbob.analytic.reference import Array
@@ -46,6 +53,10 @@ from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
 
 STAGES, FEWER = 28, 22  # of the collocation in a segment, and of the one that shows its error
 AMPLIFIED = 32.0  # times the relative error of the motion: that of its derivatives
+SLOW = 1e-4  # speed of a support over the largest, below which its direction is solved again
+NUDGE = 1e-6  # of ln v_i, for derivatives that Newton's method needs
+FURTHER, ELEMENTS = 8.0, 80  # length in sigma, and number, of elements beyond round-off
+SETTLED = 1e-15  # relative change of S in one of them, after which it is settled
 TURNS = 30  # of Newton's method for the direction in which a support stops
 Columns = Array  # S of all parameters, then the effect of their uncertainties: (6, 2 parameters)
 
@@ -99,12 +110,26 @@ def _moved(slider: Configuration, ratio: float, state: Array) -> Array:
 
 
 @dataclass(frozen=True)
+class _Nodes:
+    """Times [s], states, shape (6, n), and the slider's part at the nodes of a segment, dt over its
+    variable, directions of sliding, and v_i at the end of a support that is about to stop."""
+
+    times: Array
+    state: Array
+    at: Configuration
+    pace: Array
+    slide: Slide | None = None
+    end: complex = 0j
+
+
+@dataclass(frozen=True)
 class _Segment:
     """A segment of the motion with its equations, for neighbours too."""
 
     bodies: Sequence[Neighbours[SlidingBody]]
     segment: SmoothSegment
     axes: float  # heading of the start in the motion's own axes [rad]
+    entering: complex = 0j  # v_i of the support that is about to stop [m/s], 0 where none is
 
     @property
     def here(self) -> SlidingBody:
@@ -139,68 +164,131 @@ class _Segment:
         rates = np.stack([point.real, point.imag, turning])
         return np.concatenate([rates, _moved(at, of.mass_ratio, state)])
 
-    def equations(self, times: Array, state: Array) -> tuple[Array, Array, list[Derived]]:
-        """F, shape (6, n), F_y, shape (n, 6, 6), and F_q by each parameter, shape (6, n)."""
-        number = self.segment.piece
-        at, body = self.here.configured(number, times), self.here.motion.body
-        if self.segment.mode == "pivot":
-            rates = self._pivoting(self.here, at, state)
-            by = [
-                bodies.derivative(
-                    lambda one: self._pivoting(one, one.configured(number, times), state)
-                )
-                for bodies in self.bodies
-            ]
-            faster = state + np.array([0, 0, 1, 0, 0, 0])[:, None]
-            jacobian = np.zeros((times.size, 6, 6))
-            # Affine in omega: a difference is exact.
-            jacobian[:, :3, 2] = (self._pivoting(self.here, at, faster) - rates)[:3].T
-        else:
-            slide = Slide.of(body, at, state[:3].T)
-            rates = self._sliding(self.here, at, state, slide)
-            by = [self._by(bodies, times, state, slide, at) for bodies in self.bodies]
-            jacobian = np.zeros((times.size, 6, 6))
-            jacobian[:, :3, :3] = slide.derivatives(body, at, None)[:, :3]
-        _carry(jacobian, state, at, body.mass_ratio)
-        return rates, jacobian, by
+    @cached_property
+    def _speeds(self) -> Array:
+        """|v_i| at the end of a slide over the largest of them, shape (3,)."""
+        times, state = self.states(np.array([self.segment.last]))
+        at = self.here.configured(self.segment.piece, times)
+        speeds = Slide.of(self.here.motion.body, at, state[:3].T).speeds[0]
+        return np.asarray(speeds / speeds.max())
 
-    def _by(
-        self,
-        bodies: Neighbours[SlidingBody],
-        times: Array,
-        state: Array,
-        slide: Slide,
-        at: Configuration,
-    ) -> Derived:
+    @property
+    def stopping(self) -> int:
+        """The support whose v_i is lost in round-off towards the end, -1 where there is none."""
+        solution = self.segment.solution
+        if self.segment.mode != "slide" or solution is None or solution.clock is None:
+            return -1
+        slow = np.flatnonzero(self._speeds < SLOW)
+        return int(slow[0]) if slow.size == 1 else -1
+
+    def _nodes(self, stages: int) -> _Nodes:
+        """Where the collocation evaluates the equations."""
+        coefficients, last = self.segment.coefficients, self.segment.last
+        assert coefficients is not None
+        places = last * gauss_collocation(stages).nodes
+        times, state = self.states(places)
+        clock = 2.0 * np.polynomial.legendre.legder(coefficients[:, 3])
+        pace = np.polynomial.legendre.legval(2.0 * places - 1.0, clock)
+        at = self.here.configured(self.segment.piece, times)
+        if self.segment.mode == "pivot":
+            return _Nodes(times, state, at, pace)
+        slide = Slide.of(self.here.motion.body, at, state[:3].T)
+        if self.stopping < 0:
+            return _Nodes(times, state, at, pace, slide)
+        return self._slowing(_Nodes(times, state, at, pace, slide), stages)
+
+    def _slowing(self, nodes: _Nodes, stages: int) -> _Nodes:
+        """Nodes with the v_i of the support that stops from eq. 4."""
+        rule, support, slide = gauss_collocation(stages), self.stopping, nodes.slide
+        solution = self.segment.solution
+        assert slide is not None and solution is not None and solution.clock is not None
+        size, (steady, shares) = self.segment.last * solution.size, solution.clock
+
+        def moving(logarithms: Array) -> tuple[Slide, Array]:
+            there = slide.slower(nodes.at, support, np.exp(logarithms @ [1.0, 1j]))
+            rates = there.rates(self.here.motion.body, nodes.at, nodes.state[3])
+            rate = _support_rates(self.here, rates.T, nodes.state[2], nodes.at, support)
+            relative = there.speeds[:, support, None] / there.speeds
+            pace = size / (steady * there.speeds[:, support] + relative @ shares)
+            slopes = there.back[:, support] * rate * pace
+            return there, np.column_stack([slopes.real, slopes.imag])
+
+        def right_hand_side(logarithms: Array, derived: bool) -> tuple[Array, Array]:
+            slopes = moving(logarithms)[1]
+            if not derived:
+                return slopes, slopes
+            steps = NUDGE * np.eye(2)
+            by = [(moving(logarithms + step)[1] - slopes) / NUDGE for step in steps]
+            return slopes, np.stack(by, axis=-1)
+
+        begin = np.log(self._entered)
+        start = np.array([begin.real, begin.imag])
+        flat = np.tile(start, (stages, 1))
+        guess = np.tile(moving(flat)[1][:1], (stages, 1))
+        slopes = collocate(rule, right_hand_side, start, guess, np.ones(2))
+        if slopes is None:
+            return nodes
+        logarithms = start + rule.integral @ slopes
+        there, _ = moving(logarithms)
+        pace = size / (steady + (1.0 / there.speeds) @ shares)
+        end = complex(np.exp((start + rule.weights @ slopes) @ [1.0, 1j]))
+        pace = pace / self.segment.last
+        state = np.concatenate([[there.point.real, there.point.imag], nodes.state[2:]])
+        return _Nodes(nodes.times, state, nodes.at, pace, there, end)
+
+    @property
+    def _entered(self) -> complex:
+        """v_i at the start of the support that is about to stop [m/s]."""
+        if self.entering:
+            return self.entering
+        times, state = self.states(np.zeros(1))
+        at = self.here.configured(self.segment.piece, times)
+        arm = at.arms[0, self.stopping]
+        return complex(state[0, 0] + 1j * state[1, 0] + 1j * state[2, 0] * arm)
+
+    def _equations(self, nodes: _Nodes) -> tuple[Array, list[Derived]]:
+        """F_y at nodes, shape (n, 6, 6), and F_q by each parameter, shape (6, n)."""
+        number, times, state, at = self.segment.piece, nodes.times, nodes.state, nodes.at
+        body, jacobian = self.here.motion.body, np.zeros((times.size, 6, 6))
+        _carry(jacobian, state, at, body.mass_ratio)
+        if nodes.slide is not None:
+            jacobian[:, :3, :3] = nodes.slide.derivatives(body, at, None)[:, :3]
+            return jacobian, [self._by(bodies, nodes, nodes.slide) for bodies in self.bodies]
+
+        def turning(one: SlidingBody) -> Array:
+            return self._pivoting(one, one.configured(number, times), state)
+
+        faster = state + np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])[:, None]
+        # Affine in omega: a difference is exact.
+        change = self._pivoting(self.here, at, faster) - turning(self.here)
+        jacobian[:, :3, 2] = change[:3].T
+        return jacobian, [bodies.derivative(turning) for bodies in self.bodies]
+
+    def _by(self, bodies: Neighbours[SlidingBody], nodes: _Nodes, slide: Slide) -> Derived:
         """F_q of sliding: with the directions of sliding kept, and by their turning, since v_i at
         a fixed (p, omega) depends on the parameter too."""
-        number, body = self.segment.piece, self.here.motion.body
+        number, body, times = self.segment.piece, self.here.motion.body, nodes.times
 
         def kept(one: SlidingBody) -> Array:
             there = one.configured(number, times)
-            return self._sliding(one, there, state, slide.elsewhere(one.motion.body, there))
+            return self._sliding(one, there, nodes.state, slide.elsewhere(one.motion.body, there))
 
         values, uncertain = bodies.derivative(kept)
-        arms, unsure = _complex(bodies, lambda one: one.configured(number, times).arms)
-        moved = 1j * state[2][:, None] * arms
-        values[:3] += slide.turned_by(body, at, moved).T
-        # Rounding of the arms acts across e and decays there.
-        uncertain[:3] += np.abs(state[2]) * unsure.max(axis=1) * 0.0
+        arms, _ = _complex(bodies, lambda one: one.configured(number, times).arms)
+        moved = 1j * nodes.state[2][:, None] * arms
+        values[:3] += slide.turned_by(body, nodes.at, moved).T
         return values, uncertain
 
-    def response(self, start: Columns, stages: int) -> Response:
-        """S over the segment's variable from `start`."""
-        coefficients, last = self.segment.coefficients, self.segment.last
-        assert coefficients is not None
-        nodes = last * gauss_collocation(stages).nodes
-        times, state = self.states(nodes)
-        clock = 2.0 * np.polynomial.legendre.legder(coefficients[:, 3])
-        pace = np.polynomial.legendre.legval(2.0 * nodes - 1.0, clock)
-        _, jacobian, by = self.equations(times, state)
+    def response(self, start: Columns, stages: int) -> tuple[Response, complex]:
+        """S over the segment's variable from `start`, and v_i of the support that is about to stop
+        at its end [m/s]."""
+        nodes = self._nodes(stages)
+        jacobian, by = self._equations(nodes)
         columns = [part for k in (0, 1) for part in (pair[k] for pair in by)]
         forcing = np.stack(columns, axis=-1).transpose(1, 0, 2)
-        flow = LinearFlow(TimeGrid(np.array([0.0, last])), (pace[:, None, None] * jacobian)[None])
-        return flow.respond(start, (pace[:, None, None] * forcing)[None])
+        pace = nodes.pace[:, None, None]
+        flow = LinearFlow(TimeGrid(np.array([0.0, self.segment.last])), (pace * jacobian)[None])
+        return flow.respond(start, (pace * forcing)[None]), nodes.end
 
     def places(self, times: Array) -> Array:
         """The segment's variable at `times` [s]."""
@@ -228,7 +316,8 @@ class _Segment:
             there = Slide(
                 slide.point, slide.omega, slide.speeds, back, back * at.arms, slide.widening
             )
-            rate = self.support_rate(self._sliding(self.here, at, state, there)[:, 0], at, support)
+            rates = self._sliding(self.here, at, state, there)
+            rate = _support_rates(self.here, rates, state[2], at, support)[0]
             return there, float((back[0, support] * rate).imag / abs(rate))
 
         angle, step = 0.0, 1e-4
@@ -241,13 +330,6 @@ class _Segment:
                 break
         return turned(angle)[0]
 
-    def support_rate(self, rates: Array, at: Configuration, support: int) -> complex:
-        """dv_i/dt of a support [m/s^2] where the state changes at `rates`, shape (6,)."""
-        omega = self.states(np.array([self.segment.last]))[1][2, 0]
-        drift = 1j * omega * self.here.motion.body.mass_ratio * at.velocity[0]
-        turning = 1j * rates[2] * at.arms[0, support]
-        return complex(rates[0] + 1j * rates[1] + turning - drift)
-
     def departure(self) -> Array:
         """F at the segment's start, shape (6,), from its polynomials: where a support starts from
         rest its direction of sliding is a limit."""
@@ -258,6 +340,14 @@ class _Segment:
         at = self.here.configured(self.segment.piece, times)
         rest = _moved(at, self.here.motion.body.mass_ratio, state)[:, 0]
         return np.array([px / clock, py / clock, omega / clock, *rest])
+
+
+def _support_rates(
+    here: SlidingBody, rates: Array, omega: Array, at: Configuration, support: int
+) -> Complex:
+    """dv_i/dt of a support [m/s^2], shape (n,), where the state changes at `rates`, shape (6, n)."""
+    drift = 1j * omega * here.motion.body.mass_ratio * at.velocity
+    return np.asarray(rates[0] + 1j * rates[1] + 1j * rates[2] * at.arms[:, support] - drift)
 
 
 def _carry(jacobian: Array, state: Array, at: Configuration, ratio: float) -> None:
@@ -283,21 +373,24 @@ def sliding_gradients(
     """Sensitivities at `times` [s], shape (n,), by each parameter."""
     here, count = bodies[0].here, len(bodies)
     found, coarse = (_walk(bodies, times, stages) for stages in (STAGES, FEWER))
-    error, pose = here.motion.error, here.motion.at(times)
-    parts = (
-        (error.velocity, pose.velocity),
-        (error.angular_velocity, pose.angular_velocity),
-        (error.heading, pose.heading),
-        (error.position, pose.position),
-    )
-    lost = max(float(np.abs(e).max() / (np.abs(size).max() or 1.0)) for e, size in parts)
     missed = np.abs(found - coarse)[..., :count] + np.abs(found[..., count:])
-    missed += AMPLIFIED * lost * np.abs(found[..., :count]).max(axis=0)
+    missed += AMPLIFIED * _lost(here.motion) * np.abs(found[..., :count]).max(axis=0)
     states = _states(here, times)
     return [
         read_along(one, times, states, found[..., k].T, missed[..., k].T)
         for k, one in enumerate(bodies)
     ]
+
+
+def _lost(motion: ThreePointMotion) -> float:
+    """Error of the motion's velocities over the fastest of the supports."""
+    begins = motion.begins
+    middles = np.append((begins[1:] + begins[:-1]) / 2, begins)
+    error, pose = motion.error, motion.at(middles)
+    reach = float(np.abs(motion.body.supports).max())
+    speed = np.hypot(*pose.velocity.T).max() + reach * np.abs(pose.angular_velocity).max()
+    off = np.abs(error.velocity).max() + reach * np.abs(error.angular_velocity).max()
+    return float(off / speed) if speed else 0.0
 
 
 def _states(here: SlidingBody, times: Array) -> Array:
@@ -323,21 +416,44 @@ def _walk(bodies: Sequence[Neighbours[SlidingBody]], times: Array, stages: int) 
     which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
     found = np.zeros((times.size, *columns.shape))
     before: _Segment | None = None
+    slowing = 0j
     for number, segment in enumerate(motion.segments):
         if motion.begins[number] > times.max(initial=0.0):
             break
-        after = _Segment(bodies, segment, axes)
+        after = _Segment(bodies, segment, axes, slowing)
         if before is not None:
+            if slowing and _stopping(before.segment, segment):
+                columns = _settled_columns(before, columns, slowing, stages)
             columns = saltation(before, after, columns)
         inside = which == number
         if segment.coefficients is None:
             found[inside] = columns
         else:
-            response = after.response(columns, stages)
+            response, slowing = after.response(columns, stages)
             found[inside] = response.at(after.places(times[inside]))
             columns = response.end
         before = after
     return found
+
+
+def _settled_columns(
+    before: _Segment, columns: Columns, slowing: complex, stages: int
+) -> Columns:
+    """S in the limit where a support stops, from S at the end of the slide, where it is still at
+    `slowing` [m/s]."""
+    segment = before.segment
+    assert segment.coefficients is not None and segment.solution is not None
+    end = evaluate(segment.coefficients, np.array([segment.last]))
+    further = replace(segment.solution, size=FURTHER)
+    still = replace(segment, coefficients=end, last=1.0, solution=further)
+    for _ in range(ELEMENTS):
+        ahead = replace(before, segment=still, entering=slowing)
+        response, slowing = ahead.response(columns, stages)
+        change = np.abs(response.end - columns).max(axis=0)
+        columns = response.end
+        if (change <= SETTLED * np.abs(columns).max(axis=0)).all() or not slowing:
+            break
+    return columns
 
 
 def saltation(before: _Segment, after: _Segment, columns: Columns) -> Columns:
@@ -402,7 +518,7 @@ def _stop_delays(before: _Segment, columns: Columns, ended: Array, support: int)
     times, state = before.states(np.array([before.segment.last]))
     number = before.segment.piece
     at = before.here.configured(number, times)
-    rate = before.support_rate(ended, at, support)
+    rate = complex(_support_rates(before.here, ended[:, None], state[2], at, support)[0])
     moved = columns[0] + 1j * columns[1] + 1j * columns[2] * at.arms[0, support]
     arms = [
         _complex(bodies, lambda one: one.configured(number, times).arms[0, support])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.analytic.theory import ErrorTheory
@@ -48,6 +49,13 @@ def errors(body: FreeBody) -> ErrorTheory:
     from plumbob.analytic.errors.free_body.error_series import free_body_errors
 
     return free_body_errors(body)
+
+
+def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
+    """Derivatives of the rotation by parameters."""
+    from plumbob.analytic.sensitivities.smooth_systems import free_body, gradients
+
+    return gradients(free_body, problems, times)
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -168,6 +176,7 @@ SYSTEM = System(
     family="free_body",
     kind=FREE_ROTATION,
     interest=interest,
+    sensitivity=sensitivity,
     weight=2.0,
 )
 SYSTEMS = (SYSTEM,)

@@ -146,6 +146,13 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     }
 
 
+def structure(problem: CapsuleProblem) -> tuple[str, ...]:
+    """The kinds of its manoeuvres, in order, and of the slider's paths in them."""
+    manoeuvres = problem.motion.manoeuvres
+    pieces = (f"{m.kind} {len(m.path.pieces)}" for m in manoeuvres)
+    return tuple(pieces)
+
+
 def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
     to = (goal.x, goal.y, goal.heading)
     where = "on a free plane" if track == "free" else "along the source's single curve"
@@ -245,4 +252,5 @@ SYSTEM = capsule_system(
     errors=errors,
     facts=facts,
     interest=pose,
+    structure=structure,
 )

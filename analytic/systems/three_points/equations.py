@@ -192,6 +192,15 @@ class Slide:
         widening = 2.0 * body.reduced_mass * (at.position.conjugate() * at.velocity).real
         return replace(self, turned=self.back * at.arms, widening=widening)
 
+    def slower(self, at: Configuration, support: int, velocity: Complex) -> Slide:
+        """The same turning with v_i of one support as given [m/s], shape (n,)."""
+        point = velocity - 1j * self.omega * at.arms[:, support]
+        velocities = support_velocities(at, point, self.omega)
+        velocities[:, support] = velocity
+        speeds = np.abs(velocities)
+        back = velocities.conjugate() / speeds
+        return replace(self, point=point, speeds=speeds, back=back, turned=back * at.arms)
+
     def turned_by(self, body: Mechanics, at: Configuration, moved: Complex) -> Array:
         """Change of the rates of (p_x, p_y, omega) where each v_i changes by `moved`, shape (n, 3):
         its part across e turns the force; shape (n, 3)."""

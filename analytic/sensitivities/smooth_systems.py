@@ -1,4 +1,4 @@
-"""Pendulums and the free body as smooth motions, for their sensitivities."""
+"""Pendulums, the free body and systems of n degrees of freedom as smooth motions."""
 
 from __future__ import annotations
 
@@ -21,16 +21,14 @@ from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 ANGLE = ("theta", "theta_dot")
-Gradients = Callable[[Sequence[Neighbours[Any]], Array], list[Sensitivity]]
 
 
-def gradients(equations: Callable[[Any], SmoothMotion]) -> Gradients:
-    """The sensitivities of problems whose `equations` are those of a smooth motion."""
-
-    def found(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
-        return smooth_gradients([one.each(equations) for one in problems], times)
-
-    return found
+def gradients(
+    equations: Callable[[Any], SmoothMotion], problems: Sequence[Neighbours[Any]], times: Array
+) -> list[Sensitivity]:
+    """Sensitivities at `times` [s], shape (n,), by each parameter, of problems whose `equations`
+    are those of a smooth motion."""
+    return smooth_gradients([one.each(equations) for one in problems], times)
 
 
 def cone_pendulum(pendulum: ConePendulum) -> SmoothMotion:
