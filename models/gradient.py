@@ -20,7 +20,7 @@ from plumbob.analytic.sensitivities.neighbours import (
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.models.scene import Case, Parameters, System
 
-STEP = 4e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
+STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
 SHRINK = 0.1  # from one attempt to the next, until all neighbours are possible
 SMALLEST = 1e-10
 SIDES = ("below", "above")
@@ -96,16 +96,16 @@ def _complete(case: Case, name: str) -> Parameters:
     known({name: None}, system.parameters)
     if name in parameters:
         return parameters
+    # A left out parameter of another description of the case comes with the rest of that.
     for other in (name, *system.parameters):
-        for value in (0.0, 1.0):
-            if other in parameters:
-                continue
-            try:
-                changed = system.change(parameters, {other: value})
-                if name in changed and _same(case, changed):
-                    return changed
-            except ParameterError:
-                continue
+        if other in parameters:
+            continue
+        try:
+            changed = system.change(parameters, {other: system.left_out.get(other, 0.0)})
+            if name in changed and _same(case, changed):
+                return changed
+        except ParameterError:
+            continue
     raise ParameterError("by", name, f"a parameter that {case.scene.name} has")
 
 

@@ -120,6 +120,8 @@ class System:
     sensitivity: Gradients | None = None
     """Derivatives of the observables by parameters, of neighbours of a problem at times [s], shape
     (n,); None: differences of the exact motion."""
+    left_out: Parameters = field(default_factory=dict)
+    """Values of parameters that a scene may leave out, where these are not 0."""
     structure: Callable[[Any], Any] = no_structure
     """What a problem consists of that cannot change smoothly with a parameter."""
     also: Answers = nothing_else

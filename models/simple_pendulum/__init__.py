@@ -340,6 +340,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         change=change,
         interest=swing,
         sensitivity=sensitivity,
+        left_out={"mass": MASS},
     )
 
 

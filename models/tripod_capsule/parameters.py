@@ -90,6 +90,7 @@ def capsule_system(
     change: Callable[[Parameters, Parameters], Parameters] = replaced,
     interest: Callable[[Case], tuple[Quantity, ...]] = displaced,
     structure: Callable[[CapsuleProblem], Any] = no_structure,
+    left_out: Parameters = MappingProxyType({}),
 ) -> System:
     """A system that has the capsule's model and family; the arguments as in `System`."""
     return System(
@@ -112,6 +113,7 @@ def capsule_system(
         interest=interest,
         sensitivity=sensitivity,
         structure=structure,
+        left_out=left_out,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from functools import cache, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -253,4 +253,5 @@ SYSTEM = capsule_system(
     facts=facts,
     interest=pose,
     structure=structure,
+    left_out=asdict(Limits()),
 )
