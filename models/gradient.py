@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import (
@@ -18,7 +19,7 @@ from plumbob.analytic.sensitivities.neighbours import (
     Sensitivity,
 )
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
-from plumbob.models.scene import Case, Parameters, System
+from plumbob.models.scene import Case, Gradients, Parameters, System
 
 STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
 SHRINK = 0.1  # from one attempt to the next, until all neighbours are possible
@@ -51,7 +52,7 @@ def exact_gradient(
         for name, path in _numbers(parameters, wanted):
             sides[name], why[name] = _beside(case, parameters, name, path)
     flat = [one for found in sides.values() for one in found.values()]
-    gradients = case.system.sensitivity or _by_differences(case.system)
+    gradients = case.system.sensitivity or _general(case.system)
     answers = iter(gradients(flat, times) if flat else [])
     nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
     return {
@@ -65,18 +66,25 @@ def _answer(
 ) -> Sensitivity:
     """One parameter's answer from those on `both` sides or on one."""
     values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
-    uncertain = {n: sum(one.uncertainty[n] for one in found.values()) for n in names}
+    # Where there are both sides apart, the larger of their uncertainties.
+    unsure = [one.uncertainty for one in found.values()] or [nothing]
+    uncertain = {n: np.max([one[n] for one in unsure], axis=0) for n in names}
     if "both" in found:
         return Sensitivity(values["both"], uncertain)
     below, above = (values.get(side, nothing) for side in SIDES)
-    return Sensitivity(nothing, uncertain if found else nothing, why, below, above)
+    return Sensitivity(nothing, uncertain, why, below, above)
 
 
-def _by_differences(system: System) -> Any:
-    """Stencils of the exact motion itself, for a system that says nothing of its equations."""
+def _general(system: System) -> Gradients:
+    """For a system that does not say how: its variational equation where its motion has one, else
+    stencils of the exact motion itself."""
 
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
         start = np.zeros(1)
+        if isinstance(system.reference(problems[0].here), CertifiedMotion):
+            from plumbob.analytic.sensitivities.smooth_systems import certified, gradients
+
+            return gradients(lambda p: certified(cast(Any, system.reference(p))), problems, times)
         motions = [one.each(lambda p: Phased(system.reference(p), start)) for one in problems]
         return phased_gradients(motions, times)
 
@@ -157,6 +165,7 @@ def _beside(
     number = _at(parameters[name], path)
     if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
         return {}, f"{wanted} = {number!r} is not a number that can vary"
+
     def neighbours(stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
         step = STEP * (abs(number) or 1.0)
         while True:

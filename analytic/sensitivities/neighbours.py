@@ -82,7 +82,7 @@ class Neighbours(Generic[T]):
         found = np.tensordot(all_of_them, differences, 1)
         uncertain = np.abs(found - np.tensordot(fewer, differences, 1))
         if base.dtype == np.float64:  # in 34 digits nothing is left of a rounding
-            uncertain += ULP * np.abs(values).max(axis=0) * np.abs(all_of_them).max()
+            uncertain += ULP * np.abs(values).max(axis=0) * np.abs(all_of_them).sum()
         return found, uncertain
 
 

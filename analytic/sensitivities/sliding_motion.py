@@ -9,8 +9,8 @@ Where the equations change from F- to F+ at a time t_e, which the parameter move
 (di Bernardo et al. 2008, Piecewise-smooth Dynamical Systems, 2.5). dt_e/dq is
 
     where the slider's acceleration jumps: that of the piece's start, a formula;
-    where support i stops, v_i reaches 0 along its rate a: -(a . dv_i/dq)/a^2;                    (2)
-    where a pivot stops turning: -(domega/dq)/omega'.                                           (3)
+    where support i stops, v_i reaches 0 along its rate a: -(a . dv_i/dq)/a^2;                   (2)
+    where a pivot stops turning: -(domega/dq)/omega'.                                          (3)
 
 Where a force reaches the friction limit, and a support slips or rest ends, friction is continuous,
 so that F- = F+ and the time does not matter. Where the body comes to rest all velocities vanish
@@ -20,7 +20,7 @@ across e only; a segment's own variable, in which its state is a polynomial, res
 polynomials have absolute errors, and e is lost as v_i falls to round-off. There ln v_i = ln rho +
 i theta, with the variable's clock d sigma = dt (a + sum b_j/|v_j|), is solved again from
 
-    d(ln v_i)/d sigma = e* dv_i/dt/(a rho + b_i + rho sum_(j not i) b_j/|v_j|).                   (4)
+    d(ln v_i)/d sigma = e* dv_i/dt/(a rho + b_i + rho sum_(j not i) b_j/|v_j|).                  (4)
 
 S approaches its limit as a power of rho, which may be a small one: (4) goes on, with everything but
 v_i as it is, far beyond round-off, until S no longer changes.
@@ -28,14 +28,16 @@ v_i as it is, far beyond round-off, until S no longer changes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from plumbob.analytic.numerics.collocation import TimeGrid, collocate, evaluate, gauss_collocation
-from plumbob.analytic.numerics.linear_flow import LinearFlow
+from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow
 from plumbob.analytic.numerics.rotor.variational import Response
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity
@@ -103,7 +105,7 @@ class SlidingBody:
 
 
 def _moved(slider: Configuration, ratio: float, state: Array) -> Array:
-    """Rates of psi and of C, shape (3, n), for `state` (p_x, p_y, omega, psi, ...), shape (6, n)."""
+    """Rates of psi and of C, shape (3, n), in `state` (p_x, p_y, omega, psi, ...), shape (6, n)."""
     speed = state[0] + 1j * state[1] - 1j * state[2] * ratio * slider.position
     drift = speed * np.exp(1j * state[3])
     return np.stack([state[2], drift.real, drift.imag])
@@ -187,8 +189,8 @@ class _Segment:
         assert coefficients is not None
         places = last * gauss_collocation(stages).nodes
         times, state = self.states(places)
-        clock = 2.0 * np.polynomial.legendre.legder(coefficients[:, 3])
-        pace = np.polynomial.legendre.legval(2.0 * places - 1.0, clock)
+        clock = 2.0 * legendre.legder(coefficients[:, 3])
+        pace = legendre.legval(2.0 * places - 1.0, clock)
         at = self.here.configured(self.segment.piece, times)
         if self.segment.mode == "pivot":
             return _Nodes(times, state, at, pace)
@@ -201,7 +203,8 @@ class _Segment:
         """Nodes with the v_i of the support that stops from eq. 4."""
         rule, support, slide = gauss_collocation(stages), self.stopping, nodes.slide
         solution = self.segment.solution
-        assert slide is not None and solution is not None and solution.clock is not None
+        assert slide is not None and solution is not None
+        assert solution.clock is not None
         size, (steady, shares) = self.segment.last * solution.size, solution.clock
 
         def moving(logarithms: Array) -> tuple[Slide, Array]:
@@ -334,7 +337,7 @@ class _Segment:
         """F at the segment's start, shape (6,), from its polynomials: where a support starts from
         rest its direction of sliding is a limit."""
         assert self.segment.coefficients is not None
-        slopes = 2.0 * np.polynomial.legendre.legder(self.segment.coefficients, axis=0)
+        slopes = np.asarray(legendre.legder(self.segment.coefficients, axis=0), dtype=np.float64)
         px, py, omega, clock, *_ = evaluate(slopes, np.zeros(1))[0]
         times, state = self.states(np.zeros(1))
         at = self.here.configured(self.segment.piece, times)
@@ -345,7 +348,7 @@ class _Segment:
 def _support_rates(
     here: SlidingBody, rates: Array, omega: Array, at: Configuration, support: int
 ) -> Complex:
-    """dv_i/dt of a support [m/s^2], shape (n,), where the state changes at `rates`, shape (6, n)."""
+    """dv_i/dt of a support [m/s^2], shape (n,), where the state has the `rates`, shape (6, n)."""
     drift = 1j * omega * here.motion.body.mass_ratio * at.velocity
     return np.asarray(rates[0] + 1j * rates[1] + 1j * rates[2] * at.arms[:, support] - drift)
 
@@ -360,16 +363,16 @@ def _carry(jacobian: Array, state: Array, at: Configuration, ratio: float) -> No
         jacobian[:, 4, column], jacobian[:, 5, column] = values.real, values.imag
 
 
-def _complex(bodies: Neighbours[SlidingBody], read: object) -> tuple[Complex, Array]:
+def _complex(
+    bodies: Neighbours[SlidingBody], read: Callable[[SlidingBody], Any]
+) -> tuple[Complex, Array]:
     """The derivative of plane vectors, and its uncertainty."""
     real, one = bodies.derivative(lambda body: read(body).real)
     imaginary, other = bodies.derivative(lambda body: read(body).imag)
     return real + 1j * imaginary, one + other
 
 
-def sliding_gradients(
-    bodies: Sequence[Neighbours[SlidingBody]], times: Array
-) -> list[Sensitivity]:
+def sliding_gradients(bodies: Sequence[Neighbours[SlidingBody]], times: Array) -> list[Sensitivity]:
     """Sensitivities at `times` [s], shape (n,), by each parameter."""
     here, count = bodies[0].here, len(bodies)
     found, coarse = (_walk(bodies, times, stages) for stages in (STAGES, FEWER))
@@ -402,9 +405,7 @@ def _states(here: SlidingBody, times: Array) -> Array:
     slider = here.motion.path.kinematics(times)[0] @ [1.0, 1j]
     arm = 1j * pose.angular_velocity * here.motion.body.mass_ratio * slider
     point = pose.velocity @ [1.0, 1j] * back * np.exp(-1j * psi) + arm
-    return np.stack(
-        [point.real, point.imag, pose.angular_velocity, psi, place.real, place.imag]
-    )
+    return np.stack([point.real, point.imag, pose.angular_velocity, psi, place.real, place.imag])
 
 
 def _walk(bodies: Sequence[Neighbours[SlidingBody]], times: Array, stages: int) -> Array:
@@ -436,13 +437,12 @@ def _walk(bodies: Sequence[Neighbours[SlidingBody]], times: Array, stages: int) 
     return found
 
 
-def _settled_columns(
-    before: _Segment, columns: Columns, slowing: complex, stages: int
-) -> Columns:
+def _settled_columns(before: _Segment, columns: Columns, slowing: complex, stages: int) -> Columns:
     """S in the limit where a support stops, from S at the end of the slide, where it is still at
     `slowing` [m/s]."""
     segment = before.segment
-    assert segment.coefficients is not None and segment.solution is not None
+    assert segment.coefficients is not None
+    assert segment.solution is not None
     end = evaluate(segment.coefficients, np.array([segment.last]))
     further = replace(segment.solution, size=FURTHER)
     still = replace(segment, coefficients=end, last=1.0, solution=further)
@@ -459,9 +459,9 @@ def _settled_columns(
 def saltation(before: _Segment, after: _Segment, columns: Columns) -> Columns:
     """S after the event between two segments, eq. 1, from S before it."""
     left, right = before.segment, after.segment
-    if left.mode == right.mode and left.piece == right.piece and right.support == left.support:
-        if right.mode != "slide" or right.support < 0:
-            return columns
+    same = left.mode == right.mode and left.piece == right.piece
+    if same and (right.support < 0 if right.mode == "slide" else right.support == left.support):
+        return columns
     stopping = _stopping(left, right)
     ended, begun = _before(before, stopping), _after(left, after)
     delays = _delays(before, after, columns, ended, stopping)

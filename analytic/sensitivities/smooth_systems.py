@@ -50,7 +50,8 @@ def simple_pendulum(pendulum: SimplePendulum) -> SmoothMotion:
     def read(times: Array, states: Array) -> Mapping[str, Array]:
         if pendulum.linear:
             return named(times, states)
-        pull = tension(pendulum.length, pendulum.gravity, *states, pendulum.mass)
+        theta, rate = states
+        pull = tension(pendulum.length, pendulum.gravity, theta, rate, pendulum.mass)
         return {**named(times, states), "tension": pull}
 
     start = np.array([angle, pendulum.theta_dot])

@@ -64,9 +64,7 @@ def no_invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Map
     return {}
 
 
-def sensitivity(
-    problems: Sequence[Neighbours[CapsuleProblem]], times: Array
-) -> list[Sensitivity]:
+def sensitivity(problems: Sequence[Neighbours[CapsuleProblem]], times: Array) -> list[Sensitivity]:
     """Derivatives of the motion by parameters."""
     from plumbob.analytic.sensitivities.capsule import capsule_gradients
 

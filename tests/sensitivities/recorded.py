@@ -22,6 +22,7 @@ from plumbob.tests.support.extrapolation import State, states
 FILE = Path(__file__).with_suffix(".json")
 STEP = mpfr("1e-12")  # of a parameter: a difference's error is its square
 DIGITS, SETS = 17, 3
+ANGLE = ("theta", "theta_dot")
 Values = Mapping[str, Any]
 Equation = tuple[Callable[[State], State], State, Callable[[State], dict[str, Any]]]
 DRAWN: Mapping[str, Mapping[str, tuple[float, float]]] = {
@@ -115,7 +116,7 @@ def cone(p: Values) -> Equation:
         moment += squared * yz * (cosine**2 - sine**2)
         return [rate, moment / x]
 
-    return rates, [p["theta"], p["theta_dot"]], lambda s: dict(zip(("theta", "theta_dot"), s))
+    return rates, [p["theta"], p["theta_dot"]], lambda s: dict(zip(ANGLE, s, strict=True))
 
 
 def pendulum(p: Values, linear: bool = False) -> Equation:
@@ -155,7 +156,7 @@ def free(p: Values) -> Equation:
         turning = ((b - c) / a * v * w, (c - a) / b * w * u, (a - b) / c * u * v)
         return [*turning, *(part / 2 for part in (*turned, last))]
 
-    return rates, [*spin, mpfr(1), *[mpfr(0)] * 3], lambda s: dict(zip(names, s))
+    return rates, [*spin, mpfr(1), *[mpfr(0)] * 3], lambda s: dict(zip(names, s, strict=True))
 
 
 def coast(p: Values) -> Equation:
