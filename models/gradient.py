@@ -25,6 +25,8 @@ STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest ne
 SHRINK = 0.1  # from one attempt to the next, until all neighbours are possible
 SMALLEST = 1e-10
 SIDES = ("below", "above")
+Beside = tuple[dict[str, Neighbours[Any]], str]
+"""The neighbours on both sides of one number, else on either, and why not on both."""
 
 
 def exact_gradient(
@@ -46,25 +48,28 @@ def exact_gradient(
     times = np.asarray(times, dtype=np.float64)
     names = of or tuple(observable.name for observable in case.system.observables)
     known(dict.fromkeys(names), [observable.name for observable in case.system.observables])
-    sides, why = dict[str, Any](), dict[str, str]()
-    for wanted in by:
-        parameters = _complete(case, _parsed(wanted)[0])
-        for name, path in _numbers(parameters, wanted):
-            sides[name], why[name] = _beside(case, parameters, name, path)
-    flat = [one for found in sides.values() for one in found.values()]
+    beside = {name: found for wanted in by for name, found in _around(case, wanted)}
+    flat = [one for sides, _ in beside.values() for one in sides.values()]
     gradients = case.system.sensitivity or _general(case.system)
     answers = iter(gradients(flat, times) if flat else [])
     nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
-    return {
-        name: _answer({side: next(answers) for side in found}, why[name], names, nothing)
-        for name, found in sides.items()
-    }
+    return {name: _answer(answers, found, nothing) for name, found in beside.items()}
+
+
+def _around(case: Case, wanted: str) -> Iterator[tuple[str, Beside]]:
+    """Each number that is meant, with what `_beside` finds."""
+    parameters = _complete(case, _parsed(wanted)[0])
+    for name, path in _numbers(parameters, wanted):
+        yield name, _beside(case, parameters, name, path)
 
 
 def _answer(
-    found: Mapping[str, Sensitivity], why: str, names: Sequence[str], nothing: Mapping[str, Array]
+    answers: Iterator[Sensitivity], beside: Beside, nothing: Mapping[str, Array]
 ) -> Sensitivity:
-    """One parameter's answer from those on `both` sides or on one."""
+    """One parameter's answer from the next ones, on both of its sides or on one; `nothing` has the
+    observables that are wanted."""
+    (sides, why), names = beside, list(nothing)
+    found = {side: next(answers) for side in sides}
     values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
     # Where there are both sides apart, the larger of their uncertainties.
     unsure = [one.uncertainty for one in found.values()] or [nothing]
@@ -157,9 +162,7 @@ def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
     return tuple(changed)
 
 
-def _beside(
-    case: Case, parameters: Parameters, wanted: str, path: tuple[int, ...]
-) -> tuple[dict[str, Neighbours[Any]], str]:
+def _beside(case: Case, parameters: Parameters, wanted: str, path: tuple[int, ...]) -> Beside:
     """The neighbours on both sides of one number, else on either, and why not on both."""
     name = _parsed(wanted)[0]
     number = _at(parameters[name], path)

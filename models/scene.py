@@ -6,17 +6,19 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.theory import ErrorTheory, no_theory
+
+if TYPE_CHECKING:
+    from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]
-Gradients = Callable[[Sequence[Neighbours[Any]], Array], list[Sensitivity]]
+Gradients = Callable[[Sequence["Neighbours[Any]"], Array], list["Sensitivity"]]
 # Kinds of system, by which a method says what it can do; a new kind is another string.
 ONE_SMOOTH: Final = "one smooth degree of freedom"
 SMOOTH: Final = "smooth degrees of freedom"

@@ -10,7 +10,7 @@ inner seven O(h^6): their difference, and the rounding of g over h, is the uncer
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Generic, TypeVar
@@ -84,6 +84,12 @@ class Neighbours(Generic[T]):
         if base.dtype == np.float64:  # in 34 digits nothing is left of a rounding
             uncertain += ULP * np.abs(values).max(axis=0) * np.abs(all_of_them).sum()
         return found, uncertain
+
+
+def stacked(derived: Sequence[Derived]) -> Array:
+    """Derivatives by several parameters in the last axis, then all their uncertainties."""
+    values, uncertain = zip(*derived, strict=True)
+    return np.stack([*values, *uncertain], axis=-1)
 
 
 def _weights(offsets: Array) -> Array:

@@ -28,7 +28,7 @@ v_i as it is, far beyond round-off, until S no longer changes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -40,7 +40,7 @@ from plumbob.analytic.numerics.collocation import TimeGrid, collocate, evaluate,
 from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow
 from plumbob.analytic.numerics.rotor.variational import Response
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity
+from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity, stacked
 from plumbob.analytic.sensitivities.smooth_motion import read_along
 from plumbob.analytic.systems.capsule import by_support, normal_forces
 from plumbob.analytic.systems.three_points.equations import (
@@ -125,6 +125,48 @@ class _Nodes:
 
 
 @dataclass(frozen=True)
+class _Slowing:
+    """Eq. 4 at the nodes of a segment of `size` in sigma, as `collocate` calls it: of ln v_i of a
+    `support` as two numbers, shape (n, 2)."""
+
+    here: SlidingBody
+    nodes: _Nodes
+    support: int
+    given: tuple[float, Array] | None
+    size: float
+
+    @property
+    def clock(self) -> tuple[float, Array]:
+        """The variable's, a and b_i."""
+        assert self.given is not None
+        return self.given
+
+    def slide(self, logarithms: Array) -> Slide:
+        """The sliding with this ln v_i."""
+        assert self.nodes.slide is not None
+        velocity = np.exp(logarithms @ [1.0, 1j])
+        return self.nodes.slide.slower(self.nodes.at, self.support, velocity)
+
+    def slopes(self, logarithms: Array) -> Array:
+        """Rates of ln v_i over the segment, shape (n, 2)."""
+        slide, nodes, (steady, shares) = self.slide(logarithms), self.nodes, self.clock
+        rates = slide.rates(self.here.motion.body, nodes.at, nodes.state[3])
+        rate = _support_rates(self.here, rates.T, nodes.state[2], nodes.at, self.support)
+        speed = slide.speeds[:, self.support]
+        pace = self.size / (steady * speed + (speed[:, None] / slide.speeds) @ shares)
+        slopes = slide.back[:, self.support] * rate * pace
+        return np.column_stack([slopes.real, slopes.imag])
+
+    def __call__(self, logarithms: Array, derived: bool) -> tuple[Array, Array]:
+        slopes = self.slopes(logarithms)
+        if not derived:
+            return slopes, slopes
+        steps = NUDGE * np.eye(2)
+        by = [(self.slopes(logarithms + step) - slopes) / NUDGE for step in steps]
+        return slopes, np.stack(by, axis=-1)
+
+
+@dataclass(frozen=True)
 class _Segment:
     """A segment of the motion with its equations, for neighbours too."""
 
@@ -201,43 +243,21 @@ class _Segment:
 
     def _slowing(self, nodes: _Nodes, stages: int) -> _Nodes:
         """Nodes with the v_i of the support that stops from eq. 4."""
-        rule, support, slide = gauss_collocation(stages), self.stopping, nodes.slide
-        solution = self.segment.solution
-        assert slide is not None and solution is not None
-        assert solution.clock is not None
-        size, (steady, shares) = self.segment.last * solution.size, solution.clock
-
-        def moving(logarithms: Array) -> tuple[Slide, Array]:
-            there = slide.slower(nodes.at, support, np.exp(logarithms @ [1.0, 1j]))
-            rates = there.rates(self.here.motion.body, nodes.at, nodes.state[3])
-            rate = _support_rates(self.here, rates.T, nodes.state[2], nodes.at, support)
-            relative = there.speeds[:, support, None] / there.speeds
-            pace = size / (steady * there.speeds[:, support] + relative @ shares)
-            slopes = there.back[:, support] * rate * pace
-            return there, np.column_stack([slopes.real, slopes.imag])
-
-        def right_hand_side(logarithms: Array, derived: bool) -> tuple[Array, Array]:
-            slopes = moving(logarithms)[1]
-            if not derived:
-                return slopes, slopes
-            steps = NUDGE * np.eye(2)
-            by = [(moving(logarithms + step)[1] - slopes) / NUDGE for step in steps]
-            return slopes, np.stack(by, axis=-1)
-
-        begin = np.log(self._entered)
+        solution, last = self.segment.solution, self.segment.last
+        assert solution is not None
+        size = last * solution.size
+        slowing = _Slowing(self.here, nodes, self.stopping, solution.clock, size)
+        rule, begin = gauss_collocation(stages), np.log(self._entered)
         start = np.array([begin.real, begin.imag])
-        flat = np.tile(start, (stages, 1))
-        guess = np.tile(moving(flat)[1][:1], (stages, 1))
-        slopes = collocate(rule, right_hand_side, start, guess, np.ones(2))
+        guess = np.tile(slowing.slopes(np.tile(start, (stages, 1)))[:1], (stages, 1))
+        slopes = collocate(rule, slowing, start, guess, np.ones(2))
         if slopes is None:
             return nodes
-        logarithms = start + rule.integral @ slopes
-        there, _ = moving(logarithms)
-        pace = size / (steady + (1.0 / there.speeds) @ shares)
+        slide = slowing.slide(start + rule.integral @ slopes)
+        state = np.concatenate([[slide.point.real, slide.point.imag], nodes.state[2:]])
         end = complex(np.exp((start + rule.weights @ slopes) @ [1.0, 1j]))
-        pace = pace / self.segment.last
-        state = np.concatenate([[there.point.real, there.point.imag], nodes.state[2:]])
-        return _Nodes(nodes.times, state, nodes.at, pace, there, end)
+        pace = solution.size * slide.pace(slowing.clock)
+        return _Nodes(nodes.times, state, nodes.at, pace, slide, end)
 
     @property
     def _entered(self) -> complex:
@@ -287,8 +307,7 @@ class _Segment:
         at its end [m/s]."""
         nodes = self._nodes(stages)
         jacobian, by = self._equations(nodes)
-        columns = [part for k in (0, 1) for part in (pair[k] for pair in by)]
-        forcing = np.stack(columns, axis=-1).transpose(1, 0, 2)
+        forcing = stacked(by).transpose(1, 0, 2)
         pace = nodes.pace[:, None, None]
         flow = LinearFlow(TimeGrid(np.array([0.0, self.segment.last])), (pace * jacobian)[None])
         return flow.respond(start, (pace * forcing)[None]), nodes.end
@@ -410,31 +429,42 @@ def _states(here: SlidingBody, times: Array) -> Array:
 
 def _walk(bodies: Sequence[Neighbours[SlidingBody]], times: Array, stages: int) -> Array:
     """S at `times`, shape (n, 6, 2 parameters), from event to event."""
-    here = bodies[0].here
-    motion, axes = here.motion, float(here.motion.at(np.zeros(1)).heading[0])
-    begun = [one.derivative(lambda body: body.start) for one in bodies]
-    columns = np.stack([part for k in (0, 1) for part in (pair[k] for pair in begun)], axis=-1)
-    which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
-    found = np.zeros((times.size, *columns.shape))
-    before: _Segment | None = None
-    slowing = 0j
-    for number, segment in enumerate(motion.segments):
-        if motion.begins[number] > times.max(initial=0.0):
+    begins, until = bodies[0].here.motion.begins, float(times.max(initial=0.0))
+    which = np.clip(np.searchsorted(begins, times, side="right") - 1, 0, None)
+    found = np.zeros((times.size, 6, 2 * len(bodies)))
+    for number, (segment, columns, response) in enumerate(_segment_by_segment(bodies, stages)):
+        if begins[number] > until:
             break
-        after = _Segment(bodies, segment, axes, slowing)
-        if before is not None:
-            if slowing and _stopping(before.segment, segment):
-                columns = _settled_columns(before, columns, slowing, stages)
-            columns = saltation(before, after, columns)
         inside = which == number
-        if segment.coefficients is None:
+        if response is None:
             found[inside] = columns
         else:
-            response, slowing = after.response(columns, stages)
-            found[inside] = response.at(after.places(times[inside]))
-            columns = response.end
-        before = after
+            found[inside] = response.at(segment.places(times[inside]))
     return found
+
+
+def _segment_by_segment(
+    bodies: Sequence[Neighbours[SlidingBody]], stages: int
+) -> Iterator[tuple[_Segment, Columns, Response | None]]:
+    """Each segment, S at its start and, where the body moves, S over its variable."""
+    motion = bodies[0].here.motion
+    axes = float(motion.at(np.zeros(1)).heading[0])
+    columns = stacked([one.derivative(lambda body: body.start) for one in bodies])
+    before, slowing = None, 0j
+    for smooth in motion.segments:
+        segment = _Segment(bodies, smooth, axes, slowing)
+        if before is not None:
+            if slowing and _stopping(before.segment, smooth):
+                columns = _settled_columns(before, columns, slowing, stages)
+            columns = saltation(before, segment, columns)
+        if smooth.coefficients is None:
+            yield segment, columns, None
+            slowing = 0j
+        else:
+            response, slowing = segment.response(columns, stages)
+            yield segment, columns, response
+            columns = response.end
+        before = segment
 
 
 def _settled_columns(before: _Segment, columns: Columns, slowing: complex, stages: int) -> Columns:
@@ -505,7 +535,7 @@ def _delays(
             bodies.derivative(lambda one: one.motion.path.breakpoints[right.piece])
             for bodies in before.bodies
         ]
-        return np.array([float(part) for k in (0, 1) for part in (pair[k] for pair in moved)])
+        return stacked(moved)
     if left.mode == "pivot" and (right.mode != "slide"):
         return np.asarray(-columns[2] / ended[2])
     if not stopping:

@@ -24,7 +24,7 @@ from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
 from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity, stacked
 
 STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
 REACH = 1.0  # length of a step over the time scale of the motion
@@ -66,20 +66,18 @@ def _response(
 ) -> Array:
     """S at `times`, shape (n, d, 2 parameters): the second half of its columns is the response to
     the uncertainties of f_p and of the start."""
-    here, edges = motions[0].here, grid.breakpoints
-    nodes = edges[:-1, None] + np.diff(edges)[:, None] * gauss_collocation(stages).nodes
-    nodes = np.minimum(nodes, edges[-1])
-    flat = nodes.ravel()
+    here, rule = motions[0].here, gauss_collocation(stages)
+    nodes = grid.breakpoints[:-1, None] + np.diff(grid.breakpoints)[:, None] * rule.nodes
+    flat = np.minimum(nodes, grid.duration).ravel()
     states = here.state(flat)
     matrix = np.moveaxis(here.jacobian(flat, states), -1, 0)
-    size = len(states)
-    forcing = [one.derivative(lambda motion: motion.slope(flat, states)) for one in motions]
-    starts = [one.derivative(lambda motion: motion.start) for one in motions]
-    columns = np.stack([part for k in (0, 1) for part in (pair[k] for pair in forcing)], axis=-1)
-    begin = np.stack([part for k in (0, 1) for part in (pair[k] for pair in starts)], axis=-1)
-    flow = LinearFlow(grid, matrix.reshape(*nodes.shape, size, size))
-    across = np.moveaxis(columns, 0, 1).reshape(*nodes.shape, size, -1)
-    return flow.respond(begin, across).at(times)
+    forcing = stacked(
+        [one.derivative(lambda motion: motion.slope(flat, states)) for one in motions]
+    )
+    start = stacked([one.derivative(lambda motion: motion.start) for one in motions])
+    flow = LinearFlow(grid, matrix.reshape(*nodes.shape, *matrix.shape[1:]))
+    across = forcing.transpose(1, 0, 2)
+    return flow.respond(start, across.reshape(*nodes.shape, *across.shape[1:])).at(times)
 
 
 def read_along(
