@@ -5,7 +5,8 @@ With values g at the offsets x_k of the neighbours, the derivative at 0 is sum w
     sum w_k x_k^m = 1 for m = 1, and 0 for m = 0 and 2 <= m < n                                 (1)
 
 (Fornberg 1988, Math. Comp. 51, 699). Of n = 9 offsets -4 ... 4 the error is O(h^8), and of the
-inner seven O(h^6): their difference, and the rounding of g over h, is the uncertainty.
+inner seven O(h^6): a multiple of their difference, with the rounding of g over h, is the
+uncertainty.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ CENTRAL = (-4, -3, -2, -1, 0, 1, 2, 3, 4)
 ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
 BELOW = tuple(-k for k in ABOVE)
 FEWER = 2  # offsets of the stencil of lower order
+SURE = 4.0  # times the difference of the two, which shows roundings larger than one too
 
 T = TypeVar("T")
 S = TypeVar("S")
@@ -80,7 +82,7 @@ class Neighbours(Generic[T]):
         all_of_them, fewer = self._weights
         differences = np.array([double(value - base) for value in values])
         found = np.tensordot(all_of_them, differences, 1)
-        uncertain = np.abs(found - np.tensordot(fewer, differences, 1))
+        uncertain = SURE * np.abs(found - np.tensordot(fewer, differences, 1))
         if base.dtype == np.float64:  # in 34 digits nothing is left of a rounding
             uncertain += ULP * np.abs(values).max(axis=0) * np.abs(all_of_them).sum()
         return found, uncertain

@@ -28,6 +28,7 @@ from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity, s
 
 STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
 REACH = 1.0  # length of a step over the time scale of the motion
+RESOLVED, HALVINGS = 1e-11, 4  # relative difference of the two, and halvings of the step for it
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,16 @@ def smooth_gradients(
     motions: Sequence[Neighbours[SmoothMotion]], times: Array
 ) -> list[Sensitivity]:
     """Sensitivities at `times` [s], shape (n,), by each parameter, eq. 1."""
-    last = float(np.max(times, initial=0.0)) or 1.0
-    here = motions[0].here
-    grid = TimeGrid(np.linspace(0.0, last, 1 + math.ceil(last * here.pace / REACH)))
-    found, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
+    last, count = float(np.max(times, initial=0.0)) or 1.0, len(motions)
+    here, reach = motions[0].here, REACH
+    for _ in range(1 + HALVINGS):
+        grid = TimeGrid(np.linspace(0.0, last, 1 + math.ceil(last * here.pace / reach)))
+        found, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
+        apart, largest = (np.abs(part).max(axis=0) for part in (found - coarse, found))
+        if (apart <= RESOLVED * largest)[:, :count].all():
+            break
+        reach /= 2.0
     rounding = ROUNDOFF * len(grid.breakpoints) * np.abs(found).max(axis=0)
-    count = len(motions)
     missed = np.abs(found - coarse)[..., :count] + np.abs(found[..., count:])
     missed += rounding[..., :count]
     states = here.state(times)
