@@ -24,10 +24,9 @@ from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
 from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity, stacked
+from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity, stacked
 
 STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
-REACH = 1.0  # length of a step over the time scale of the motion
 RESOLVED, HALVINGS = 1e-11, 4  # relative difference of the two, and halvings of the step for it
 
 
@@ -47,23 +46,27 @@ def smooth_gradients(
     motions: Sequence[Neighbours[SmoothMotion]], times: Array
 ) -> list[Sensitivity]:
     """Sensitivities at `times` [s], shape (n,), by each parameter, eq. 1."""
-    last, count = float(np.max(times, initial=0.0)) or 1.0, len(motions)
-    here, reach = motions[0].here, REACH
-    for _ in range(1 + HALVINGS):
-        grid = TimeGrid(np.linspace(0.0, last, 1 + math.ceil(last * here.pace / reach)))
-        found, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
-        apart, largest = (np.abs(part).max(axis=0) for part in (found - coarse, found))
-        if (apart <= RESOLVED * largest)[:, :count].all():
-            break
-        reach /= 2.0
-    rounding = ROUNDOFF * len(grid.breakpoints) * np.abs(found).max(axis=0)
-    missed = np.abs(found - coarse)[..., :count] + np.abs(found[..., count:])
-    missed += rounding[..., :count]
-    states = here.state(times)
+    found, missed = _resolved(motions, times)
+    states = motions[0].here.state(times)
     return [
         read_along(one, times, states, found[..., k].T, missed[..., k].T)
         for k, one in enumerate(motions)
     ]
+
+
+def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
+    """S at `times` and its uncertainty, shape (n, d, parameters)."""
+    last, count = float(np.max(times, initial=0.0)) or 1.0, len(motions)
+    steps = 1 + math.ceil(last * motions[0].here.pace)
+    for _ in range(1 + HALVINGS):
+        grid = TimeGrid(np.linspace(0.0, last, steps))
+        fine, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
+        apart, found = np.abs(fine - coarse)[..., :count], fine[..., :count]
+        largest = np.abs(found).max(axis=0)
+        if (apart <= RESOLVED * largest).all():
+            break
+        steps *= 2
+    return found, apart + np.abs(fine[..., count:]) + ROUNDOFF * steps * largest
 
 
 def _response(

@@ -41,6 +41,7 @@ def agrees(found: Sensitivity, name: str, exact: Array, scale: float, within: fl
     return ""
 
 
+@pytest.mark.long(keep=12)
 @pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["system"])
 def test_recorded_derivatives(record: Mapping[str, Any]) -> None:
     """Pendulums, the free body, and a body sliding before its first stop, by every parameter at
@@ -159,6 +160,7 @@ def test_line_derivatives(number: int) -> None:
             assert not wrong, (name, wrong)
 
 
+@pytest.mark.long
 def test_two_degrees_of_freedom() -> None:
     """A double pendulum by its variational equation, against differences of certified motions."""
     constants, times = (1.0, 0.5, 0.8, 0.6, 9.81), np.array([0.5, 1.0, 2.0])
