@@ -42,3 +42,11 @@ class Reference(Protocol):
         """Nonlinearity of the motion's response to errors of this size, shape (n,) each: 0 while it
         is linear, about 1 where a linear expansion no longer applies."""
         ...
+
+
+class LinearResponse:
+    """Of a motion whose steps have errors that do not depend on earlier ones."""
+
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """0: the response to errors is linear."""
+        return 0.0

@@ -30,7 +30,8 @@ class StabilityTheory:
     fastest: float  # [s] the shortest period of the linearised motion, or its time constant
     equilibrium: bool  # stays by an equilibrium, where eigenvalues alone set the limit
     limits: Callable[[Scheme], tuple[StepLimit, ...]]
-    """The limits of a scheme, unstable first; empty where none is known."""
+    """The limits of a scheme, unstable first; empty where none is known, and without that one
+    where the kind changes long before. A step of zero: no step that was tried holds."""
     growth: Callable[[float], float]
     """The largest factor by which the exact motion magnifies a nudge of its start within a duration
     [s], in the state divided by its scales; at least 1."""

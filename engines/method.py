@@ -18,6 +18,8 @@ from plumbob.models.registry import added_system, find_system
 from plumbob.models.scene import Case, Scene
 
 Ability = TypeVar("Ability")
+ModelError = Mapping[str, Mapping[str, float]]
+"""{observable: {reason: absolute bound}}: what a model itself adds, apart from the step."""
 USER_METHOD = "mujoco/mine"  # the method that a user's own file is read as
 
 
@@ -158,8 +160,7 @@ class Engine:
     package: str  # the import name that must be there
     methods: tuple[Method, ...]
     prepare: Callable[[Case, Method, float], Simulation]  # raises Unsupported
-    model_error: Callable[[Case, Method, float], Mapping[str, Mapping[str, float]]]
-    """{observable: {reason: absolute bound}}: what the model itself adds, apart from the step."""
+    model_error: Callable[[Case, Method, float], ModelError]
     optional: bool = False  # a peer: not missed unless it is asked for by name
     not_read: Mapping[str, str] = field(default_factory=dict)
     """{observable: why}: what an engine of another package gives of no scene."""

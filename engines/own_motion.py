@@ -105,10 +105,50 @@ class Touching:
 
 @dataclass(frozen=True)
 class Change:
-    """A feature that can be removed from a model: numbers of it, and the values that disable it."""
+    """A change of a model: numbers of it, and the values that they are given. A feature is removed
+    by those that disable it."""
 
     name: str
-    sets: tuple[tuple[str, tuple[int, ...], float], ...]  # field, indices (none: a number), value
+    # Field, indices into its numbers, row by row (none: one of the options), and the value.
+    sets: tuple[tuple[str, tuple[int, ...], float], ...]
+
+
+@dataclass(frozen=True)
+class Element:
+    """A part of a model whose stiffness or damping may limit the step."""
+
+    name: str  # "actuator kp 2000 on 0.01 kg m^2"
+    weaker: Change  # the model with less of it
+    remedy: Change | None = None  # what may raise the limit that it sets
+
+
+@dataclass(frozen=True)
+class Place:
+    """A joint, or an activation, in some state of a model: what acts on it."""
+
+    name: str  # "joint wrist_3"
+    elements: tuple[Element, ...] = ()
+    remedies: tuple[Change, ...] = ()  # what may raise any limit that is set there
+
+
+class StepMaps(Protocol):
+    """Jacobians of one step about a state of a model, on its tangent space: positions, velocities
+    and activations, n in all."""
+
+    def __call__(
+        self, integrator: str, step: float, difference: float, directions: Array | None = None
+    ) -> Array:
+        """The Jacobian of one step [s] by central differences of a size [m, rad, ...], shape
+        (n, n); times `directions`, shape (n, k), if given."""
+        ...
+
+    def changed(self, change: Change) -> StepMaps:
+        """Those of the model with a change, about the same state."""
+        ...
+
+    def place(self, weights: Array) -> Place:
+        """Where most of the weights of the tangent space, shape (n,), are."""
+        ...
 
 
 class OwnModel(Protocol):
@@ -133,6 +173,11 @@ class OwnModel(Protocol):
     @property
     def integrators(self) -> tuple[str, ...]:
         """Those to try, its own first."""
+        ...
+
+    @property
+    def steppable(self) -> tuple[str, ...]:
+        """All that step it, its own first."""
         ...
 
     @property
@@ -188,6 +233,18 @@ class OwnModel(Protocol):
     ) -> Timed:
         """The first `steps` of `parts` in each period of `script`, begun at its row of `states`, or
         where the last one ended if that is no number, for what they cost."""
+        ...
+
+    def step_maps(self, state: Array, control: Array) -> StepMaps:
+        """Jacobians of its own steps about a state under a control."""
+        ...
+
+    def nudged(
+        self, script: Script, begin: int, integrator: str, step: float, duration: float
+    ) -> float:
+        """How many times as far apart as a small nudge of `script.start` are positions, at most,
+        when it has stepped for a duration [s], with the controls from the period `begin` on, the
+        last one held for as long as need be; infinite where a run diverges."""
         ...
 
     def positions(self, states: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -45,6 +45,15 @@ class Timed(Protocol):
         """Take the steps of the first `fraction` of the duration, 0 to 1, and read nothing; no step
         counts where they fail."""
         ...
+
+
+def last_sample(run: Trajectory) -> Trajectory:
+    """The end of a run."""
+    ends = [
+        {name: values[-1:] for name, values in recorded.items()}
+        for recorded in (run.observables, run.channels)
+    ]
+    return replace(run, times=run.times[-1:], observables=ends[0], channels=ends[1])
 
 
 def not_a_trajectory(run: Any) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.theory import ErrorTheory, no_theory
 
 if TYPE_CHECKING:
@@ -115,6 +116,7 @@ class System:
     kind: str = ""  # by which methods claim it: without one those alone that name it
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     errors: Callable[[Any], ErrorTheory] = no_theory  # theory of fixed steps' errors
+    stability: Callable[[Any], StabilityTheory] | None = None  # theory of the largest step
     weight: float = 1.0  # rough cost of a step, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """The quantities of interest of a case; None: the first observable, over the whole run."""

@@ -179,6 +179,8 @@ def _version(wanted: Sequence[str]) -> str:
 
 def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of the commands `wanted`, whose modules alone are loaded."""
+    from plumbob.reports.commands.arguments.options import declare
+
     top = _Parser(prog="plumbob", description="Holds physics engines against exact answers.")
     top.add_argument("--version", action="version", version=_version(wanted))
     commands = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
@@ -188,7 +190,7 @@ def parser(wanted: Sequence[str]) -> argparse.ArgumentParser:
         )
         described = (module.__doc__ or "").partition(": ")[2].strip().rstrip(".")
         command = commands.add_parser(name, help=described, description=f"{described}.")
-        module.arguments(command)
+        declare(command, name, module)
         command.set_defaults(command=module.command)
     return top
 

@@ -75,7 +75,7 @@ class Collocation:
     def shortened(self, slopes: Array, part: float) -> Array:
         """The slopes of the polynomial with `slopes`, shape (n, d), at the nodes, where only the
         first `part` of its interval becomes the interval."""
-        return np.asarray(part * basis(part * self.nodes, len(slopes)) @ (self.spectrum @ slopes))
+        return part * basis(part * self.nodes, len(slopes)) @ (self.spectrum @ slopes)
 
     def truncation(self, slopes: Array, scale: Array) -> float:
         """Truncation error of the solution with `slopes`, shape (n, d), over its `scale`, shape

@@ -50,8 +50,8 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
 )
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.analytic.systems.three_points.pivoting import pivot_motion
-from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
+from plumbob.analytic.systems.three_points.pivoting import Pivot
+from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment, monotone_root
 
 STAGES, FEWER = 28, 22  # of the collocation in a segment, and of the one that shows its error
 AMPLIFIED = 32.0  # times the relative error of the motion: that of its derivatives
@@ -203,7 +203,8 @@ class _Segment:
 
     def _pivoting(self, body: SlidingBody, at: Configuration, state: Array) -> Array:
         of, support = body.motion.body, self.segment.support
-        turning = pivot_motion(of, at, support, self.sense, state[2], state[3]).omega_rate
+        pivot = Pivot(of, body.motion.piece(self.segment.piece), support, self.sense)
+        turning = pivot.motion(at, state[2], state[3]).omega_rate
         point = -1j * (turning * at.arms[:, support] - state[2] * of.mass_ratio * at.velocity)
         rates = np.stack([point.real, point.imag, turning])
         return np.concatenate([rates, _moved(at, of.mass_ratio, state)])
@@ -315,7 +316,9 @@ class _Segment:
     def places(self, times: Array) -> Array:
         """The segment's variable at `times` [s]."""
         begin, end = self.segment.start, self.segment.end
-        return self.segment.parameter(np.clip(times - self.began, begin, end))
+        assert self.segment.coefficients is not None
+        local = np.clip(times - self.began, begin, end)
+        return monotone_root(self.segment.coefficients[:, 3], local, self.segment.last)
 
     def rates_at(self, place: float, stopping: tuple[int, ...] = ()) -> Array:
         """F at a place, shape (6,), in the limit where the supports `stopping` stop."""

@@ -16,6 +16,8 @@ from plumbob.analytic.reference import Array
 Point = tuple[float, float]
 NORMAL_FORCES = ("normal_force_1", "normal_force_2", "normal_force_3")
 
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
+
 # Below this height over its longest side a triangle gives support loads to fewer than 7 digits.
 FLATTEST = 1e-9
 
@@ -150,7 +152,7 @@ def load_slopes(capsule: Capsule, direction: float) -> Array:
 
 def steepest_load(capsule: Capsule) -> float:
     """Largest change of any N_i with the slider's place [N/m]."""
-    here, x, y = normal_forces(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = normal_forces(capsule, CORNERS)
     return float(np.hypot(x - here, y - here).max())
 
 
@@ -164,26 +166,13 @@ def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:
     return float(32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness))
 
 
-def friction_moment(capsule: Capsule, slider_positions: Array, directions: Array) -> Array:
-    """Moment of friction about C [N m], shape (n,), while the body translates along `directions`
-    [rad], shape (n,), with the slider at `slider_positions` relative to C [m], shape (n, 2).
-
-    Sum N_i CA_i = m g r, so this is -f m g (r x d).k: zero along every line through C that
-    carries Q, not only along the C-A_i of Chernousko 2020.
-    """
-    pressed = normal_forces(capsule, slider_positions) @ np.asarray(capsule.supports)
-    along = np.stack([np.cos(directions), np.sin(directions)], axis=-1)
-    across = pressed[..., 0] * along[..., 1] - pressed[..., 1] * along[..., 0]
-    return np.asarray(-capsule.friction * across)
-
-
 def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
     """Slider positions, shape (n, 2), among which every support load has its minimum on
     `piece`: a load is affine in the position, so a cosine of the angle along an arc."""
     if isinstance(piece, Segment):
         return np.array([piece.start, piece.end], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
-    here, x, y = load_fractions(capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    here, x, y = load_fractions(capsule, CORNERS)
     steepest_fall = np.arctan2(here - y, here - x)
     inner = low + np.mod(steepest_fall - low, 2 * math.pi)
     angles = np.concatenate([[low, high], inner[inner < high]])

@@ -1,11 +1,10 @@
-"""The interface of all motions of the capsule, so that no caller asks for a class."""
+"""What the motions of the capsule have in common, so that no caller asks for a class."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
-
-from plumbob.analytic.systems.slider_path import SliderPath
+from typing import ClassVar, Literal, Self
 
 MotionKind = Literal["line", "repeated-line", "stroke", "hold", "coasting", "plane"]
 """The moving parts, as a key for tables of theory: body and slider along a line, once or
@@ -31,36 +30,15 @@ class Demand:
         }
 
 
-class CapsuleMotion(Protocol):
-    """A motion of body and slider from the start of a scene."""
+class SingleMotion:
+    """A motion of body and slider that is not repeated. Every motion of the capsule has a `kind`,
+    the slider's `path` in the body to the end of the last repetition, the `sliding_time` [s] for
+    which the body moves in one `single`, how often that is repeated, and at which period [s]."""
+
+    count: ClassVar[int] = 1
+    period: ClassVar[float] = math.inf
 
     @property
-    def kind(self) -> MotionKind:
-        """The kind of motion, see `MotionKind`."""
-        ...
-
-    @property
-    def single(self) -> CapsuleMotion:
-        """The motion that is repeated, with its events where it has no formula; else itself."""
-        ...
-
-    @property
-    def count(self) -> int:
-        """How often `single` is repeated, 1 or more."""
-        ...
-
-    @property
-    def period(self) -> float:
-        """Time from the start of one `single` to that of the next [s], infinite for motions that
-        are not repeated."""
-        ...
-
-    @property
-    def path(self) -> SliderPath:
-        """The slider's path in the body, to the end of the last repetition."""
-        ...
-
-    @property
-    def sliding_time(self) -> float:
-        """How long the body moves in one `single` before it rests [s]."""
-        ...
+    def single(self) -> Self:
+        """The motion that is repeated, with its events where it has no formula: itself."""
+        return self

@@ -79,7 +79,7 @@ class InWorld:
 class CapsuleProblem:
     """A motion of the capsule, its reference, and its set-up for an engine."""
 
-    motion: Any  # a `CapsuleMotion`
+    motion: Any  # see `capsule_motion`
     """Of analytic: LineManoeuvre, SlowStroke, TiltedHold, RepeatedLine; in the plane
     ResidualMotion, ThreePointMotion (coasting), RepeatedTurn, Plan. `motion.kind` names it."""
     reference: Reference  # in the axes of the start

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -20,7 +20,6 @@ Kinematics = tuple[Array, Array, Array]
 
 # Places and speeds at a breakpoint are sums of rounded products; they may differ by a few ulp.
 JOIN = 1e-12
-SAMPLES = 129  # of a smooth piece, for the search of its lowest normal force
 
 
 class Piece(Protocol):
@@ -113,24 +112,6 @@ class ArcPiece:
         return (
             Arc(self.radius, *_covered(self.angle, self.rate, self.acceleration, self.duration)),
         )
-
-
-@dataclass(frozen=True)
-class SmoothPiece:
-    """Any motion given as a function of local time, smooth on (0, duration) and a little beyond."""
-
-    duration: float
-    motion: Callable[[Array], Kinematics]
-
-    def kinematics(self, times: Array) -> Kinematics:
-        """See Piece."""
-        return self.motion(times)
-
-    def track(self) -> Path:
-        """Straight lines between samples: see Piece."""
-        places = self.motion(np.linspace(0.0, self.duration, SAMPLES))[0]
-        corners = [(float(x), float(y)) for x, y in places]
-        return tuple(Segment(a, b) for a, b in itertools.pairwise(corners))
 
 
 @dataclass(frozen=True)

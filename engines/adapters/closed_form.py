@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import CLOSED_FORM, Scheme
+from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
@@ -57,9 +57,4 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return Evaluation(reference, times, time.perf_counter() - begin)
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """No error: the model is the reference."""
-    return {}
-
-
-ENGINE = Engine("exact", "scipy", METHODS, prepare, model_error)
+ENGINE = Engine("exact", "scipy", METHODS, prepare, no_error)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,9 +21,9 @@ from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
     hinged_body,
-    model_errors,
+    model_error,
 )
-from plumbob.engines.adapters.stepping import Built, Read, stepped
+from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     CAPSULES,
@@ -33,14 +32,15 @@ from plumbob.engines.adapters.three_feet import (
     Pose,
     ThreeFeet,
     by_step,
-    nearest_turn,
+    gravity,
+    scheme,
+    start_velocity,
     three_feet,
 )
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
-CONTACTS = Scheme("euler with contacts")  # without a theory here
 METHODS = (
     Method("dart/default", EULER_STEP, 1, systems=CAPSULES, kinds=PENDULUMS),
     Method(
@@ -61,23 +61,12 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return stepped(case, step, partial(_pendulum, hinged_body(case), step))
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Errors from the moment of inertia of a bob that should be a point: joints are coordinates,
-    and prescribed motion is exact."""
-    return model_errors(case)
-
-
-def scheme(case: Case, method: Method) -> Scheme:
-    """Semi-implicit Euler where there are no contacts."""
-    return CONTACTS if case.system.family == CAPSULE else method.scheme
-
-
-def _world(step: float, gravity: tuple[float, float, float]) -> Any:
+def _world(step: float, pull: tuple[float, float, float]) -> Any:
     import dartpy
 
     world = dartpy.simulation.World()
     world.setTimeStep(step)
-    world.setGravity(gravity)
+    world.setGravity(pull)
     return world
 
 
@@ -122,7 +111,7 @@ def _pendulum(body: HingedBody, step: float) -> Built:
             for _ in range(first, last):
                 move()
             return
-        for torque in body.torque(np.arange(first, last, dtype=np.float64) * step).tolist():
+        for torque in body.torques(first, last, step):
             hinge.setCommand(0, torque)
             move()
 
@@ -135,7 +124,7 @@ def _pendulum(body: HingedBody, step: float) -> Built:
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     import dartpy
 
-    dynamics, world = dartpy.dynamics, _world(step, body.gravity)
+    dynamics, world = dartpy.dynamics, _world(step, gravity(body.setup))
     if method.settings:
         world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
         quiet = dartpy.simulation.DeactivationOptions()
@@ -161,7 +150,7 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
                 joint.setCommand(0, value)
             move()
 
-    return Built(advance, _reading(body, shell, joints), body.limits, frozenset({"height"}))
+    return body.built(advance, partial(_pose, shell, joints))
 
 
 def _shell(skeleton: Any, body: ThreeFeet) -> tuple[Any, Any]:
@@ -199,7 +188,7 @@ def _slider(skeleton: Any, shell: Any, body: ThreeFeet) -> list[Any]:
 
 def _start(body: ThreeFeet, free: Any, joints: list[Any]) -> None:
     """Put the capsule where it starts."""
-    setup, (vx, vy) = body.setup, body.velocity
+    setup, (vx, vy) = body.setup, start_velocity(body.setup)
     free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
     # DART's free joint has its rates in the world's axes
     free.setVelocities([0.0, 0.0, setup.heading_rate, vx, vy, 0.0])
@@ -224,26 +213,18 @@ def _nsgs(settings: Mapping[str, Any]) -> Any:
     return solver
 
 
-def _reading(body: ThreeFeet, shell: Any, joints: list[Any]) -> Read:
-    latest = [body.setup.heading]
-
-    def read() -> Mapping[str, float]:
-        transform = shell.getWorldTransform()
-        (x, y, z), turned = transform.translation().ravel(), transform.rotation()
-        vx, vy, _ = shell.getLinearVelocity().ravel()
-        latest[0] = nearest_turn(math.atan2(turned[1, 0], turned[0, 0]), latest[0])
-        pose = Pose(
-            (float(x), float(y)),
-            (float(vx), float(vy)),
-            latest[0],
-            float(shell.getAngularVelocity().ravel()[2]),
-            float(z),
-        )
-        if joints:
-            pose = replace(pose, slid=joints[0].getPosition(0), slid_rate=joints[0].getVelocity(0))
-        return {**body.observed(pose), "height": pose.height}
-
-    return read
+def _pose(shell: Any, joints: list[Any]) -> Pose:
+    transform = shell.getWorldTransform()
+    (x, y, z), turned = transform.translation().ravel(), transform.rotation()
+    vx, vy, _ = shell.getLinearVelocity().ravel()
+    return Pose(
+        (float(x), float(y)),
+        (float(vx), float(vy)),
+        math.atan2(turned[1, 0], turned[0, 0]),
+        float(shell.getAngularVelocity().ravel()[2]),
+        float(z),
+        *((joints[0].getPosition(0), joints[0].getVelocity(0)) if joints else ()),
+    )
 
 
 def model_fields(path: Path) -> ModelFields:

@@ -38,6 +38,11 @@ def limits(problem: Any) -> Mapping[str, float]:
     return {"theta_dot": BEYOND * fastest(problem)}
 
 
+def limits_on_platform(problem: Any) -> Mapping[str, float]:
+    """The same of a cone pendulum."""
+    return {"theta_dot": BEYOND * possible_speed(problem.motion.rotor, problem.theta_dot)}
+
+
 def within(trajectory: Trajectory, limits: Mapping[str, float]) -> Trajectory:
     """`trajectory` up to the first sample at which an observable exceeds its limit in magnitude,
     or is not a number; `diverged_at` then says when."""

@@ -15,13 +15,17 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
+from plumbob.engines.adapters.hinged_body import (
+    PENDULUMS,
+    HingedBody,
+    hinged_body,
+    model_error_on_platform,
+)
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-PLATFORM_RATIO = 1e15  # of a platform's moment of inertia to its load
 NO_CONTACTS = (
     "its contacts are penalties with a friction regularised over a speed, between spheres and"
     " triangles, and no joint of it has a prescribed acceleration"
@@ -121,14 +125,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return ExudynSimulation(body, method.settings, steps, step, time.perf_counter() - begin)
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Errors from the moment of inertia of a bob that should be a point, and from a platform's,
-    which is finite."""
-    if case.system.family != "cone_pendulum":
-        return model_errors(case)
-    return model_errors(case, PLATFORM_RATIO * hinged_body(case).platform_load)
-
-
 def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
     """The system, its sensors of coordinates and of their rates, and their container."""
     import exudyn
@@ -150,8 +146,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
             numberOfODE2Coordinates=count,
         )
     )
-    load = PLATFORM_RATIO * body.platform_load
-    origin = [0.0, 0.0, 0.0]
+    load, origin = body.platform_inertia * np.eye(3), [0.0, 0.0, 0.0]
     amplitude, frequency = body.forcing or (0.0, 0.0)
 
     def push(mbs: Any, t: float, item: int, q: Any, q_t: Any) -> list[float]:
@@ -165,7 +160,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
             linkParents=list(range(-1, count - 1)),
             jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),
             jointOffsets=exudyn.Vector3DList([origin, list(body.pivot)][-count:]),
-            linkInertiasCOM=exudyn.Matrix3DList([load * np.eye(3), body.moments][-count:]),
+            linkInertiasCOM=exudyn.Matrix3DList([load, body.moments][-count:]),
             linkCOMs=exudyn.Vector3DList([origin, [0.0, 0.0, -body.arm]][-count:]),
             linkMasses=[1.0, body.mass][-count:],
             jointPControlVector=[0.0] * (count - 1) + [body.stiffness],
@@ -204,4 +199,4 @@ def _options(settings: Mapping[str, Any], steps: int, step: float) -> Any:
     return chosen
 
 
-ENGINE = Engine("exudyn", "exudyn", METHODS, prepare, model_error, optional=True)
+ENGINE = Engine("exudyn", "exudyn", METHODS, prepare, model_error_on_platform, optional=True)

@@ -8,7 +8,7 @@ in one angle, and a free body's of its angular velocity and attitude.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,10 +16,10 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.engines.abilities import SecondRun
+from plumbob.engines.adapters.stepping import no_error, relative_tolerance
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
@@ -78,8 +78,7 @@ class TaylorSimulation:
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Compile `case` at the relative tolerance `step`; raises Unsupported and ParameterError."""
-    if not SMALLEST <= positive("step", step) < 1.0:
-        raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
+    relative_tolerance(step, SMALLEST)
     problem = case.problem
     if case.system.name == "free-body":
         return _turning(case, step)
@@ -160,17 +159,12 @@ def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
     return [(theta, theta_dot), (theta_dot, total)]
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Nothing: an equation of motion is the system itself."""
-    return {}
-
-
 ENGINE = Engine(
     "heyoka",
     "heyoka",
     METHODS,
     prepare,
-    model_error,
+    no_error,
     optional=True,
     abilities=(SecondRun(confirming),),
 )

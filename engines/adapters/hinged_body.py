@@ -10,11 +10,12 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.divergence import BEYOND, limits, possible_speed
-from plumbob.engines.method import Unsupported
+from plumbob.engines.adapters.divergence import limits, limits_on_platform
+from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.models.scene import ONE_SMOOTH, Case
 
 PENDULUMS = (ONE_SMOOTH,)
+PLATFORM_RATIO = 1e15  # of a platform's moment of inertia to its load, where it is finite
 POINT = 1e-15  # [kg m^2] of a bob that is a point: engines want moments of inertia above zero
 
 
@@ -38,16 +39,23 @@ class HingedBody:
     limits: Mapping[str, float]
     """Magnitudes of observables that only a diverged run exceeds."""
 
-    def torque(self, times: Array) -> Array:
-        """Of the forcing [N m] at times [s], shape (n,)."""
+    def torques(self, first: int, last: int, step: float) -> list[float]:
+        """Of the forcing [N m] as the steps `first` to `last` - 1 of `step` [s] begin."""
         amplitude, frequency = self.forcing or (0.0, 0.0)
-        return np.asarray(amplitude * np.sin(frequency * times))
+        times = np.arange(first, last, dtype=np.float64) * step
+        torques: list[float] = (amplitude * np.sin(frequency * times)).tolist()
+        return torques
 
     @property
     def platform_load(self) -> float:
         """A bound on the moment of inertia about the platform's axis [kg m^2], at any angle."""
         x, y, _ = self.pivot
         return self.mass * (x**2 + (abs(y) + self.arm) ** 2) + float(np.trace(self.moments))
+
+    @property
+    def platform_inertia(self) -> float:
+        """Of a platform that keeps its rate under this load [kg m^2]."""
+        return PLATFORM_RATIO * self.platform_load
 
 
 def hinged_body(case: Case) -> HingedBody:
@@ -60,26 +68,33 @@ def hinged_body(case: Case) -> HingedBody:
     raise Unsupported(f"{case.scene.name} is no pendulum")
 
 
-def model_errors(
-    case: Case, platform_inertia: float | None = None
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on the model's error of each observable, by reason: the moment of inertia of a bob
-    that should be a point, and the finite `platform_inertia` [kg m^2] by which a platform keeps its
-    rate; None where its rate is prescribed. Empty for systems other than pendulums."""
-    from plumbob.analytic.errors.contact_models.added_inertia import bob_error, platform_error
-
-    if case.system.family == "cone_pendulum" and platform_inertia is not None:
-        problem = case.problem.started
-        errors = platform_error(problem, case.scene.duration, platform_inertia)
-        return {
-            name: {"inertia of the platform": bound}
-            for name, bound in zip(("theta", "theta_dot"), errors, strict=True)
-        }
+    that should be a point. Empty for other systems: the rate of a platform is prescribed."""
     if case.system.family != "simple_pendulum":
         return {}
-    problem = case.problem
-    part = POINT / (problem.mass * problem.length**2)
-    bounds = bob_error(problem, case.scene.duration, part)
+    return bob_errors(case.problem, case.scene.duration)
+
+
+def model_error_on_platform(case: Case, method: Method, step: float) -> ModelError:
+    """The same where a platform keeps its rate by an inertia that is finite."""
+    from plumbob.analytic.errors.contact_models.added_inertia import platform_error
+
+    if case.system.family != "cone_pendulum":
+        return model_error(case, method, step)
+    inertia = hinged_body(case).platform_inertia
+    errors = platform_error(case.problem.started, case.scene.duration, inertia)
+    return {
+        name: {"inertia of the platform": bound}
+        for name, bound in zip(("theta", "theta_dot"), errors, strict=True)
+    }
+
+
+def bob_errors(problem: Any, duration: float) -> ModelError:
+    """Bounds over `duration` [s] from the moment of inertia of a bob that should be a point."""
+    from plumbob.analytic.errors.contact_models.added_inertia import bob_error
+
+    bounds = bob_error(problem, duration, POINT / (problem.mass * problem.length**2))
     return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
 
 
@@ -107,7 +122,6 @@ def _on_a_platform(problem: Any) -> HingedBody:
     offset = body.mass * body.com_distance**2  # the moments given are about the pivot
     moments = np.diag([body.inertia_x - offset, body.inertia_y - offset, body.inertia_z])
     moments[1, 2] = moments[2, 1] = body.inertia_yz
-    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
     return HingedBody(
         mass=body.mass,
         arm=body.com_distance,
@@ -120,5 +134,5 @@ def _on_a_platform(problem: Any) -> HingedBody:
         damping=0.0,
         stiffness=0.0,
         forcing=None,
-        limits={"theta_dot": BEYOND * speed},
+        limits=limits_on_platform(problem),
     )

@@ -6,7 +6,7 @@ one compiled loop.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -18,7 +18,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import Engine, Method, ModelError, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
@@ -188,9 +188,9 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return simulation
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on the model's error, which is MuJoCo's."""
-    bounds: Mapping[str, Mapping[str, float]] = find_builder("mujoco", case.system).model_error(
+    bounds: ModelError = find_builder("mujoco", case.system).model_error(
         case.problem, case.scene.duration, method, step
     )
     return bounds

@@ -5,7 +5,7 @@ alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.abilities import ModelFields, ModelReader
-from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
+from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
@@ -41,11 +41,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
         raise Unsupported(NO_CONTACTS)
     body = hinged_body(case)
     return stepped(case, step, lambda: _built(body, method.scheme.integrator, step))
-
-
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Errors from the moment of inertia of a bob that should be a point."""
-    return model_errors(case)
 
 
 def _built(body: HingedBody, integrator: str, step: float) -> Built:

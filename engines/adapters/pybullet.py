@@ -21,8 +21,8 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
-from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_errors
-from plumbob.engines.adapters.stepping import Built, Read, stepped
+from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
+from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     FOOT_RADIUS,
@@ -30,7 +30,8 @@ from plumbob.engines.adapters.three_feet import (
     Pose,
     ThreeFeet,
     by_step,
-    nearest_turn,
+    gravity,
+    start_velocity,
     three_feet,
 )
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
@@ -79,11 +80,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return stepped(case, step, build, (OverflowError, ValueError, _error()))
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Errors from the moment of inertia of a bob that should be a point."""
-    return model_errors(case)
-
-
 def scheme(case: Case, method: Method) -> Scheme:
     """Semi-implicit Euler where there are no contacts, and no damping of velocities."""
     return OTHERWISE if case.system.family == CAPSULE else method.scheme
@@ -112,14 +108,14 @@ def _error() -> type[Exception]:
     return error
 
 
-def _world(gravity: tuple[float, float, float], settings: Mapping[str, Any], step: float) -> Any:
+def _world(pull: tuple[float, float, float], settings: Mapping[str, Any], step: float) -> Any:
     """A client of a simulation of its own, which ends with the last reference to it."""
     with _silent():
         import pybullet
         from pybullet_utils.bullet_client import BulletClient
 
         client = BulletClient(connection_mode=pybullet.DIRECT)
-    client.setGravity(*gravity)
+    client.setGravity(*pull)
     chosen = {name: value for name, value in settings.items() if name != "damping"}
     client.setPhysicsEngineParameter(fixedTimeStep=step, deterministicOverlappingPairs=1, **chosen)
     return client
@@ -197,7 +193,7 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
             for _ in range(first, last):
                 move()
             return
-        for push in body.torque(np.arange(first, last, dtype=np.float64) * step).tolist():
+        for push in body.torques(first, last, step):
             theta, rate = client.getJointState(tree, hinge)[:2]
             torque = push - body.damping * rate - body.stiffness * theta
             client.setJointMotorControl2(tree, hinge, client.TORQUE_CONTROL, force=torque)
@@ -213,10 +209,11 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     if body.setup.press <= 0.0:
         raise Unsupported("nothing presses the body onto the plane")
-    client = _world(body.gravity, method.settings, step)
+    client = _world(gravity(body.setup), method.settings, step)
     shell = _shell(client, body)
     _settle(client, shell, method.settings)
-    client.resetBaseVelocity(shell, [*body.velocity, 0.0], [0.0, 0.0, body.setup.heading_rate])
+    rates = [*start_velocity(body.setup), 0.0], [0.0, 0.0, body.setup.heading_rate]
+    client.resetBaseVelocity(shell, *rates)
     if body.tracks:
         begun = body.slider_velocity(np.zeros(1))[0].tolist()
         for joint, value in enumerate(begun):
@@ -236,8 +233,7 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
                     )
             move()
 
-    channels = frozenset({"height"})
-    return Built(advance, _reading(body, client, shell), body.limits, channels)
+    return body.built(advance, partial(_pose, client, shell, bool(body.tracks)))
 
 
 def _shell(client: Any, body: ThreeFeet) -> int:
@@ -289,18 +285,11 @@ def _heading(a: float, b: float, c: float, w: float) -> float:
     return math.atan2(2.0 * (w * c + a * b), 1.0 - 2.0 * (b * b + c * c))
 
 
-def _reading(body: ThreeFeet, client: Any, shell: int) -> Read:
-    latest = [body.setup.heading]
-
-    def read() -> Mapping[str, float]:
-        (x, y, z), attitude = client.getBasePositionAndOrientation(shell)
-        (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
-        latest[0] = nearest_turn(_heading(*attitude), latest[0])
-        slid, pace = client.getJointState(shell, 0)[:2] if body.tracks else (0.0, 0.0)
-        pose = Pose((x, y), (vx, vy), latest[0], rate, z, slid, pace)
-        return {**body.observed(pose), "height": z}
-
-    return read
+def _pose(client: Any, shell: int, driven: bool) -> Pose:
+    (x, y, z), attitude = client.getBasePositionAndOrientation(shell)
+    (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
+    slid, pace = client.getJointState(shell, 0)[:2] if driven else (0.0, 0.0)
+    return Pose((x, y), (vx, vy), _heading(*attitude), rate, z, slid, pace)
 
 
 def model_fields(path: Path) -> ModelFields:

@@ -9,13 +9,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.method import Stepping
+from plumbob.engines.method import ModelError, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 Read = Callable[[], Mapping[str, float]]
+OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,10 @@ class Built:
     limits: Mapping[str, float] = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
+    pause: int = 0
+    """Steps after a sample, or if negative before one, at which `note` is called."""
+    note: Callable[[float], Mapping[str, float]] = lambda time: {}
+    """Time [s] of a pause -> what else there is to say of the sample before it."""
 
 
 @dataclass
@@ -38,7 +44,7 @@ class SteppedSimulation:
     steps: int
     step: float  # [s]
     compile_seconds: float
-    broken: tuple[type[Exception], ...] = (OverflowError, ValueError)
+    broken: tuple[type[Exception], ...] = OVERFLOW
     """The engine's exceptions when its numbers are no longer finite."""
 
     def run(self) -> Trajectory:
@@ -47,14 +53,15 @@ class SteppedSimulation:
         marks = [int(mark) for mark in sampling.sampled(self.steps)]
         rows, seconds, diverged, failure = [dict(built.read())], 0.0, None, ""
         for first, last in pairwise(marks):
-            begin = time.perf_counter()
             try:
-                built.advance(first, last)
-                seconds += time.perf_counter() - begin
+                seconds += self._advanced(built, first, last, rows[-1])
                 rows.append(dict(built.read()))
             except self.broken as error:
-                diverged, failure = last * self.step, " ".join(str(error).split())
+                diverged = last * self.step
+                failure = "" if isinstance(error, OVERFLOW) else " ".join(str(error).split())
                 break
+        if built.pause > 0:
+            self._advanced(built, self.steps, self.steps + 1, rows[-1])
         values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         return within(
             Trajectory(
@@ -68,6 +75,18 @@ class SteppedSimulation:
             ),
             built.limits,
         )
+
+    def _advanced(self, built: Built, first: int, last: int, sample: dict[str, float]) -> float:
+        """Take the steps from the `sample` to the next, and return their wall time [s]."""
+        seconds, begin = 0.0, time.perf_counter()
+        if built.pause:
+            middle = (first if built.pause > 0 else last) + built.pause
+            built.advance(first, middle)
+            seconds = time.perf_counter() - begin
+            sample.update(built.note(middle * self.step))
+            first, begin = middle, time.perf_counter()
+        built.advance(first, last)
+        return seconds + time.perf_counter() - begin
 
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the duration alone."""
@@ -84,7 +103,7 @@ def stepped(
     case: Case,
     step: float,
     build: Callable[[], Built],
-    broken: tuple[type[Exception], ...] = (OverflowError, ValueError),
+    broken: tuple[type[Exception], ...] = OVERFLOW,
 ) -> SteppedSimulation:
     """The simulation of `case` at `step` [s], built once to see that it can be and what that costs;
     raises what `build` raises, and ParameterError."""
@@ -93,3 +112,17 @@ def stepped(
     build()
     seconds = time.perf_counter() - begin
     return SteppedSimulation(build, steps, step, seconds, broken)
+
+
+def relative_tolerance(tolerance: float, smallest: float) -> float:
+    """The `tolerance`, which a method is given as its step; raises ParameterError where a solver
+    takes none below the `smallest`."""
+    if not smallest <= positive("step", tolerance) < 1.0:
+        wanted = f"a relative tolerance from {smallest:.1e} to below 1"
+        raise ParameterError("step", tolerance, wanted)
+    return tolerance
+
+
+def no_error(*of: object) -> ModelError:
+    """None: the model is the system itself."""
+    return {}

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.method import Unsupported
+from plumbob.engines.adapters.stepping import Built
+from plumbob.engines.method import Method, Unsupported
 from plumbob.models.scene import Case
 
 CAPSULE = "capsule"  # the family of systems that have its model
@@ -21,6 +24,7 @@ CAPSULES = (  # what tells contact models apart, and of plans the shortest ones
     *("capsule-turn/light-slider", "capsule-turn/heavy-slider", "capsule-plan/heading-*"),
     *("capsule-plan/light-slider", "capsule-plan/heavy-slider"),
 )
+CONTACTS = Scheme("euler with contacts")  # without a theory here
 POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, or no mass
 FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane
 FAR = 1e3  # of the capsule's own size: no body that only slides gets there
@@ -30,15 +34,15 @@ BLOCK = 4096  # steps whose controls are computed at once
 @dataclass(frozen=True)
 class Pose:
     """Where the capsule is: the place of C and the heading in the world, and their rates, and the
-    slider's place and rate along its tracks, from its start."""
+    slider's place and rate along its tracks, from its start; numbers, or shape (n,) each."""
 
-    place: tuple[float, float]  # [m]
-    velocity: tuple[float, float]  # [m/s]
-    heading: float  # [rad], of any turn
-    heading_rate: float  # [rad/s]
-    height: float  # [m] of C
-    slid: float = 0.0  # [m]
-    slid_rate: float = 0.0  # [m/s]
+    place: tuple[Any, Any]  # [m]
+    velocity: tuple[Any, Any]  # [m/s]
+    heading: Any  # [rad], of any turn
+    heading_rate: Any  # [rad/s]
+    height: Any  # [m] of C
+    slid: Any = 0.0  # [m]
+    slid_rate: Any = 0.0  # [m/s]
 
 
 @dataclass(frozen=True)
@@ -50,29 +54,12 @@ class ThreeFeet:
     tilt_inertia: float  # about the horizontal axes [kg m^2]
     tracks: tuple[tuple[float, float], ...]  # directions of the slider's tracks, body axes
 
-    @property
-    def gravity(self) -> tuple[float, float, float]:
-        """In the world [m/s^2]: pulling along the line, pressing onto the plane."""
-        line = self.setup.heading + self.setup.direction
-        return self.setup.pull * math.cos(line), self.setup.pull * math.sin(line), -self.setup.press
-
-    @property
-    def velocity(self) -> tuple[float, float]:
-        """Of C at the start, in the world [m/s]."""
-        return _turned(*self.setup.velocity, self.setup.heading)
-
-    @property
-    def limits(self) -> Mapping[str, float]:
-        """Magnitudes of observables that only a diverged run exceeds."""
-        size = float(np.abs(self.setup.capsule.supports).max())
-        return dict.fromkeys(("displacement", "x", "y"), FAR * size)
-
     def slider_velocity(self, times: Array) -> Array:
         """Imposed velocity along the tracks [m/s] at times [s], shape (n,): (n, tracks)."""
         if (line := self.setup.relative_velocity) is not None:
             return np.asarray(line(times))[:, None]
         assert self.setup.plane_velocity is not None
-        return np.asarray(self.setup.plane_velocity(times))
+        return self.setup.plane_velocity(times)
 
     def accelerations(self, first: int, last: int, step: float) -> Array:
         """Mean acceleration of the slider along its tracks [m/s^2] over the steps `first` to
@@ -80,33 +67,67 @@ class ThreeFeet:
         is right at every grid time, wherever the acceleration jumps."""
         # By index: the velocity that one step ends with is the one that the next begins with.
         rates = self.slider_velocity(np.arange(first, last + 1, dtype=np.float64) * step)
-        return np.asarray(np.diff(rates, axis=0) / step)
+        return np.diff(rates, axis=0) / step
 
     def velocities(self, first: int, last: int, step: float) -> Array:
         """Velocity of the slider along its tracks [m/s] at the end of each of these steps, shape
         (last - first, tracks)."""
         return self.slider_velocity(np.arange(first + 1, last + 1, dtype=np.float64) * step)
 
-    def observed(self, pose: Pose) -> Mapping[str, float]:
-        """The observables that the pose shows: all but the forces."""
-        setup = self.setup
-        if setup.in_plane:
-            x, y = _turned(*pose.place, -setup.heading)
-            vx, vy = _turned(*pose.velocity, -setup.heading)
-            observed = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": pose.heading}
-            turn = pose.heading - setup.heading
-            return observed | {"heading_rate": pose.heading_rate, "body_angle": turn}
-        line = -(setup.heading + setup.direction)
-        gone, sideways = _turned(*pose.place, line)
-        velocity, _ = _turned(*pose.velocity, line)
-        return {
-            "displacement": gone,
-            "velocity": velocity,
-            "stroke": pose.slid,
-            "stroke_rate": pose.slid_rate,
-            "heading": pose.heading,
-            "sideways": sideways,
-        }
+    def built(self, advance: Callable[[int, int], None], pose: Callable[[], Pose]) -> Built:
+        """The capsule at its start in an engine which tells the `pose`, its heading to a turn."""
+        latest = self.setup.heading
+
+        def read() -> Mapping[str, float]:
+            nonlocal latest
+            now = pose()
+            latest = nearest_turn(now.heading, latest)
+            return {**observed(self.setup, replace(now, heading=latest)), "height": now.height}
+
+        return Built(advance, read, limits(self.setup), frozenset({"height"}))
+
+
+def gravity(setup: CapsuleSetup) -> tuple[float, float, float]:
+    """In the world [m/s^2]: pulling along the line, pressing onto the plane."""
+    line = setup.heading + setup.direction
+    return setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press
+
+
+def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:
+    """Of C, in the world [m/s]."""
+    return _turned(*setup.velocity, setup.heading)
+
+
+def limits(setup: CapsuleSetup) -> Mapping[str, float]:
+    """Magnitudes of observables that only a diverged run exceeds."""
+    size = float(np.abs(setup.capsule.supports).max())
+    return dict.fromkeys(("displacement", "x", "y"), FAR * size)
+
+
+def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
+    """The observables that the pose shows: all but the forces."""
+    if setup.in_plane:
+        x, y = _turned(*pose.place, -setup.heading)
+        vx, vy = _turned(*pose.velocity, -setup.heading)
+        seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": pose.heading}
+        turn = pose.heading - setup.heading
+        return seen | {"heading_rate": pose.heading_rate, "body_angle": turn}
+    line = -(setup.heading + setup.direction)
+    gone, sideways = _turned(*pose.place, line)
+    velocity, _ = _turned(*pose.velocity, line)
+    return {
+        "displacement": gone,
+        "velocity": velocity,
+        "stroke": pose.slid,
+        "stroke_rate": pose.slid_rate,
+        "heading": pose.heading,
+        "sideways": sideways,
+    }
+
+
+def scheme(case: Case, method: Method) -> Scheme:
+    """The method's own where there are no contacts."""
+    return CONTACTS if case.system.family == CAPSULE else method.scheme
 
 
 def three_feet(case: Case) -> ThreeFeet:
@@ -136,6 +157,6 @@ def by_step(block: Callable[[int, int, float], Array], step: float) -> Iterator[
         first += BLOCK
 
 
-def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
+def _turned(x: Any, y: Any, angle: float) -> tuple[Any, Any]:
     cos, sin = math.cos(angle), math.sin(angle)
     return cos * x - sin * y, sin * x + cos * y

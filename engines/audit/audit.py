@@ -12,6 +12,7 @@ import numpy as np
 
 from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, refined
+from plumbob.engines.audit.stability import Stability, stability
 from plumbob.engines.audit.steps import (
     Balance,
     Compared,
@@ -25,8 +26,9 @@ from plumbob.engines.audit.steps import (
 from plumbob.engines.audit.trims import Trim, Trims, trims
 from plumbob.engines.own_motion import OwnModel, Script, Touching
 
-REFERENCE, TRIMS, ENSEMBLE = 0.6, 0.1, 0.1  # of the budget
-AFTER = TRIMS + ENSEMBLE
+REFERENCE, TRIMS, ENSEMBLE, STABLE = 0.6, 0.1, 0.1, 0.05  # of the budget
+LEAST_STABLE = 5.0  # [s] for the largest steps, whatever the budget: most take less than two
+AFTER = TRIMS + ENSEMBLE + STABLE
 BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by means of many starts
 
 
@@ -48,6 +50,7 @@ class Audit:
     balances: tuple[Balance, ...] = ()
     likely: Likely | None = None  # beyond what can be predicted; None where all can be
     touching: Touching | None = None  # which pairs when, at the own step
+    stability: Stability | None = None  # the largest steps that hold
     model: OwnModel | None = None
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
@@ -107,6 +110,15 @@ class Audit:
                 f"(known to {self.uncertainty:.1g} m), more than {metres:g} m"
             )
 
+    def assert_stable(self) -> None:
+        """Raise AssertionError if the model's own step is unstable along the motion."""
+        if self.stability is not None and self.stability.unstable:
+            limit = self.stability.own
+            raise AssertionError(
+                f"{self.name}: {self.integrator} at {self.step:g} s is unstable; steps up to "
+                f"{limit.largest_step:.3g} s hold"
+            )
+
 
 def audited(
     model: OwnModel,
@@ -147,6 +159,9 @@ def audited(
             left_out = trims(
                 model, script, result.own.parts, result.index, error, TRIMS * budget, clock
             )
+    progress("the largest step that holds")
+    states = reference.course.states[: known(reference) + 1]
+    largest = stability(model, script, states, max(LEAST_STABLE, STABLE * budget), clock)
     return Audit(
         model.name,
         model.integrator,
@@ -162,5 +177,6 @@ def audited(
         read,
         means,
         model.touching(script),
+        largest,
         model,
     )

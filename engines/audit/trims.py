@@ -117,13 +117,14 @@ def tried(
         Trim(
             changes,
             np.array_equal(runs[0].states, run.states, equal_nan=True),
-            _moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
+            moved(model, runs[0].states[: index + 1], run.states[: index + 1]),
             ratio(cost, full),
         )
         for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)
     )
 
 
-def _moved(model: OwnModel, before: Array, after: Array) -> float:
+def moved(model: OwnModel, before: Array, after: Array) -> float:
+    """The largest distance [m] of any body between two courses of states, shape (k, n)."""
     apart = np.linalg.norm(model.positions(before) - model.positions(after), axis=2)
     return float(np.where(np.isfinite(apart), apart, np.inf).max())

@@ -15,7 +15,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
-from plumbob.engines.trajectory import Trajectory, lost
+from plumbob.engines.trajectory import Trajectory, last_sample, lost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
@@ -34,6 +34,7 @@ class ExtraRun:
     duration: float | None = None  # [s]; None: the scene's own
     changes: Changes = ()  # parameters changed, as `--set` has them; hashable values
     settings: Changes = ()  # settings of the method changed; hashable values
+    end_alone: bool = False  # its last sample alone is kept
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,8 @@ def _recording(request: ExtraRun, scene: Scene, method: Method) -> Trajectory | 
         run = engine_of(method).prepare(case_of(scene), changed, request.step).run()
     except Unsupported:
         return None
-    return _whole(run, scene, changed, request.step)
+    whole = _whole(run, scene, changed, request.step)
+    return last_sample(whole) if whole and request.end_alone else whole
 
 
 def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajectory | None:
@@ -164,6 +166,8 @@ def convergence_with(
 def is_of(request: Request, scene: Scene, method: Method) -> bool:
     """Whether a request is one more run of this very scene with this very method."""
     if not isinstance(request, ExtraRun) or request.changes or request.settings:
+        return False
+    if request.end_alone:
         return False
     if request.duration is not None or (request.scene, request.method) != (scene.name, method.name):
         return False

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,6 +16,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.theory import ErrorTheory
@@ -150,6 +152,21 @@ def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensi
     from plumbob.analytic.sensitivities.smooth_systems import cone_pendulum, gradients
 
     return gradients(cone_pendulum, problems, times)
+
+
+@lru_cache(maxsize=64)  # the same for every method of a scene
+def stability(problem: ConePendulum) -> StabilityTheory:
+    """Theory of the largest steps on the motion."""
+    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
+
+    motion = problem.motion
+    theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
+    theory = pendulum_stability(motion.rotor, (theta, theta_dot), motion, motion.period)
+
+    def kind_of(observed: Mapping[str, Array]) -> str:
+        return theory.kind_of({**observed, "theta": observed["theta"] + problem.tilt})
+
+    return replace(theory, kind_of=kind_of)
 
 
 def _scene(case: str, summary: str, duration: float, hard: str = "", **values: Any) -> Scene:
@@ -314,6 +331,7 @@ SYSTEMS = (
         problem=problem,
         reference=lambda problem: problem.reference,
         errors=errors,
+        stability=stability,
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "cone_pendulum.xml",

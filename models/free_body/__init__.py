@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -12,6 +13,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.analytic.theory import ErrorTheory
@@ -56,6 +58,14 @@ def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensi
     from plumbob.analytic.sensitivities.smooth_systems import free_body, gradients
 
     return gradients(free_body, problems, times)
+
+
+@lru_cache(maxsize=64)  # the same for every method of a scene
+def stability(body: FreeBody) -> StabilityTheory:
+    """Theory of the largest steps on the rotation."""
+    from plumbob.analytic.errors.stability.free_rotation import free_rotation_stability
+
+    return free_rotation_stability(body)
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -170,6 +180,7 @@ SYSTEM = System(
     problem=problem,
     reference=lambda body: body,
     errors=errors,
+    stability=stability,
     invariants=invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",

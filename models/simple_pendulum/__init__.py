@@ -13,6 +13,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import ErrorTheory
@@ -132,6 +133,17 @@ def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensi
     from plumbob.analytic.sensitivities.smooth_systems import gradients, simple_pendulum
 
     return gradients(simple_pendulum, problems, times)
+
+
+@lru_cache(maxsize=64)  # the same for every method of a scene
+def stability(problem: SimplePendulum) -> StabilityTheory:
+    """Theory of the largest steps on the motion."""
+    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
+
+    start, elliptic = problem.started, problem.elliptic
+    period = math.inf if elliptic is None else elliptic.period
+    begun = start.theta, start.theta_dot
+    return pendulum_stability(problem.rotor, begun, reference(problem), period)
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
@@ -332,6 +344,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         problem=partial(problem, linear=linear),
         reference=reference,
         errors=errors,
+        stability=stability,
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",

@@ -15,7 +15,6 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.order import Order
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
@@ -139,11 +138,6 @@ def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[
 def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
     """Whether a study, or its plan, has all of these scenes."""
     return set(scenes) <= {scene.name for scene in plan.scenes}
-
-
-def order_text(order: Order | None) -> str:
-    """An order with its confidence interval; a dash where there is none."""
-    return f"{order.slope:.3f} [{order.low:.3f}, {order.high:.3f}]" if order else "–"
 
 
 def swing_period(run: Trajectory | None, centre: float) -> float | None:

@@ -21,6 +21,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.costs import Ratio
+from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands.arguments import values
@@ -28,7 +29,7 @@ from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
 from plumbob.reports.view.audit.page import answered, lines, rows, write_page
 from plumbob.reports.view.content import Finding
 
-MISSED = 1  # the accuracy asked for
+MISSED = 1  # the accuracy or stability asked for
 _LARGEST = 100_000_000  # bytes of a control file
 
 
@@ -46,6 +47,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
     parser.add_argument("--duration", metavar="T", help="[s] of the motion; default: 1")
     parser.add_argument("--absolute", metavar="METRES", help="exit 1 unless the error is within")
+    parser.add_argument(
+        "--stable",
+        action="store_const",
+        const=True,
+        help="exit 1 if the file's own step is unstable along the motion",
+    )
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
     )
@@ -73,7 +80,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the audit; returns 1 where an accuracy asked for is missed."""
+    """Print the audit; returns 1 where an accuracy, or stability, that is asked for is missed."""
     numbers = {
         name: values.positive_number(name.replace("_", " "), text)
         for name in ("ctrl_period", "duration", "absolute", "budget", "speed", "friction")
@@ -117,14 +124,16 @@ def _answered(audit: Audit | ContactAudit, chosen: argparse.Namespace, metres: f
         print()
     else:
         print("\n".join(lines(answer)))
-    return _within(audit, metres)
+    return _asked(audit, metres, bool(chosen.stable))
 
 
-def _within(audit: Audit | ContactAudit, metres: float | None) -> int:
-    if metres is None:
-        return 0
+def _asked(audit: Audit | ContactAudit, metres: float | None, stable: bool) -> int:
+    """The exit code: whether an accuracy or stability that was asked for is missed."""
     try:
-        audit.assert_within(metres)
+        if stable and isinstance(audit, Audit):
+            audit.assert_stable()
+        if metres is not None:
+            audit.assert_within(metres)
     except AssertionError as why:
         print(f"plumbob: {why}", file=sys.stderr)
         return MISSED
@@ -133,7 +142,7 @@ def _within(audit: Audit | ContactAudit, metres: float | None) -> int:
 
 def _fits(chosen: argparse.Namespace) -> None:
     """Raises ParameterError for an option of one audit that is given to the other."""
-    motion = ("ctrl", "ctrl_period", "duration", "budget", "jobs", "write_trimmed")
+    motion = ("ctrl", "ctrl_period", "duration", "budget", "jobs", "write_trimmed", "stable")
     for name in motion if chosen.contacts else ("body", "speed", "friction"):
         if (value := getattr(chosen, name)) not in (None, "rest"):
             what = "left out with --contacts" if chosen.contacts else "given with --contacts"
@@ -273,7 +282,25 @@ def as_data(audit: Audit) -> dict[str, Any]:
         else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
         "slides": audit.slides or None,
+        **stability_data(audit),
         "seconds": audit.seconds,
+    }
+
+
+def stability_data(audit: Audit) -> dict[str, Any]:
+    """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
+
+    def limit(largest: Limit) -> dict[str, Any]:
+        names = ("integrator", "largest_step", "first", "confirmed", "why", "predicted")
+        return {name: getattr(largest, name) for name in names}
+
+    known = audit.stability
+    return {
+        "stability": [limit(largest) for largest in known.limits] if known else [],
+        "unstable": known.unstable if known else None,
+        "remedies": [{"change": r.name, **limit(r.limit), "moved": r.moved} for r in known.remedies]
+        if known
+        else [],
     }
 
 

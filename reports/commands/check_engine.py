@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from dataclasses import asdict
 
@@ -12,16 +11,10 @@ from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.commands.arguments.values import print_json
 from plumbob.reports.judge.engine_check import Checked, check_engine
 
 MISSING = 3
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("name", metavar="NAME", help="an engine, or a pattern of its methods")
-    parser.add_argument("--scenes", metavar="GLOB", default="*", help="only these; commas allowed")
-    parser.add_argument("--json", action="store_true", help="print one JSON object a check")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -41,8 +34,7 @@ def command(chosen: argparse.Namespace) -> int:
         if not chosen.json:
             print(_line(checked), flush=True)
     if chosen.json:
-        json.dump([asdict(checked) for checked in done], sys.stdout, indent=1)
-        print()
+        print_json([asdict(checked) for checked in done])
     return int(any(checked.status == "fail" for checked in done))
 
 

@@ -8,10 +8,6 @@ from plumbob import __version__
 from plumbob.models.registry import systems
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """The command takes none."""
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Print the suite's own entry, then each source once."""
     print(f"plumbob, version {__version__}: a cross-validation suite for physics engines.")

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 import shlex
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -31,24 +29,6 @@ COSTS_MORE = 1.25  # of a cost in reference step times, beyond the quartiles of 
 # Of a method that is timed on fewer than SEVERAL scenes: between two studies on a machine that did
 # nothing else, and ten other things, costs on single scenes differed by up to 1.9 times.
 SEVERAL, ALONE_MORE = 3, 2.0
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    word = (
-        "a results folder or a file of stored studies; FILE#N for the study of that number; or a "
-        "file of benchmarks; FILE#N for the run of that number"
-    )
-    parser.add_argument("old", metavar="OLD", help=word)
-    parser.add_argument("new", metavar="NEW", help="the same")
-    parser.add_argument(
-        "--fail-above",
-        metavar="PERCENT",
-        dest="above",
-        help="exit with 1 when an error has grown by more than this: 5%%, or 0.05",
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--page", metavar="FILE.html", help="write a page of it too")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -125,8 +105,7 @@ def _print(
 ) -> None:
     """Print what the old one and the new one were made with, and what has moved."""
     if as_json:
-        json.dump(values.plain([*versions, *moved]), sys.stdout, indent=1)
-        print()
+        values.print_json([*versions, *moved])
         return
     for name, provenance in zip(("old", "new"), provenances, strict=True):
         print(f"{name}: {_made_with(provenance)}")

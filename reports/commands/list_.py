@@ -11,11 +11,6 @@ from plumbob.models.registry import systems
 KINDS = ("systems", "scenes", "methods", "models")
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("kind", nargs="?", choices=KINDS, help="only these")
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Print names, one a line, with a word on each."""
     kinds = [chosen.kind] if chosen.kind else KINDS

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -15,7 +13,7 @@ from plumbob.engines.method import time_step
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
 from plumbob.models.registry import systems
-from plumbob.reports.commands.arguments.values import number
+from plumbob.reports.commands.arguments.values import number, print_json
 
 CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
 
@@ -80,8 +78,7 @@ def _check(file: Path, as_json: bool) -> int:
 
     readers = read_by(file)
     if as_json:
-        json.dump([asdict(reader) for reader in readers], sys.stdout, indent=1)
-        print()
+        print_json([asdict(reader) for reader in readers])
         return 0
     for reader in readers:
         print(f"{reader.engine:<10} {reader}")

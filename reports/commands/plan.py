@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
-import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
@@ -30,6 +28,7 @@ from plumbob.reports.analyses.capsule_plan.pose_errors import (
     run_duration,
 )
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.view.tables import lines
 
 PLACES = ("start", "slider", "slider_at_end", "legs", "arc")
 ABOUT = """\
@@ -47,26 +46,11 @@ MISSING = 3
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
+    """Say what --set takes, and read numbers below zero."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = ABOUT.format(body=", ".join(BODY), limits=", ".join(LIMITS))
     # Without this argparse takes -1e-3 for an option.
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d)")
-    parser.add_argument(
-        "--to",
-        nargs=3,
-        required=True,
-        metavar=("X", "Y", "PSI"),
-        help="where to: place of the body's centre of mass [m], heading [rad]",
-    )
-    parser.add_argument("--track", default="free", metavar="free|curve", help="where the slider is")
-    parser.add_argument(
-        "--arc", metavar="shorter|longer", help="on the curve: the way round between its two lines"
-    )
-    values.add_changes(parser)
-    parser.add_argument("--method", metavar="METHOD", help="also run the plan open-loop")
-    parser.add_argument("--step", metavar="DT", help="with --method: step [s]")
-    parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -83,10 +67,9 @@ def command(chosen: argparse.Namespace) -> int:
     if measured is not None:
         answer["method"] = measured_data(found, measured)
     if chosen.json:
-        json.dump(values.plain(answer), sys.stdout, indent=1)
-        print()
+        values.print_json(answer)
     else:
-        _print(answer)
+        print(*lines("plan", **{"method": None, **answer}, kinds=KINDS), sep="\n")
     return MISSING if measured is not None and measured.found.status == "missing" else 0
 
 
@@ -164,50 +147,3 @@ def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
 
 def _off(off: PoseError) -> dict[str, float]:
     return {"distance": off.distance, **asdict(off)}
-
-
-def _print(answer: Mapping[str, Any]) -> None:
-    goal, track = answer["goal"], answer["track"]
-    print(
-        f"to ({goal['x']:g}, {goal['y']:g}) m and {goal['heading']:g} rad, slider on the "
-        f"{'free plane' if track == 'free' else _curve(answer)}: {answer['turns']} turns and "
-        f"{answer['lines']} lines in {answer['total_time']:.6g} s"
-    )
-    after = answer.get("method", {}).get("off_after") or [None] * len(answer["manoeuvres"])
-    heads = f"{'start [s]':>12} {'lasts [s]':>12}"
-    if "method" in answer:
-        heads += f" {'then off [m]':>13} {'[rad]':>10}"
-    print(f"{heads}  manoeuvre")
-    for one, off in zip(answer["manoeuvres"], after, strict=True):
-        given = ", ".join(f"{name} {value:.6g}" for name, value in one["parameters"].items())
-        row = f"{one['start']:>12.6f} {one['duration']:>12.6f}"
-        if "method" in answer:
-            row += " ".join(("", *_columns(off)))
-        print(f"{row}  {one['kind']:<5} {given}".rstrip())
-    print(
-        f"the reference ends {answer['position_error']:.2g} m and "
-        f"{answer['heading_error']:.2g} rad from the goal"
-    )
-    drive = answer["drive"]
-    print(
-        f"the actuator gives up to {drive['driving_force_peak']:.4g} N "
-        f"({drive['driving_force_rms']:.4g} N r.m.s.) and {drive['driving_power_peak']:.4g} W"
-    )
-    if "method" in answer:
-        run = answer["method"]
-        print(f"{run['name']} at {run['step']:g} s: {run['status']} {run['reason']}".rstrip())
-        for name, error in run["errors_at_end"].items():
-            print(f"  {name}: ends {error:.4g} off")
-        for kind, off in run["arising"].items():
-            print(f"  of it from {KINDS[kind]}: {off['distance']:.3g} m, {off['heading']:.3g} rad")
-
-
-def _curve(answer: Mapping[str, Any]) -> str:
-    (i, j), arc = answer["legs"], answer["arc"]
-    return f"curve C-A{i}, {arc} arc, C-A{j}"
-
-
-def _columns(off: Mapping[str, float] | None) -> tuple[str, str]:
-    if off is None:
-        return f"{'moving':>13}", f"{'':>10}"
-    return f"{off['distance']:>13.3e}", f"{off['heading']:>10.2e}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from collections import Counter
@@ -31,44 +30,6 @@ if TYPE_CHECKING:
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
 CHANGED = "changed"  # the profile of studies of a scene with parameters of --set
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument(
-        "scene",
-        metavar="SCENE",
-        help="system/case, a system's default case, or a pattern: the worst of all its scenes",
-    )
-    wanted = parser.add_mutually_exclusive_group(required=True)
-    wanted.add_argument(
-        "--error",
-        metavar="X",
-        help="wanted, relative: the worst of the scene's quantities of interest over their scales",
-    )
-    wanted.add_argument("--absolute", metavar="X", help="wanted of one observable, in SI units")
-    parser.add_argument(
-        "--observable", metavar="NAME", help="the one that --absolute means (default: the first)"
-    )
-    parser.add_argument("--engine", metavar="NAME", help="only methods of this engine")
-    values.add_changes(parser)
-    values.name_parameters(parser)
-    parser.add_argument(
-        "--stored",
-        action="store_true",
-        help="run nothing: answer from what is stored (else what is missing is run: 10 to 20 s for "
-        "a pendulum, about a minute for contacts, several for a family of scenes)",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="plumbob-out",
-        help="where `validate` stored its studies, and where this stores its own runs",
-    )
-    parser.add_argument(
-        "--like", metavar="FILE", help="what the options of your own MJCF file give beside it"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -326,8 +287,7 @@ def _show(
             "cut_short": answer.cut_short,
             **beside,
         }
-        json.dump(values.plain(data), sys.stdout, indent=1)
-        print()
+        values.print_json(data)
         return
     _print(answer.recommendation, asked)
     if answer.cut_short:

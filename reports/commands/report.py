@@ -12,13 +12,8 @@ from plumbob.reports.commands.arguments import values
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("out", metavar="OUT", help="a results folder of `plumbob validate`")
-    parser.add_argument("--study", metavar="N", help="number of the study (default: the newest)")
-    parser.add_argument("--jobs", help=argparse.SUPPRESS)  # one process draws: it takes seconds
-    parser.add_argument(
-        "--single", metavar="FILE.html", help="write all pages into this one file instead, to mail"
-    )
+    """Take --jobs too, which does nothing: one process draws, it takes seconds."""
+    parser.add_argument("--jobs", help=argparse.SUPPRESS)
 
 
 def command(chosen: argparse.Namespace) -> int:

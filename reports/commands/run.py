@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import sys
-from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
@@ -20,28 +17,13 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.advice.records import record
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.arguments.like import add_like, own_method
+from plumbob.reports.commands.arguments.like import own_method
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.reports.view.notation import relative
+from plumbob.reports.view.tables import lines
 
 INCOMPLETE = 3
 LONGEST = 3600.0  # [s] that a run of an added engine may take
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
-    parser.add_argument(
-        "method", metavar="METHOD", nargs="?", help="engine/name: see `plumbob list methods`"
-    )
-    parser.add_argument(
-        "--step", metavar="DT", help="step [s], or rtol (adaptive); with --like the file's own"
-    )
-    add_like(parser)
-    values.add_changes(parser)
-    values.name_parameters(parser)
-    parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -61,12 +43,20 @@ def command(chosen: argparse.Namespace) -> int:
         records.append(record(method, run, judgement, None, cost))
         codes.append(_code(scene, method, run, judgement))
         if not chosen.json:
-            _print(case, method, run, judgement)
-            _print_cost(method, run, records[-1], cost, unit)
+            shown = lines(
+                "run",
+                run=run,
+                judgement=judgement,
+                units={o.name: o.unit for o in case.system.observables},
+                decided=_decided(run, judgement),
+                cost=cost,
+                unit=unit,
+                factor=records[-1]["real_time_factor"],
+            )
+            print(*shown, sep="\n")
     if chosen.json:
         answer = records[0] if len(records) == 1 else records
-        json.dump(values.plain(answer), sys.stdout, indent=1)
-        print()
+        values.print_json(answer)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
 
 
@@ -120,40 +110,8 @@ def _code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> 
     return 1 if run_surprise(scene, method, judged) else 0
 
 
-def _print(case: Case, method: Method, run: Measurement, judgement: Judgement) -> None:
-    reason = f" ({judgement.reason})" if judgement.reason else ""
-    print(f"{run.scene} with {method.name} at {run.step:g}: {judgement.verdict}{reason}")
-    units = {o.name: o.unit for o in case.system.observables}
-    if (worst := judgement.errors.get(run.step)) is not None:
-        print(f"  relative error {relative(worst)}, of what the scene is about")
-    decided = _decided(run, judgement)
-    for name, error in run.errors.items():
-        bound = judgement.tolerances.get(name)
-        mark = f"  <- {judgement.verdict}" if name == decided else ""
-        if bound is None:
-            print(f"  {name}: error {error.largest:.4g} {units[name]}{mark}")
-            continue
-        print(f"  {name}: error {error.largest:.4g} {bound.unit}, allowed {bound.bound:.4g}{mark}")
-        for term in bound.terms:
-            print(f"    {term.value:10.3g}  {term.name}: {term.reason}")
-    for name, drift in run.invariants.items():
-        print(f"  {name}: relative drift {drift:.4g}")
-
-
 def _decided(run: Measurement, judgement: Judgement) -> str | None:
     """The observable that the verdict is due to: the first that its reason names; None where the
     reason names none, as where all are within their tolerances."""
     words = judgement.reason.replace(",", " ").split()
     return next((word for word in words if word in run.errors), None)
-
-
-def _print_cost(
-    method: Method, run: Measurement, entry: dict[str, Any], cost: Cost | None, unit: float
-) -> None:
-    if cost:
-        print(
-            f"  cost: {cost.ns_per_step:.0f} ns a step, {cost.ratio:.2f} of the reference step's "
-            f"{unit:.0f} ns; {entry['real_time_factor']:.0f} times real time"
-        )
-    for warning in run.warnings:
-        print(f"  {method.engine} says: {warning}")

@@ -17,27 +17,6 @@ from plumbob.reports.commands.arguments.values import number, positive_number
 CHECKED = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("method", metavar="METHOD", nargs="?", help="as `plumbob list methods`")
-    parser.add_argument("--step", metavar="DT", help="the time step [s] to write the settings for")
-    parser.add_argument(
-        "--stiffness",
-        metavar="W",
-        help="natural frequency of one contact times the step; smaller for more or wider feet",
-    )
-    parser.add_argument(
-        "--friction", metavar="F", default="0.3", help="friction coefficient to write (0.3)"
-    )
-    parser.add_argument(
-        "--check",
-        metavar="FILE",
-        help=f"tell how this MJCF file differs from the settings of METHOD ({CHECKED}); exit code "
-        "1 where its contacts do not fit its time step",
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON")
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Print settings, or the differences of a file from them."""
     if chosen.check is not None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,7 +17,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.analyses import section
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.view.content import Figure, Table, row
+from plumbob.reports.view.content import Figure
 
 TABLE = (
     "scene",
@@ -30,23 +28,6 @@ TABLE = (
     "by_angle",
 )  # of an answer: what is said by row
 ANGLE = Observable("theta", "rad")
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
-    values.add_changes(parser)
-    values.name_parameters(parser)
-    parser.add_argument("--times", metavar="T,T,...", help="times [s]; default: 11 over the scene")
-    parser.add_argument(
-        "--angles",
-        metavar="THETA,THETA,...",
-        help="angles [rad] that a pendulum first reaches when: time, momentum, rate and phase",
-    )
-    parser.add_argument(
-        "--figures", metavar="OUT.html", help="write the source's figures for these parameters"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -77,8 +58,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.figures:
         _write(case, chosen.figures)
     if chosen.json:
-        json.dump(values.plain(answer), sys.stdout, indent=1)
-        print()
+        values.print_json(answer)
         return 0
     print(f"{scene.name}: {scene.summary}")
     _print({key: answer[key] for key in answer if key not in TABLE})
@@ -186,14 +166,14 @@ def _write(case: Case, path: str) -> None:
     assert of_system is not None
     assert of_system.solved is not None
     from plumbob.reports.view.page import filled, written
+    from plumbob.reports.view.tables import table
 
-    rows = tuple(row(name, str(value)) for name, value in case.scene.parameters.items())
     place = Path(path)
     text = filled(
         "figures.html.jinja",
         scene=case.scene,
         figures=_figures(of_system.solved, case),
-        parameters=Table("Parameters (SI)", ("name", "value"), rows),
+        parameters=table("values", caption="Parameters (SI)", values=case.scene.parameters),
     )
     written(text, place.parent, place.name)
 

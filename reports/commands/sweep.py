@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
 import shlex
 import sys
 from collections.abc import Sequence
@@ -20,37 +19,6 @@ INCOMPLETE = 3
 if TYPE_CHECKING:
     from plumbob.engines.sweep.box import Side
     from plumbob.engines.sweep.sweep import Swept
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
-    parser.add_argument("method", metavar="METHOD", nargs="+", help="engine/name; several allowed")
-    parser.add_argument(
-        "--vary",
-        metavar="NAME=LO:HI:N[:log]",
-        action="append",
-        required=True,
-        help="N values of a parameter from LO to HI (SI units, radians), spaced by ratios with "
-        "log; may be repeated",
-    )
-    parser.add_argument(
-        "--step",
-        metavar="DT",
-        action="append",
-        help="step [s], or rtol (adaptive); may be repeated (default: 1 ms, or the tightest)",
-    )
-    values.add_changes(parser)
-    values.name_parameters(parser)
-    values.add_workers(parser)
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="plumbob-out",
-        help="where its page goes, and where its runs are kept: a sweep that was cut off goes on",
-    )
-    parser.add_argument("--csv", metavar="FILE", help="write every point with its errors as CSV")
-    parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -146,5 +114,4 @@ def _print_json(swept: Swept, page: Path) -> None:
         "without_error": swept.reasons,
         "page": str(page),
     }
-    json.dump(values.plain(answer), sys.stdout, indent=1)
-    print()
+    values.print_json(answer)

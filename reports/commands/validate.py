@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shlex
 import sys
@@ -31,7 +30,7 @@ from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
-from plumbob.reports.commands.arguments.like import add_like, beside, own_method
+from plumbob.reports.commands.arguments.like import beside, own_method
 from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
@@ -43,42 +42,6 @@ INCOMPLETE = 3
 Pair = tuple[str, str]  # scene, method
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument(
-        "--profile",
-        choices=("quick", "full"),
-        default="quick",
-        help="quick (default): the main scenes; full: everything",
-    )
-    parser.add_argument("--scenes", metavar="GLOB", help="only these; commas allowed")
-    parser.add_argument("--methods", metavar="GLOB", help="only these; commas allowed")
-    add_like(parser)
-    parser.add_argument(
-        "--within",
-        metavar="X",
-        help="also fail every pair whose relative error, at the finest step, exceeds this",
-    )
-    values.add_workers(parser)
-    parser.add_argument(
-        "--fresh",
-        action="store_true",
-        help="measure all of it anew, where a study of the same scenes and methods was cut off",
-    )
-    parser.add_argument(
-        "--seed",
-        metavar="N",
-        default=str(SEED),
-        help=f"draws one more step for each pair, which is judged too (default: {SEED})",
-    )
-    parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where the page goes")
-    parser.add_argument(
-        "-v", "--verbose", action="store_true", help="print reasons, intervals and step costs too"
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object a run")
-    parser.add_argument("--junitxml", metavar="FILE", help="write verdicts as JUnit XML")
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Run the study, print the verdicts, write the page."""
     scenes = find_scenes(chosen.scenes or (LIKE_SCENES if chosen.like else "*"), chosen.profile)
@@ -86,7 +49,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
     within = None if chosen.within is None else values.positive_number("within", chosen.within)
-    values.count("seed", chosen.seed)
+    chosen.seed = SEED if chosen.seed is None else values.count("seed", chosen.seed)
     with values.workers(chosen) as (executor, jobs):
         return _validated(chosen, scenes, methods, within, executor, jobs)
 
@@ -130,7 +93,7 @@ def _validated(
                     requests=requests,
                     command=line,
                     kept=kept,
-                    seed=int(chosen.seed),
+                    seed=chosen.seed,
                     analyse=analyse,
                 )
             except BaseException as error:
@@ -166,8 +129,7 @@ def _report(
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:
-        json.dump(values.plain(records(study, judged, results)), sys.stdout, indent=1)
-        print()
+        values.print_json(records(study, judged, results))
     else:
         _print(study, judged, chosen.verbose)
         if results:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,35 +18,6 @@ if TYPE_CHECKING:
     from plumbob.models.scene import Case
 
 BUDGET = 200  # runs
-
-
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    parser.add_argument("scene", metavar="SCENE", help="system/case, or a system's default case")
-    parser.add_argument("method", metavar="METHOD", help="engine/name: see `plumbob list methods`")
-    parser.add_argument(
-        "--within",
-        metavar="NAME=LO:HI[:log]",
-        action="append",
-        required=True,
-        help="a parameter and where to look (SI units, radians), with log by ratios; may be "
-        "repeated",
-    )
-    parser.add_argument("--step", metavar="DT", help="step [s], or rtol (default: 1 ms, tightest)")
-    parser.add_argument(
-        "--budget", metavar="RUNS", default=str(BUDGET), help=f"runs at most (default: {BUDGET})"
-    )
-    parser.add_argument(
-        "--by",
-        choices=("error", "tolerance"),
-        default="error",
-        help="the largest relative error (default), or the largest error over what is allowed: a "
-        "value above 1 is a defect of the engine, or of plumbob",
-    )
-    values.add_changes(parser)
-    values.name_parameters(parser)
-    parser.add_argument("--out", metavar="DIR", default="plumbob-out", help="where it is kept")
-    parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -79,8 +48,7 @@ def command(chosen: argparse.Namespace) -> int:
         )
     store.keep_worst(Path(chosen.out) / store.FILE, answer)
     if chosen.json:
-        json.dump(values.plain(_as_json(answer)), sys.stdout, indent=1)
-        print()
+        values.print_json(_as_json(answer))
     else:
         print(*_lines(answer, method, chosen.by), sep="\n")
     return 0
@@ -101,35 +69,18 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
 
 
 def _lines(worst: Found, method: Method, by: str) -> list[str]:
-    from plumbob.reports.view.notation import number, plural
-    from plumbob.reports.view.notation import step as step_text
     from plumbob.reports.view.sweep.text import place, size
+    from plumbob.reports.view.tables import lines
 
-    at = step_text(worst.step, method.control)
-    lines = [
-        f"{worst.box.scene} with {worst.method} at {at}: the worst of {plural(worst.runs, 'run')}",
-        f"  {place(worst.parameters)}",
-        f"  relative error {size(worst.error)}",
-    ]
-    if by == "tolerance":
-        lines.append(f"  uses {number(worst.score)} of its tolerance")
-    if worst.without:
-        lines.append(f"  {plural(worst.without, 'run')} had no exact answer, or no model")
-    lines.append(f"  the exact answer there: {_certificate(worst)}")
-    lines.append(f"  {_repeated(worst)}")
-    return lines
-
-
-def _certificate(worst: Found) -> str:
-    """How sure the exact answer is, in words."""
-    from plumbob.reports.view.notation import relative, short
-
-    held = worst.certificate
-    if held is None:
-        return "no other computation runs this scene"
-    sure = "confirmed" if worst.certain else "not confirmed"
-    return (
-        f"{sure}: {held.method} at {short(held.step)} ends within {relative(held.distance)} of it"
+    return lines(
+        "worst",
+        worst=worst,
+        control=method.control,
+        by=by,
+        held=worst.certificate,
+        command=_repeated(worst),
+        size=size,
+        place=place,
     )
 
 

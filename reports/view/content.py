@@ -84,21 +84,6 @@ class Finding:
     claims: tuple[Claim, ...] = ()  # what its words rest on, of the stored study
 
 
-def row(*texts: str | Cell) -> tuple[Cell, ...]:
-    """A row of a table; what is text becomes a cell of text."""
-    return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
-
-
 def value(amount: float | None, digits: int = 3) -> Cell:
     """A cell with a number of so many significant digits; a dash where there is none."""
     return Cell("–" if amount is None else number(amount, digits), "number")
-
-
-def method_cell(name: str) -> Cell:
-    """A method's name, with the mark that it has in the page's own plots."""
-    return Cell(name, "method")
-
-
-def plain_method_cell(name: str) -> Cell:
-    """A method's name without a mark, beside a figure that has colours of its own."""
-    return Cell(name, "name")

@@ -18,6 +18,7 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import COLOURS, GREY, Style
 from plumbob.reports.view.records import Motion, PairVerdict
+from plumbob.reports.view.tables import figures
 from plumbob.reports.view.traces import (
     Trace,
     curve,
@@ -53,43 +54,54 @@ def scene_figures(
     """All figures of one scene, that of errors against cost first; what was not measured leaves its
     figure out."""
     stepped = [c for c in convergence if methods[c.method].control == "step"]
-    figures = [
-        against_cost,
-        error_against_step(observables[0], stepped, styles),
-        errors_over_time(observables[0], convergence, methods, styles),
-        exact_motion(observables, motion),
-        *drifts(stepped, styles),
-    ]
-    return tuple(f for f in figures if f is not None and f.traces)
-
-
-def errors_over_time(
-    leading: Observable,
-    convergence: Sequence[ConvergenceStudy],
-    methods: Mapping[str, Method],
-    styles: Mapping[str, Style],
-) -> Figure:
-    """Magnitude of the error of the leading observable over the run, each method at its finest
-    step."""
-    traces = [
-        curve(
-            c.trace.times,
-            np.where(np.abs(c.trace.errors) > 0.0, np.abs(c.trace.errors), np.nan),
-            styles[c.method],
-            method=c.method,
-            hint=f"{c.method} at {notation.step(c.trace.step, methods[c.method].control)}<br>"
-            f"t = %{{x:.4g}} s: error %{{y:.3g}} {leading.unit}",
-        )
-        for c in convergence
-        if c.trace is not None and any(c.trace.errors)
-    ]
-    return figure(
-        f"Error of {symbol(leading.name)} over time",
-        "Against the exact answer, each method at the finest step it was run at.",
-        traces,
-        linear("time [s]"),
-        logarithmic(f"|error of {symbol(leading.name)}| [{leading.unit}]"),
+    traces = [(c.method, c.trace) for c in convergence if c.trace and any(c.trace.errors)]
+    written = figures(
+        "scene",
+        leading=observables[0],
+        symbol=symbol,
+        styles=styles,
+        motion=exact_motion(observables, motion),
+        against_step=list(_errors(stepped, observables[0].name)),
+        over_time=[
+            (
+                name,
+                notation.step(of.step, methods[name].control),
+                of.times,
+                np.where(np.abs(of.errors) > 0.0, np.abs(of.errors), np.nan),
+            )
+            for name, of in traces
+        ],
+        drifts=_drifts(stepped),
     )
+    return tuple(f for f in (against_cost, *written) if f.traces)
+
+
+def _errors(
+    stepped: Sequence[ConvergenceStudy], leading: str
+) -> Iterator[tuple[str, Sequence[float], Sequence[float], Mapping[float, float]]]:
+    """Of each method its steps [s], the largest errors at them, and those predicted by step."""
+    for c in stepped:
+        errors = {m.step: m.errors[leading] for m in _done(c) if leading in m.errors}
+        predicted = {
+            step: e.predicted.largest
+            for step, e in errors.items()
+            if e.predicted and e.predicted.nonlinearity < 1.0
+        }
+        if errors:
+            yield c.method, list(errors), [e.largest for e in errors.values()], predicted
+
+
+def _drifts(
+    stepped: Sequence[ConvergenceStudy],
+) -> Mapping[str, Sequence[tuple[str, Sequence[float], Sequence[float]]]]:
+    """By invariant, of each method its steps [s] and the largest relative drifts at them."""
+    rows: dict[str, list[tuple[str, Sequence[float], Sequence[float]]]] = {}
+    for name in dict.fromkeys(name for c in stepped for m in _done(c) for name in m.invariants):
+        for c in stepped:
+            drifts = {m.step: m.invariants[name] for m in _done(c) if name in m.invariants}
+            if drifts:
+                rows.setdefault(name, []).append((c.method, list(drifts), list(drifts.values())))
+    return rows
 
 
 def exact_motion(observables: Observables, motion: Motion) -> Figure:
@@ -120,91 +132,6 @@ def exact_motion(observables: Observables, motion: Motion) -> Figure:
         )
         return Figure(drawn.title, drawn.caption, drawn.traces, {**drawn.layout, "yaxis2": side})
     return drawn
-
-
-def error_against_step(
-    leading: Observable, convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
-) -> Figure:
-    """Largest error against the step, and the predicted one, dashed."""
-    traces: list[Trace] = []
-    for c in convergence:
-        done = [m for m in _done(c) if leading.name in m.errors]
-        if not done:
-            continue
-        errors = [m.errors[leading.name] for m in done]
-        predicted = {
-            m.step: e.predicted.largest
-            for m, e in zip(done, errors, strict=True)
-            if e.predicted and e.predicted.nonlinearity < 1.0
-        }
-        if predicted:
-            traces.append(
-                curve(
-                    list(predicted),
-                    positive(list(predicted.values())),
-                    styles[c.method],
-                    method=c.method,
-                    dash="dash",
-                    width=1.0,
-                )
-            )
-        hints = [
-            f"predicted {notation.number(predicted[h])}" if h in predicted else ""
-            for h in (m.step for m in done)
-        ]
-        hint = f"{c.method}, step %{{x:.3g}} s<br>error %{{y:.3g}} {leading.unit}<br>%{{text}}"
-        traces.append(
-            curve(
-                [m.step for m in done],
-                positive([e.largest for e in errors]),
-                styles[c.method],
-                method=c.method,
-                marks=True,
-                hints=hints,
-                hint=hint,
-            )
-        )
-    return figure(
-        f"Largest error of {symbol(leading.name)} against step",
-        "Marks: measured. Dashed: predicted, the sum of C\u209ah\u1d56 over powers p of the step "
-        "h, with coefficients C\u209a from theory. Adaptive solvers have no step: they are in the "
-        "plot of error against cost.",
-        traces,
-        logarithmic("step [s]"),
-        logarithmic(f"largest |error of {symbol(leading.name)}| [{leading.unit}]"),
-    )
-
-
-def drifts(
-    convergence: Sequence[ConvergenceStudy], styles: Mapping[str, Style]
-) -> Iterator[Figure]:
-    """Largest relative drift of each invariant against the step."""
-    names = dict.fromkeys(name for c in convergence for m in _done(c) for name in m.invariants)
-    for name in names:
-        shown = name.replace("_", " ")
-        traces = []
-        for c in convergence:
-            done = [m for m in _done(c) if name in m.invariants]
-            if not done:
-                continue
-            hint = f"{c.method}, step %{{x:.3g}} s<br>relative drift of the {shown} %{{y:.3g}}"
-            traces.append(
-                curve(
-                    [m.step for m in done],
-                    positive([m.invariants[name] for m in done]),
-                    styles[c.method],
-                    method=c.method,
-                    marks=True,
-                    hint=hint,
-                )
-            )
-        yield figure(
-            f"Drift of the {shown} against step",
-            "Largest over the run, relative; the exact motion conserves it.",
-            traces,
-            logarithmic("step [s]"),
-            logarithmic("largest relative drift [1]"),
-        )
 
 
 def error_against_cost(

@@ -1,13 +1,83 @@
-"""The three sources by name, and what a printed number or a judged statement looks like."""
+"""The three sources: their statements in order, and what a printed number or a judged statement
+looks like."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from decimal import Decimal
+from types import MappingProxyType
 
-from plumbob.reports.view.content import Statement, Table, row
-from plumbob.reports.view.overview import SOURCES
+from plumbob.reports.view.content import Statement
 
+# The sources in the order of their table, each with its places in the order of its text.
+PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "Sudakov 2015": (
+            "introduction",
+            "terms",
+            "characteristics",
+            "(1)",
+            "(2)–(6)",
+            "(6)",
+            "(6), (7)",
+            "(7), (9)",
+            "(8)",
+            "(2)–(6), (9)",
+            "(9), (15), (16), Fig. 3",
+            "(10)–(13)",
+            "(15), (16)",
+            "(16)",
+            "Fig. 2",
+            "Fig. 2 e",
+            "Fig. 3",
+            "Fig. 3 b",
+            "Fig. 3 c",
+            "Fig. 3 e",
+            "conclusion",
+        ),
+        "Chernousko 2020": (
+            "assumptions",
+            "(1)",
+            "modes",
+            "(2)–(4), (23)",
+            "slow motions",
+            "residual motions",
+            "(5)–(7)",
+            "(7)",
+            "(3), (9)",
+            "(8)–(12)",
+            "(15)",
+            "(17), (20), Fig. 2",
+            "(18)",
+            "(19), (20)",
+            "(21)",
+            "(22), Fig. 2",
+            "(11)–(22)",
+            "after (22)",
+            "(24), (25)",
+            "(28)",
+            "(30)",
+            "(31), Fig. 3",
+            "(31), (32)",
+            "(32)",
+            "after (32)",
+            "controllability",
+            "controllability, 3",
+            "conclusion",
+        ),
+        "Pêndulo Simples": (
+            "equation of motion",
+            "T",
+            "linear equation",
+            "F(t)",
+            "parameters",
+            "X₁, X₂",
+            "integrator",
+            *(f"case {number}" for number in range(1, 8)),
+        ),
+    }
+)
+SOURCES = tuple(PLACES)
 SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
 
 
@@ -27,15 +97,3 @@ def as_printed(
         f"{ours:.{digits}f} {unit}",
         "holds" if holds else "corrected",
     )
-
-
-def judged(statement: Statement) -> str:
-    """The verdict in a word, with the reason where there is one."""
-    return f"{statement.verdict}: {statement.why}" if statement.why else statement.verdict
-
-
-def stated(statements: Sequence[Statement]) -> Table:
-    """The statements of one finding, as a table of its own."""
-    rows = (row(s.place, s.text, s.said, s.ours, judged(s)) for s in statements)
-    heads = ("place", "statement", "the source's value", "ours", "verdict")
-    return Table("Statement by statement", heads, tuple(rows))

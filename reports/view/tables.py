@@ -1,22 +1,150 @@
-"""The tables of one scene: verdicts, orders, costs, every run, and the budget of a tolerance."""
+"""Tables, and lines for a terminal, as templates of reports/templates write them, with what every
+template may use: filters, and functions that make cells, figures and statements.
+
+    table: The caption               or `folded table`, which is shown on a click
+    | method | error |               the heads, then the rows
+    | {{ method(name) }} | {{ value(error, 2) }} |
+    note: What stands below it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
-from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy, timed_run
-from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.order import Order
-from plumbob.engines.study.results import Observables
-from plumbob.models.scene import Observable, Scene
-from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
-from plumbob.reports.view.records import Budget, PairVerdict, RunVerdict
+from plumbob.reports.view import notation, palette, traces
+from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
+from plumbob.reports.view.records import PairVerdict
+from plumbob.reports.view.sources import as_printed
 
-Costs = Mapping[str, Cost]  # by method
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = Path(__file__).parents[1] / "templates"
+BAR = re.compile(r"(?<!\\)\|")
+UNITS = MappingProxyType(
+    {"µm": 1e6, "mm": 1e3, "nm": 1e9, "cm": 1e2, "%": 1e2, "ms": 1e3, "µs": 1e6, "kW": 1e-3}
+)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Cells, figures and statements that a text being filled has made, which it has places of."""
+
+    made: dict[str, Cell | Figure | Statement] = field(default_factory=dict)  # by their places
+
+    def held(self, part: Cell | Figure | Statement) -> str:
+        """The place of a part, as text."""
+        place = f"\x02{len(self.made)}\x03"
+        self.made[place] = part
+        return place
+
+
+def table(template: str, **values: Any) -> Table:
+    """The table that a template writes of values."""
+    parts = Parts()
+    return table_of(filled_text(f"tables/{template}", parts, values).strip(), parts)
+
+
+def table_or_none(template: str, **values: Any) -> Table | None:
+    """The same; None where it has no rows."""
+    written = table(template, **values)
+    return written if written.rows else None
+
+
+def figures(template: str, **values: Any) -> tuple[Figure, ...]:
+    """The figures that a template writes of values."""
+    parts = Parts()
+    filled_text(f"figures/{template}", parts, values)
+    return tuple(part for part in parts.made.values() if isinstance(part, Figure))
+
+
+def lines(template: str, **values: Any) -> list[str]:
+    """The lines for a terminal that a template writes of values."""
+    text = filled_text(f"terminal/{template}", Parts(), values).rstrip("\n")
+    return [line.rstrip() for line in text.split("\n")] if text else []
+
+
+def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
+    """A template's text, filled with values, and with the places of `parts` that it makes."""
+    return environment().get_template(f"{template}.md").render(_functions(parts) | values)
+
+
+def table_of(block: str, parts: Parts) -> Table:
+    """A table of a text: its caption, heads, rows and note."""
+    lines: list[str] = []
+    for line in map(str.strip, block.splitlines()):
+        if line.startswith(("|", "note: ", "table: ", "folded table: ")) or not lines:
+            lines.append(line)
+        else:
+            lines[-1] += f" {line}"
+    note = lines.pop()[6:] if lines[-1].startswith("note: ") else ""
+    caption = lines[0].partition(": ")[2]
+    heads, *rows = [_cells(line, parts.made) for line in lines[1:]]
+    folded = lines[0].startswith("folded")
+    return Table(caption, tuple(cell.text for cell in heads), tuple(rows), note, folded)
+
+
+def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Cell, ...]:
+    """The cells between the bars of a line; what is text becomes a cell of text."""
+    texts = BAR.split(line) if "\\|" in line else line.split("|")
+    stripped = [text.strip() for text in texts[1:-1]]
+    cells = [(text, made.get(text)) for text in stripped]
+    return tuple(
+        cell if isinstance(cell, Cell) else Cell(text.replace("\\|", "|")) for text, cell in cells
+    )
+
+
+@cache
+def environment() -> Environment:
+    """The environment that reads the templates, with the filters for numbers and names."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        undefined=jinja2.StrictUndefined,
+        extensions=["jinja2.ext.do"],
+        trim_blocks=True,
+        lstrip_blocks=True,
+        optimized=False,  # most are filled once: folding constants takes longer than it saves
+    )
+    environment.filters |= {
+        "number": notation.number,  # 0.0123
+        "relative": notation.relative,  # 1.23 %
+        "percent": notation.percent,  # 12 %: a whole number of them
+        "short": notation.short,  # 1e-4: a step
+        "step": notation.step,  # 1e-4 s, or rtol 1e-9
+        "seconds": notation.seconds,  # 12 ms
+        "metres": notation.metres,  # 1.2 mm, two digits
+        "duration": notation.duration,  # 2 ms
+        "real_time_factor": notation.real_time_factor,  # 123, of ns for a simulated second
+        "times_real": notation.times_real,  # 123×
+        "in_cell": lambda text: BAR.sub(r"\\|", text),  # whose bars end no cell
+        "plural": notation.plural,  # 3 feet
+        "unit": in_unit,  # 12 µm
+        "scene": lambda name: name.partition("/")[2],
+        "engine": lambda name: name.partition("/")[0],
+        "order": order_text,
+        "anchor": lambda name: name.replace("/", "-"),  # the id of a scene's place
+    }
+    return environment
+
+
+def in_unit(amount: float, unit: str, digits: int = 3) -> str:
+    """An amount in SI units, or relative, in a smaller unit."""
+    return f"{notation.number(UNITS[unit] * amount, digits)} {unit}"
+
+
+def order_text(order: Mapping[str, float] | None) -> str:
+    """An order with its confidence interval; a dash where there is none."""
+    if not order:
+        return "–"
+    return f"{order['slope']:.3f} [{order['low']:.3f}, {order['high']:.3f}]"
 
 
 def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
@@ -33,229 +161,29 @@ def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:
     return Cell(text, kind, hint, link)
 
 
-def summary(
-    observables: Observables,
-    convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, PairVerdict],
-    methods: Mapping[str, Method],
-) -> Table:
-    """Verdict of each method, and its errors and drift at the finest step."""
-    invariants = dict.fromkeys(n for c in convergence for m in c.measurements for n in m.invariants)
-    rows = []
-    for c in convergence:
-        verdict = verdict_cell(judged[c.method])
-        finest = next((m for m in reversed(c.measurements) if m.status == "done"), None)
-        reason = Cell(judged[c.method].reason, "reason")
-        if finest is None:
-            blank = [""] * (1 + len(observables) + len(invariants))
-            rows.append(row(Cell(c.method, "method"), verdict, *blank, reason))
-            continue
-        errors = [
-            _number(finest.errors[o.name].largest) if o.name in finest.errors else ""
-            for o in observables
-        ]
-        kept = [_number(finest.invariants[n]) if n in finest.invariants else "" for n in invariants]
-        at = Cell(notation.step(finest.step, methods[c.method].control), "number")
-        rows.append(row(Cell(c.method, "method"), verdict, at, *errors, *kept, reason))
-    heads = (
-        "method",
-        "verdict",
-        "finest step",
-        *(f"error of {o.name} [{o.unit}]" for o in observables),
-        *(f"drift of {n}" for n in invariants),
-        "reason",
-    )
-    note = "Errors are the largest over the run, drifts relative."
-    return Table("Verdicts, and the finest step of each method", heads, tuple(rows), note)
+def _functions(parts: Parts) -> dict[str, Any]:
+    """The functions that make parts of a text: cells, figures and statements, each with its
+    place."""
 
+    def held(make: Callable[..., Cell | Figure | Statement]) -> Callable[..., str]:
+        return lambda *values, **named: parts.held(make(*values, **named))
 
-def orders(convergence: Sequence[ConvergenceStudy], methods: Mapping[str, Method]) -> Table | None:
-    """Observed against predicted and declared order; None without a method that has one."""
-    rows = []
-    for c in convergence:
-        method = methods[c.method]
-        done = [m for m in c.measurements if m.status == "done"]
-        if method.order is None or not done:
-            continue
-        between = ""
-        if c.order is not None:
-            steps = c.order.steps
-            between = (
-                f"{len(steps)} steps, {notation.short(steps[0])} to {notation.short(steps[-1])} s"
-            )
-        rows.append(
-            row(
-                Cell(c.method, "method"),
-                Cell(str(method.order), "number"),
-                _order(c.order, interval=True),
-                _order(c.predicted_order if _within_reach(c, done) else None, interval=False),
-                between or "fewer than four steps above the round-off level",
-            )
-        )
-    if not rows:
-        return None
-    note = (
-        "The order depends on the observable and the motion, not only on the method: predicted is "
-        "the slope of the predicted error of this observable at the same steps, where the steps "
-        "are in the range of the theory."
-    )
-    heads = ("method", "nominal", "observed [95 % interval]", "predicted here", "fitted to")
-    return Table("Order of convergence", heads, tuple(rows), note)
-
-
-def cost(
-    convergence: Sequence[ConvergenceStudy], costs: Costs, methods: Mapping[str, Method]
-) -> Table | None:
-    """Cost of a step, in ns and in reference step times; None where nothing was timed."""
-    rows = []
-    for c in convergence:
-        if (cost_of := costs.get(c.method)) is None:
-            continue
-        speed, m = "", timed_run(c, methods[c.method])
-        if m is not None and m.steps:
-            factor = notation.real_time_factor(m.steps * cost_of.ns_per_step / m.duration)
-            speed = f"{factor} at {notation.step(m.step, methods[c.method].control)}"
-        scatter = f"{notation.number(cost_of.low)} – {notation.number(cost_of.high)}"
-        rows.append(
-            row(
-                Cell(c.method, "method"),
-                Cell(notation.number(cost_of.ns_per_step), "number"),
-                Cell(scatter, "number"),
-                Cell(notation.number(cost_of.ratio), "number"),
-                Cell(notation.seconds(cost_of.compile_seconds), "number"),
-                Cell(speed, "number"),
-            )
-        )
-    if not rows:
-        return None
-    heads = (
-        "method",
-        "ns per step",
-        "quartiles",
-        "reference step times",
-        "compile time",
-        "real-time factor",
-    )
-    note = (
-        "Medians of interleaved repeats, with nothing else running, each over the time of "
-        "reference steps just before and after it. A step of an adaptive solver is one evaluation "
-        "of the equation. The reference step is a bare MuJoCo step of an empty model. Real-time "
-        "factor: simulated time over wall time."
-    )
-    return Table("Cost", heads, tuple(rows), note)
-
-
-def every_run(
-    observables: Observables,
-    convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, PairVerdict],
-    methods: Mapping[str, Method],
-) -> Table:
-    """Largest error of the leading observable of every run, with its verdict."""
-    leading = observables[0]
-    most = max((len(c.measurements) for c in convergence), default=0)
-    rows = []
-    for c in convergence:
-        cells = [
-            _run(m, j, methods[c.method], leading)
-            for m, j in zip(c.measurements, judged[c.method].runs, strict=True)
-        ]
-        rows.append(row(Cell(c.method, "method"), *cells, *[""] * (most - len(cells))))
-    heads = ("method", *(f"step {i + 1}" for i in range(most)))
-    note = "Coarse to fine. Colour: the verdict on the run; hover for step, tolerance and reason."
-    caption = f"Every run: largest error of {leading.name} [{leading.unit}]"
-    return Table(caption, heads, tuple(rows), note, folded=True)
-
-
-def budgets(
-    observables: Observables,
-    convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, PairVerdict],
-    methods: Mapping[str, Method],
-) -> Table | None:
-    """The tolerance of one run of each method, term by term: the first that fails, else the
-    finest that is judged."""
-    units, rows = {o.name: o.unit for o in observables}, []
-    for c in convergence:
-        verdict, name = judged[c.method], Cell(c.method, "method")
-        if not verdict.budgets and not verdict.unjudged:
-            continue
-        at = Cell(notation.step(verdict.budget_step, methods[c.method].control), "number")
-        for held in verdict.budgets:
-            head = (
-                f"{held.observable}, error {notation.number(held.error)} {units[held.observable]}"
-            )
-            total = Cell(notation.number(held.tolerance.bound), "number total")
-            rows.append(row(name, at, head, total, "", Cell(_within(held), "total")))
-            for term in held.tolerance.terms:
-                value = Cell(notation.number(term.value), "number")
-                rows.append(row("", "", "", value, term.name, Cell(term.reason, "reason")))
-        for unjudged, why in verdict.unjudged.items():
-            rows.append(row(name, "", unjudged, "", "not judged", Cell(why, "reason")))
-    if not rows:
-        return None
-    heads = ("method", "step", "observable", "bound", "term", "reason")
-    note = (
-        "One run of each method: the first that fails, with every observable, else the finest, "
-        "with the first one. The sum is the most that the error may be; where it is predicted, "
-        "it may differ from the prediction by the other terms alone, to either side. An observable "
-        "that is judged in no run says why."
-    )
-    return Table("Tolerance budget, term by term", heads, tuple(rows), note, folded=True)
-
-
-def _within(held: Budget) -> str:
-    if not held.exceeded:
-        return "the sum: within"
-    larger = held.error > held.tolerance.bound
-    return "the sum: EXCEEDED" if larger else f"the sum: within, but EXCEEDED: {held.exceeded}"
-
-
-def parameters(scene: Scene, facts: Mapping[str, Any]) -> Table:
-    """The scene's parameters and what is exactly known of it, to the last digit."""
-    known = {name.replace("_", " "): value for name, value in facts.items()}
-    rows = [
-        row(name, Cell(_plain(value), "number"))
-        for name, value in (*scene.parameters.items(), *known.items())
-    ]
-    caption = "Parameters (SI), and what is exactly known"
-    return Table(caption, ("name", "value"), tuple(rows), scene.source, folded=True)
-
-
-def _plain(value: object) -> str:
-    return f"{value:.17g}" if isinstance(value, float) else str(value)
-
-
-def _run(run: Measurement, judged: RunVerdict, method: Method, leading: Observable) -> Cell:
-    at = notation.step(run.step, method.control)
-    if run.status != "done":
-        return Cell(run.status, judged.verdict, f"{at}: {run.reason}")
-    hint = f"{at}: {judged.reason or judged.verdict}"
-    if leading.name not in run.errors:
-        return Cell("–", f"{judged.verdict} number", hint)
-    error = run.errors[leading.name]
-    if judged.bound is not None:
-        allowed, what = judged.bound, "allowed"
-        if (predicted := error.predicted) is not None and error.left_open is not None:
-            allowed = error.left_open
-            what = f"{notation.number(predicted.difference)} off its prediction, allowed"
-        hint += f"; {what} {notation.number(allowed)} {leading.unit}"
-    return Cell(notation.number(error.largest), f"{judged.verdict} number", hint)
-
-
-def _within_reach(convergence_study: ConvergenceStudy, done: Sequence[Measurement]) -> bool:
-    """Whether the errors that the order was fitted to are small enough for a series."""
-    steps = convergence_study.order.steps if convergence_study.order else ()
-    predicted = [e.predicted for m in done if m.step in steps for e in m.errors.values()]
-    return all(f is not None and f.nonlinearity < 1.0 for f in predicted)
-
-
-def _order(order: Order | None, interval: bool) -> Cell:
-    if order is None:
-        return Cell("–", "number")
-    text = f"{order.slope:.3f}"
-    return Cell(f"{text} [{order.low:.3f}, {order.high:.3f}]" if interval else text, "number")
-
-
-def _number(value: float) -> Cell:
-    return Cell(notation.number(value), "number")
+    return {
+        "cell": held(Cell),
+        "made": parts.held,  # a part that is made already
+        "value": held(value),
+        "right": held(lambda text: Cell(text, "number")),
+        "verdict": held(verdict_cell),
+        "method": held(lambda name: Cell(name, "method")),
+        "plain_method": held(lambda name: Cell(name, "name")),
+        "figure": held(traces.figure),
+        "over_time": held(traces.over_time),
+        "as_printed": held(as_printed),
+        "curve": traces.curve,
+        "marks": traces.marks,
+        "heat": traces.heat,
+        "linear": traces.linear,
+        "logarithmic": traces.logarithmic,
+        "positive": traces.positive,
+        "colours": palette,  # colours.BLUE, colours.OF_METHODS[name]
+    }

@@ -135,7 +135,9 @@ def positive(values: Sequence[float] | Array) -> Array:
 
 def rounded(values: Sequence[float] | Array) -> list[float | None]:
     """Values with as many digits as can be seen; what is not finite leaves a gap."""
-    return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in np.ravel(values)]
+    return [
+        float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in np.ravel(values).tolist()
+    ]
 
 
 def _fitted(axis: Mapping[str, Any], traces: Sequence[Trace], letter: str) -> Mapping[str, Any]:

@@ -10,8 +10,8 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import StudyPlan, TrimmingRun
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.content import Table
+from plumbob.reports.view.tables import table
 
 STEPS, REPEATS = 150, 7  # of a timing: enough for a ratio within a few per cent
 ENGINE = "mujoco"  # whose models have parts and stages to leave out
@@ -45,34 +45,11 @@ def trimming(study: Study, scene: Scene) -> Table | None:
     done = [(method, timed) for method, timed in timings if timed is not None]
     if not done:
         return None
-    rows = tuple(
-        row(
-            Cell(method, "method"),
-            *(
-                Cell(notation.number(ns), "number")
-                for ns in _as_in_the_study(timed, study.costs.get((scene.name, method)))
-            ),
-            Cell(f"{100 * timed.saved:.0f} %", "number"),
-            Cell("identical to the last bit", "predicted")
-            if timed.identical
-            else Cell("differs", "off-prediction"),
-        )
+    rows = [
+        (method, timed, _as_in_the_study(timed, study.costs.get((scene.name, method))))
         for method, timed in done
-    )
-    heads = (
-        "method",
-        "everything in [ns per step]",
-        "with pipeline stages disabled",
-        "as run",
-        "saved",
-        f"state after {STEPS} steps",
-    )
-    first = done[0][1]
-    note = (
-        f"Disabled pipeline stages, idle here: {', '.join(first.stages_off) or 'none'}. "
-        f"Parts that are seen and not felt, left out: {', '.join(first.parts_left_out) or 'none'}."
-    )
-    return Table("What the model leaves out, and what that saves", heads, rows, note)
+    ]
+    return table("trimming", done=rows, first=done[0][1], steps=STEPS)
 
 
 def _as_in_the_study(timed: Trimming, cost: Cost | None) -> tuple[float, float, float]:

@@ -9,92 +9,48 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.content import Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.records import Verdicts
+from plumbob.reports.view.tables import lines as lines_of
+from plumbob.reports.view.tables import table as written
 from plumbob.reports.view.tables import verdict_cell
 
 
 def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
     """Your settings, a row a scene; None in a study without any."""
-    rows = []
-    for result in results:
-        cells = [
-            _instead(getattr(kind, place), result)
-            for kind in (result.at_equal_accuracy, result.better)
-            for place in ("here", "anywhere")
-        ]
-        rows.append(
-            row(
-                Cell(result.scene, "scene", "", anchor(result.scene)),
-                f"{result.observable} [{result.unit}]",
-                Cell(_error(result), "number"),
-                Cell(_finest(result), "number"),
-                verdict_cell(verdicts[result.scene, USER_METHOD], anchor(result.scene)),
-                Cell(notation.times_real(result.ns_per_second), "number"),
-                *cells,
-            )
+    rows = [
+        (
+            result,
+            _error(result),
+            _finest(result),
+            verdict_cell(verdicts[result.scene, USER_METHOD], anchor(result.scene)),
+            [
+                (choice, choice and _factor(choice, result))
+                for kind in (result.at_equal_accuracy, result.better)
+                for choice in (kind.here, kind.anywhere)
+            ],
         )
-    if not rows:
-        return None
-    step = notation.short(results[0].step)
-    heads = (
-        "scene",
-        "error of",
-        f"at your {step} s",
-        "at a smaller step",
-        "verdict",
-        "real-time factor",
-        "at equal accuracy, cheapest in MuJoCo",
-        "in any engine",
-        "at no greater cost, most accurate in MuJoCo",
-        "in any engine",
-    )
-    note = (
-        "Your options and contact defaults, with the scenes' own bodies and friction. A verdict on "
-        "them is no failure of plumbob's. Costs are relative to your setting at your step."
-    )
-    return Table("Your settings", heads, tuple(rows), note)
+        for result in results
+    ]
+    return written("user_settings", rows=rows, step=results[0].step) if rows else None
 
 
 def lines(results: Sequence[UserResult]) -> list[str]:
     """The same as lines for a terminal."""
-    text = []
+    shown = []
     for result in results:
-        smaller = _finest(result)
-        text += [
-            "",
-            f"{result.scene}: {result.observable} with your settings at {result.step:g} s",
-            f"  {'error':<18} {_error(result)} {result.unit}"
-            + (f"; {smaller}" if smaller else "")
-            + f"; {result.verdict}",
-        ]
-        for head, kind in (
-            ("at equal accuracy", result.at_equal_accuracy),
-            ("at no greater cost", result.better),
-        ):
-            choices = dict.fromkeys(c for c in (kind.here, kind.anywhere) if c is not None)
-            text += [f"  {head:<18} {_said(c, result)}" for c in choices]
-            if not choices:
-                text.append(f"  {head:<18} nothing else that was measured")
-    return text
-
-
-def _instead(choice: Choice | None, result: UserResult) -> Cell:
-    if choice is None:
-        return Cell("–", "none")
-    text = (
-        f"{choice.method}\n{notation.step(choice.step, choice.control)}, {_factor(choice, result)}"
-    )
-    return Cell(
-        text, "choice", f"an error of {notation.number(choice.absolute)} {result.unit} or less"
-    )
-
-
-def _said(choice: Choice, result: UserResult) -> str:
-    at = notation.step(choice.step, choice.control)
-    error = f"error {notation.number(choice.absolute)} {result.unit}"
-    return f"{choice.method} at {at}: {error}, {_factor(choice, result)}"
+        kinds = {"at equal accuracy": result.at_equal_accuracy, "at no greater cost": result.better}
+        instead = {
+            head: [
+                (choice, _factor(choice, result))
+                for choice in dict.fromkeys((kind.here, kind.anywhere))
+                if choice is not None
+            ]
+            for head, kind in kinds.items()
+        }
+        shown.append((result, _error(result), _finest(result), instead.items()))
+    return lines_of("user_settings", results=shown)
 
 
 def _factor(choice: Choice, result: UserResult) -> str:

@@ -15,7 +15,8 @@ import pytest
 import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
-from plumbob.engines.adapters.mujoco.own_model.model import own_model, refused
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable

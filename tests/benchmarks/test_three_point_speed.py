@@ -16,12 +16,12 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.slider_path import arc_stroke, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import Segments
-from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_motion
 from plumbob.engines.study.cost import reference_step
 from plumbob.reports.judge.benchmarks import in_turn
 from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import COAST
+from plumbob.tests.support.smoothed_friction import smoothed_motion
 
 MOST = 70_000  # reference steps, a turn manoeuvre to rest: a tenth of a second
 

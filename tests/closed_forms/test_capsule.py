@@ -16,7 +16,6 @@ from plumbob.analytic.systems.capsule import (
     Capsule,
     Segment,
     direction_to,
-    friction_moment,
     lowest_normal_forces,
     normal_force_uncertainty,
     normal_forces,
@@ -47,7 +46,8 @@ def test_friction_balances_about_every_line_through_c(
 ) -> None:
     unit = np.array([math.cos(heading), math.sin(heading)])
     spots = np.array([along * unit, along * unit + across * np.array([-unit[1], unit[0]])])
-    moments = friction_moment(capsule, spots, np.full(2, heading))
+    pressed = normal_forces(capsule, spots) @ np.asarray(capsule.supports)
+    moments = -capsule.friction * pressed @ [unit[1], -unit[0]]
     friction_limit = capsule.friction * capsule.slider_mass * capsule.gravity
     slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
     reach = 2.0 * capsule.friction  # the longest arm [m], and f

@@ -12,16 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule, Point
-from plumbob.analytic.systems.manoeuvres.residual_motion import (
-    ResidualMotion,
-    pivoting,
-    spin,
-    translation,
-)
+from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
 from plumbob.analytic.systems.slider_path import fixed
-from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_pose
+from plumbob.tests.support.plane_motions import pivoting
 from plumbob.tests.support.random_capsules import CHECK, capsules
 from plumbob.tests.support.random_slides import moved_support
+from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 CENTRE, ARM = (0.03, 0.02), 0.2  # a triangle with its circumcentre away from C
 ROUND_ABOUT = Capsule(

@@ -17,6 +17,7 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
+from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, capsules
 
 angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)
@@ -96,7 +97,7 @@ def test_a_repeated_motion_repeats_itself() -> None:
     np.testing.assert_allclose(end["displacement"], repeated.displacement, rtol=1e-15)
     np.testing.assert_allclose(end["stroke"], 0.0, rtol=0, atol=1e-15)
     edges = np.linspace(0.0, 2 * repeated.period, 300)
-    rates = np.cumsum(repeated.mean_relative_acceleration(edges) * np.diff(edges))
+    rates = np.cumsum(mean_acceleration(repeated, edges) * np.diff(edges))
     np.testing.assert_allclose(rates, repeated.relative_velocity(edges)[1:], atol=1e-13)
     # With steps this small every switch is on the grid, up to 1e-12 of the stroke.
     step = repeated.period / 2**28

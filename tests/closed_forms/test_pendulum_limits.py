@@ -40,7 +40,7 @@ def test_separatrix(case: str) -> None:
     motion, orbit = pendulum.motion, orbit_of(pendulum)
     assert (motion.regime, motion.period, motion.mean_rate) == ("separatrix", math.inf, 0.0)
     assert math.isnan(motion.action)
-    assert motion.period_condition == motion.action_condition == math.inf
+    assert motion.period_condition == math.inf
     times = np.array([-0.3, -0.1, 0.0, 0.1, 0.2, 0.3])
     theta, theta_dot = motion.state(times)
     for time, x, v in zip(times, theta, theta_dot, strict=True):
@@ -155,18 +155,15 @@ def nudged(motion: PendulumMotion, name: str, by: float) -> PendulumMotion:
     return PendulumMotion(TrigonometricPotential(a, b, c), **values)
 
 
-@pytest.mark.parametrize("name", ["period", "action"])
 @pytest.mark.parametrize("start", [(0.4, 37.0), (0.4, 5.0), (-1.2, 3.0), (-2.7, 0.5), (0.4, -20.5)])
-def test_condition_numbers_are_those_of_finite_changes(
-    start: tuple[float, float], name: str
-) -> None:
+def test_the_condition_number_is_that_of_finite_changes(start: tuple[float, float]) -> None:
     motion = nudged(replace(STEEL, theta=start[0], theta_dot=start[1]).motion, "", 0.0)
     total = 0.0
     for which in INPUTS:
-        more, less = (getattr(nudged(motion, which, by), name) for by in (1e-6, -1e-6))
-        total += abs(more - less) / 2e-6 / getattr(motion, name)
+        more, less = (nudged(motion, which, by).period for by in (1e-6, -1e-6))
+        total += abs(more - less) / 2e-6 / motion.period
     # Second derivatives over 1e-6, and round-off of 1e-15 over 1e-6.
-    assert getattr(motion, f"{name}_condition") == pytest.approx(total, rel=1e-5)
+    assert motion.period_condition == pytest.approx(total, rel=1e-5)
 
 
 @pytest.mark.parametrize("theta_dot", [37.0, 5.0, 20.9, 0.0])

@@ -22,7 +22,7 @@ from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.capsule import direction_to
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.analytic.systems.manoeuvres.residual_motion import pivoting, spin, translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
@@ -87,9 +87,6 @@ IMPOSSIBLE: tuple[tuple[str, Callable[..., Any], tuple[Any, ...]], ...] = (  # c
     ("support", direction_to, (CHECK, 0)),
     ("support", direction_to, (CHECK, 4)),
     ("supports", spin, (CHECK, (0.0, 0.0), 1.0)),
-    ("rate", pivoting, (CHECK, (0.6, 0.0), 1, 8.0)),
-    ("rate", pivoting, (replace(CHECK, inertia=1.0), (0.0, 0.0), 1, 0.0)),
-    ("support", pivoting, (CHECK, (0.6, 0.0), 0, 1.0)),
     ("normal_force_2", translation, (CHECK, (2.0, 0.0), 1.0, 0.0)),
     ("speed", translation, (CHECK, (0.0, 0.0), math.nan, 0.0)),
     ("fraction", SlowStroke, (CHECK, 0.1, 1.1)),

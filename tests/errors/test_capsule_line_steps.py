@@ -21,6 +21,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting
+from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 
 
@@ -65,7 +66,7 @@ def run_line(
     control = (
         line.relative_acceleration(edges[:-1] + 0.5 * step)
         if sampling == "middle"
-        else line.mean_relative_acceleration(edges)
+        else mean_acceleration(line, edges)
     )
     friction_limit = line.capsule.friction * line.capsule.gravity
     return simulate(

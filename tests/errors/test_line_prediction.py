@@ -25,6 +25,7 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
+from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
 Theory = Callable[[Scheme, float, Array], Mapping[str, Array]]
@@ -73,7 +74,7 @@ def left(
 ) -> dict[str, float]:
     """Largest part of each observable's error [SI] not explained by theory or rounding."""
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
-    found = simulated(motion.mean_relative_acceleration(times), step, scheme)
+    found = simulated(mean_acceleration(motion, times), step, scheme)
     exact, predicted = reference.observe(times), theory(Scheme(scheme), step, times)
     doubt = reference.uncertainty(times)
     return {

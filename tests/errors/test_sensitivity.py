@@ -11,8 +11,9 @@ from hypothesis import given, settings
 
 from plumbob.analytic.numerics.rotor import lyapunov
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.sensitivity import (
+from plumbob.tests.support.linear_response import (
     condition,
+    growth,
     parameter_sensitivity,
     sensitivity,
 )
@@ -74,8 +75,8 @@ def test_damping_alone_shrinks_errors_at_half_its_rate() -> None:
     # exact for the linear equation; a batch of 25 s covers 12.5 turns of the vector, whose length
     # varies within a turn
     assert found.value == pytest.approx(-0.04, abs=2e-3)
-    growth = lyapunov.growth(case.rotor, case.theta, case.theta_dot, np.array([20.0, 40.0]))
-    assert growth[1] / growth[0] == pytest.approx(math.exp(-0.8), rel=0.1)
+    grown = growth(case.rotor, case.theta, case.theta_dot, np.array([20.0, 40.0]))
+    assert grown[1] / grown[0] == pytest.approx(math.exp(-0.8), rel=0.1)
 
 
 def test_condition_adds_up_what_each_input_does() -> None:

@@ -21,6 +21,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.models.registry import scene, scenes, system_of
 from plumbob.models.scene import Scene
+from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
 FOLDER = Path(__file__).parents[2] / "models" / "tripod_capsule"
@@ -107,7 +108,7 @@ def displacement(file: Path) -> float:
 
 
 def _drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    for w in LINE.mean_relative_acceleration(np.arange(1501, dtype=np.float64) * STEP):
+    for w in mean_acceleration(LINE, np.arange(1501, dtype=np.float64) * STEP):
         data.ctrl[0] = w
         mujoco.mj_step(model, data)
 

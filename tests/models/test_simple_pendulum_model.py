@@ -11,7 +11,8 @@ from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulu
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.engines.adapters.mujoco.simple_pendulum import POINT, whole
+from plumbob.engines.adapters.hinged_body import POINT
+from plumbob.engines.adapters.mujoco.simple_pendulum import whole
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of, systems
 

@@ -25,6 +25,7 @@ from plumbob.reports.analyses.capsule_line import (
     drive,
     fidelity,
     hard,
+    headings,
     source,
     source_text,
     tipping,
@@ -138,7 +139,7 @@ def test_contact_chatter() -> None:
 
 
 def test_isotropy() -> None:
-    spread = {row.method: row.spread for row in numbers_of(contacts.ISOTROPY).every}
+    spread = {row.method: row.spread for row in numbers_of(headings.ISOTROPY).every}
     assert spread.pop("mujoco/euler") > 0.2
     assert max(spread.values()) < 1e-12
 

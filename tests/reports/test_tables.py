@@ -23,7 +23,7 @@ from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge, judged
-from plumbob.reports.view import notation, overview, tables
+from plumbob.reports.view import notation, overview, scene_tables, sources
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
 from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
@@ -73,7 +73,7 @@ def test_a_real_time_factor_is_simulated_over_computing_time() -> None:
 
 def test_the_summary_shows_the_finest_run() -> None:
     every = {method: of for (scene, method), of in verdicts(quick()).items() if scene == SCENE}
-    shown = texts(tables.summary(quick().observables(SCENE), measured(), every, by_name()))
+    shown = texts(scene_tables.summary(quick().observables(SCENE), measured(), every, by_name()))
     for i, c in enumerate(measured()):
         coarsest, finest = (
             notation.step(c.measurements[k].step, by_name()[c.method].control) for k in (0, -1)
@@ -87,7 +87,9 @@ def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
     (rk4,) = [c for c in measured() if c.method == "ode/rk4"]
     steps = rk4.measurements[0].step, rk4.measurements[1].step
     order, predicted = Order(3.5, 3.4, 3.6, steps), Order(2.5, 2.4, 2.6, steps)
-    shown = texts(tables.orders([replace(rk4, order=order, predicted_order=predicted)], by_name()))
+    shown = texts(
+        scene_tables.orders([replace(rk4, order=order, predicted_order=predicted)], by_name())
+    )
     assert shown["observed [95 % interval]"][0].startswith("3.5")
     assert shown["predicted here"][0].startswith("2.5")
 
@@ -109,7 +111,7 @@ def test_a_rounding_of_zero_is_no_failure() -> None:
     c = ConvergenceStudy(scene.name, how.name, (found,))
     study = replace(nothing(), scenes=(scene,), methods=(how,), convergence=(c,))
     both = verdict_on(study, c, {(scene.name, how.name): Judged(shown, (shown,))})
-    cells = texts(tables.budgets(system.observables, [c], {how.name: both}, {how.name: how}))
+    cells = texts(scene_tables.budgets(system.observables, [c], {how.name: both}, {how.name: how}))
     rows = zip(cells["observable"], cells["reason"], strict=True)
     said = {head.partition(",")[0]: why for head, why in rows if ", error" in head}
     assert said["heading"] == said["sideways"] == "the sum: within"
@@ -133,9 +135,9 @@ def test_a_run_off_its_prediction_is_shown_as_such() -> None:
     both = judged(wrong, system, method)
     assert both.whole.verdict == "off-prediction"
     found = {"mujoco/euler": verdict_on(quick(), wrong, {(SCENE, "mujoco/euler"): both})}
-    shown = texts(tables.budgets(system.observables, [wrong], found, by_name()))
+    shown = texts(scene_tables.budgets(system.observables, [wrong], found, by_name()))
     assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])
-    table = tables.every_run(system.observables, [wrong], found, by_name())
+    table = scene_tables.every_run(system.observables, [wrong], found, by_name())
     hints = [cell.hint for cell in table.rows[0]]
     assert f"{notation.number(error.largest)} off its prediction, allowed" in hints[-1]
 
@@ -163,10 +165,10 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
         assert known[link.link] == link.text
         for number in re.findall(r"\d+\.\d+", text.text):
             assert number in said.text
-    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*overview.SOURCES]
+    assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.SOURCES]
     shown = [(line[0].text, line[1].text) for line in table.rows]
-    order = [(source, place) for source, places in overview.PLACES.items() for place in places]
-    assert set(shown) <= set(order)  # list a new place in overview.PLACES, where its text has it
+    order = [(source, place) for source, places in sources.PLACES.items() for place in places]
+    assert set(shown) <= set(order)  # list a new place in sources.PLACES, where its text has it
     assert shown == sorted(shown, key=order.index)
     words = " ".join(line[3].text for line in table.rows).split()
     assert {number for number in PRINTED if not any(number in word for word in words)} == set()

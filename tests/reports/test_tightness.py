@@ -6,9 +6,9 @@ import pytest
 
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tightness import Slack, slacks, spread, tightness
-from plumbob.reports.view import sensitivity
+from plumbob.reports.view.overview import tightness_tables
 from plumbob.reports.view.records import records_of
-from plumbob.reports.view.tightness import tables
+from plumbob.reports.view.tables import table
 from plumbob.tests.support.studies import SCENE, quick
 from plumbob.tests.validation.tightness import loosest
 
@@ -41,7 +41,7 @@ def test_no_run_that_passes_uses_more_than_it_is_allowed() -> None:
 
 
 def test_predictions_and_bounds_have_tables_of_their_own() -> None:
-    predicted, bounded = tables(tightness(slacks(quick(), judge_study(quick()))))
+    predicted, bounded = tightness_tables(tightness(slacks(quick(), judge_study(quick()))))
     names = [[cells[0].text for cells in table.rows] for table in (predicted, bounded)]
     assert names == [["mujoco/euler", "ode/leapfrog", "ode/rk4"], ["ode/dop853"]]
     assert all(len(cells) == len(predicted.heads) for cells in predicted.rows)
@@ -52,9 +52,10 @@ def test_what_is_noticed_stands_under_its_parameter() -> None:
     assert record.exact is not None
     assert record.exact.sensitivity is not None
     methods = {method.name: method for method in quick().methods}
-    table = sensitivity.table(record.exact.sensitivity, record.verdicts, methods)
-    for cells in table.rows:
-        by = {head: cell for head, cell in zip(table.heads, cells, strict=True)}
+    noticed = record.exact.sensitivity
+    shown = table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods)
+    for cells in shown.rows:
+        by = {head: cell for head, cell in zip(shown.heads, cells, strict=True)}
         assert by["density"].text == "–"  # the equations do not have it
         assert 0.0 < float(by["gravity"].text) < 1e-5
         assert " at " in by["gravity"].hint

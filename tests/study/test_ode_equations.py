@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,9 +21,10 @@ from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.adapters.ode.integrators import integrator
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
-    FixedStepSimulation,
+    fixed_steps,
     solver_called,
 )
+from plumbob.engines.adapters.stepping import SteppedSimulation
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.study.measurement import measure
 from plumbob.models.scene import ONE_SMOOTH, Case, Observable, Scene, System
@@ -172,7 +174,9 @@ def test_a_declared_damping_rate_gives_the_same_leapfrog() -> None:
 def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     """All observables at 2 s."""
     advance = integrator(method.scheme.integrator)
-    run = FixedStepSimulation(problem.equation(), advance, round(2.0 / step), step, 0.0).run()
+    run = SteppedSimulation(
+        partial(fixed_steps, problem.equation(), advance, step), round(2.0 / step), step, 0.0
+    ).run()
     return np.array([values[-1] for values in run.observables.values()])
 
 
@@ -201,10 +205,12 @@ DIVERGING = {
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
 def test_divergence_is_a_result(method: Method, kind: str) -> None:
     equation = DIVERGING[kind]
-    simulation: FixedStepSimulation | AdaptiveSimulation
+    simulation: SteppedSimulation | AdaptiveSimulation
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
-        simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
+        simulation = SteppedSimulation(
+            partial(fixed_steps, equation, advance, 1e-3), 30_000, 1e-3, 0.0
+        )
         assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = solver_called(method.settings["method"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 
@@ -52,3 +53,9 @@ def run(
             x += h * v
         motion.append((x, v))
     return np.array(motion).T[0], np.array(motion).T[1]
+
+
+def mean_acceleration(motion: Any, edges: Array) -> Array:
+    """Mean of the slider's acceleration in the body over each step between `edges` [s], shape
+    (n + 1,), in a `motion` along a line: shape (n,) [m/s^2], as engines impose it."""
+    return np.asarray(np.diff(motion.relative_velocity(edges)) / np.diff(edges))

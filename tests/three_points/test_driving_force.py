@@ -18,13 +18,13 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.balance import actuator_force
 from plumbob.analytic.systems.three_points.drive import plane_demand
-from plumbob.analytic.systems.three_points.forces import loading
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.pymunk import capsule
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import mujoco_capsule, pymunk_capsule
+from plumbob.tests.support.plane_motions import loading
 from plumbob.tests.support.random_capsules import CHECK, LINE, changed, lines
 
 ENGINES = ("euler+coulomb", "euler+reduced", "rk4+coulomb", "feet", "side")

@@ -11,9 +11,9 @@ import pytest
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_pose
 from plumbob.models.registry import case_of, scene
 from plumbob.models.tripod_capsule.parameters import CHECK
+from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 ROUND = 1e-13  # of places, angles and their rates: sums of some hundred terms of order 1
 WIDTH = 1e-7  # of the largest speed: over which friction is smoothed

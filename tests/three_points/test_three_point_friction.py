@@ -14,15 +14,9 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.residual_motion import (
-    ResidualMotion,
-    pivoting,
-    spin,
-    translation,
-)
+from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
 from plumbob.analytic.systems.slider_path import (
     SliderPath,
-    SmoothPiece,
     StraightPiece,
     arc_stroke,
     concatenate,
@@ -31,9 +25,10 @@ from plumbob.analytic.systems.slider_path import (
 )
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.analytic.systems.three_points.smoothed_friction import smoothed_pose
+from plumbob.tests.support.plane_motions import SmoothPiece, pivoting
 from plumbob.tests.support.random_capsules import CHECK, LIMIT
 from plumbob.tests.support.random_slides import COAST, ending, moved_support, pose, slide
+from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 CENTRE = (
     0.03,

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.slider_path import Kinematics, Piece, SliderPath, SmoothPiece
+from plumbob.analytic.systems.slider_path import Kinematics, Piece, SliderPath
 from plumbob.analytic.systems.three_points.balance import balance
-from plumbob.analytic.systems.three_points.forces import loading
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.tests.support.plane_motions import SmoothPiece, loading
 from plumbob.tests.support.random_slides import COAST, ending, pose, slide
 
 SEEDS = st.integers(0, 10**6)

@@ -22,7 +22,7 @@ from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.capsule_line import contacts
+from plumbob.reports.analyses.capsule_line import headings
 from plumbob.reports.view import notation
 from plumbob.reports.view.site import first_screen, views, writing
 from plumbob.reports.view.site.matrix import ENGINES
@@ -207,10 +207,10 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
 
 
 def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
-    isotropy = contacts.isotropy(declared(nothing(), contacts.heading_runs))
+    isotropy = headings.isotropy(declared(nothing(), headings.heading_runs))
     assert isotropy is not None
     assert isotropy.step == STEP
     for heading in (isotropy.best, isotropy.worst):
         assert heading is not None
-        largest = error(f"capsule-line/heading-{heading.angle:03d}", contacts.DEFAULT, STEP)
+        largest = error(f"capsule-line/heading-{heading.angle:03d}", headings.DEFAULT, STEP)
         assert heading.size == pytest.approx(largest, rel=EQUAL), heading

@@ -14,7 +14,7 @@ from pathlib import Path
 from plumbob.engines.study.store import FILE, load
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tightness import Slack, slacks, tightness
-from plumbob.reports.view.tightness import tables
+from plumbob.reports.view.overview import tightness_tables
 
 
 def loosest(every: Iterable[Slack], count: int) -> list[Slack]:
@@ -36,7 +36,7 @@ def main(arguments: list[str]) -> int:
         return 2
     judged = judge_study(study)
     every = list(slacks(study, judged))
-    for table in tables(tightness(every)):
+    for table in tightness_tables(tightness(every)):
         print(f"\n{table.caption}", " | ".join(table.heads), sep="\n")
         for cells in table.rows:
             print(" | ".join(cell.text for cell in cells))

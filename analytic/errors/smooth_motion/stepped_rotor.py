@@ -20,7 +20,7 @@ The joint's impulse h T is added up in doubles: its rounding turns the bob by 1/
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -122,7 +122,7 @@ class _Torques:
     """The equation of motion without damping, in plain numbers or in arrays."""
 
     rotor: DrivenRotor  # which terms there are
-    step: float  # [s]
+    step: Any  # [s], a number or an array
     scheme: Scheme
     given: tuple[Any, ...]  # the rotor's coefficients, in its order
     sin: Function
@@ -254,12 +254,12 @@ def _runge_kutta(torques: _Torques, tableau: Tableau) -> Function:
 class _Joint:
     """Numbers of a joint's step (module docstring)."""
 
-    step: float  # h [s]
-    kept: float  # 1 - k
-    rate: float  # k / h [1/s]
+    step: Any  # h [s]; numbers, or arrays for many steps
+    kept: Any  # 1 - k
+    rate: Any  # k / h [1/s]
     part: float  # s
     moment: float  # j
-    kick: float  # rounding of the velocity that gravity adds [rad/s]
+    kick: Any  # rounding of the velocity that gravity adds [rad/s]
 
     def noise(self, states: Array) -> Array:
         """See `StepMap`."""
@@ -276,17 +276,12 @@ def _jointed(
     rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, rod: Rod | None
 ) -> StepMap:
     """Euler's step with the position first, of a bob held by a joint (module docstring)."""
-    closing = scheme.joint_closing_rate
-    assert closing is not None
-    closed = 1.0 if math.isinf(closing) else -math.expm1(-closing * step)
-    part = (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0
-    kick = FORCE_ROUNDINGS * step * _weight(rotor)
-    joint = _Joint(step, 1.0 - closed, closed / step, part, scheme.jointed_moment, kick)
+    assert scheme.joint_closing_rate is not None
+    joint = _joint(rotor, scheme, step, math.expm1)
     theta, theta_dot = start
     opening = 0j
-    if math.isinf(closing):  # it starts as open as the step before would have left it
-        before = 1j * step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
-        opening = complex(np.exp(-before)) * (1 + before) - 1
+    if math.isinf(scheme.joint_closing_rate):
+        opening = _opened(rotor, start, step, lambda angle: complex(np.exp(angle)))
 
     def build(coefficients: tuple[Any, ...], sin: Function, cos: Function) -> Step:
         return _jointed_step(joint, _Torques(rotor, step, scheme, coefficients, sin, cos), rod)
@@ -297,6 +292,42 @@ def _jointed(
         (theta, theta_dot, theta_dot - joint.rate * opening.imag, opening.real, opening.imag, 0.0),
         joint.noise,
     )
+
+
+def _joint(rotor: DrivenRotor, scheme: Scheme, step: Any, expm1: Function) -> _Joint:
+    """The numbers of the joint of `scheme`, for one step [s] or for many."""
+    closing = scheme.joint_closing_rate
+    assert closing is not None
+    closed = 1.0 if math.isinf(closing) else -expm1(-closing * step)
+    part = (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0
+    kick = FORCE_ROUNDINGS * step * _weight(rotor)
+    return _Joint(step, 1.0 - closed, closed / step, part, scheme.jointed_moment, kick)
+
+
+def _opened(rotor: DrivenRotor, start: tuple[float, float], step: Any, exp: Function) -> Any:
+    """The opening of a joint that closes in one step, which starts as open as the step before
+    would have left it."""
+    theta, theta_dot = start
+    before = 1j * step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
+    return exp(-before) * (1 + before) - 1
+
+
+def many_steps(
+    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, steps: Array
+) -> tuple[Callable[..., State], State]:
+    """The step of a `scheme` of STEPPED for many sizes at once, `steps` [s] of shape (n,), on
+    arrays of that shape, and the state it begins with: the numbers of `start` and, with a joint,
+    the bob's velocity, the opening's two parts and the pull."""
+    torques = _Torques(rotor, steps, scheme, astuple(rotor), np.sin, np.cos)
+    if scheme.joint_closing_rate is None:
+        return _advance(torques), start
+    joint = _joint(rotor, scheme, steps, np.expm1)
+    opening = np.zeros(len(steps), dtype=complex)
+    if math.isinf(scheme.joint_closing_rate):
+        opening = _opened(rotor, start, steps, np.exp)
+    velocity = start[1] - joint.rate * opening.imag
+    begun = (*start, velocity, opening.real, opening.imag, 0.0)
+    return _jointed_step(joint, torques, None).advance, begun
 
 
 def _seen_from(axes: tuple[Any, Any], out: Any, aside: Any) -> tuple[Any, Any]:

@@ -57,7 +57,7 @@ class DrivenRotor:
     def forcing(self, times: npt.ArrayLike) -> Array:
         """Angular acceleration [rad/s^2] that the forcing alone gives at `times` [s]."""
         phase = self.forcing_frequency * np.asarray(times, dtype=float) + self.forcing_phase
-        return np.asarray(self.forcing_amplitude * np.sin(phase))
+        return self.forcing_amplitude * np.sin(phase)
 
     def acceleration(
         self, times: npt.ArrayLike, theta: npt.ArrayLike, theta_dot: npt.ArrayLike

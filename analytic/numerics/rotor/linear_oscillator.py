@@ -152,7 +152,7 @@ def _exponential(rate: complex, rate_low: complex, t: Array) -> Complex:
     """exp((rate + rate_low) t) without the rounding of the phase."""
     phase, low = two_product(np.full_like(t, rate.imag), t)
     total = np.exp(rate.real * t + 1j * phase)
-    return np.asarray(total * (1 + 1j * low + rate_low * t))
+    return total * (1 + 1j * low + rate_low * t)
 
 
 def _phi1(z: Complex) -> Complex:

@@ -1,4 +1,4 @@
-"""Divergence of neighbouring motions: Lyapunov exponent, and growth of an error up to a time."""
+"""Divergence of neighbouring motions: the Lyapunov exponent."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.parameters import positive
@@ -59,12 +58,3 @@ def _growth_logarithms(transitions: Array, rate: float) -> Array:
         logarithms[n] = math.log(length)
         vector = vector / length
     return logarithms
-
-
-def growth(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array) -> Array:
-    """Largest factor by which a small change of the start has grown at `times` [s], shape (n,),
-    theta_dot measured in units of the rotor's rate. Raises ParameterError."""
-    matrix = sensitivity(rotor, theta, theta_dot, times)
-    rate = rotor.rate()
-    scaled = matrix * np.array([[1.0, rate], [1.0 / rate, 1.0]])
-    return np.asarray(np.linalg.norm(scaled, ord=2, axis=(1, 2)))

@@ -43,7 +43,7 @@ class Response:
         length = np.diff(self.orbit.breakpoints)[step]
         weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
         gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
-        return np.asarray(self.starts[step] + gained.reshape(-1, *self.end.shape))
+        return self.starts[step] + gained.reshape(-1, *self.end.shape)
 
     def followed_by(self, other: Response) -> Response:
         """This response and the `other`, which begins where it ends."""
@@ -57,7 +57,7 @@ class Response:
         (steps, stages, 2, columns)."""
         if derivative == 0:
             gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
-            return np.asarray(self.starts[:, None] + self._lengths * gained)
+            return self.starts[:, None] + self._lengths * gained
         values = _flat(self.slopes)
         for _ in range(derivative - 1):
             values = self._rule.derivative @ values / self._lengths[..., 0]
@@ -129,7 +129,7 @@ class TangentFlow:
     @cached_property
     def transitions(self) -> Array:
         """Fundamental matrix across each step, shape (steps, 2, 2)."""
-        return np.asarray(np.eye(2) + self._across(self._free))
+        return np.eye(2) + self._across(self._free)
 
     def respond(self, start: Array, forcing: Array) -> Response:
         """Response that begins at `start`, shape (2, columns), under `forcing`, the q at the
@@ -162,4 +162,19 @@ class TangentFlow:
         steps, stages, _, columns = sources.shape
         stacked = sources.transpose(0, 2, 1, 3).reshape(steps, 2 * stages, columns)
         solved = (self._inverse @ stacked).reshape(steps, 2, stages, columns)
-        return np.asarray(solved.transpose(0, 2, 1, 3))
+        return solved.transpose(0, 2, 1, 3)
+
+
+def weighted_response(flow: TangentFlow) -> Response:
+    """Responses to a relative change of one in each input: theta(0), theta_dot(0), and each
+    coefficient that is not zero."""
+    x, v = flow.orbit.theta[0], flow.orbit.theta_dot[0]
+    partials = flow.rotor.partials(flow.times, *flow.states)
+    inputs = {name: getattr(flow.rotor, name) for name in partials}
+    scaled = [value * partials[name] for name, value in inputs.items() if value != 0.0]
+    forcing = np.zeros((*flow.times.shape, 2, 2 + len(scaled)))
+    for column, source in enumerate(scaled, start=2):
+        forcing[:, :, 1, column] = source
+    start = np.zeros((2, forcing.shape[-1]))
+    start[0, 0], start[1, 1] = x, v
+    return flow.respond(start, forcing)

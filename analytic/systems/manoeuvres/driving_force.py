@@ -13,7 +13,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import Demand
 
-NAME = "driving_force"
 ROUNDINGS = 32  # upper bound: of the parameters, and between them and the force
 
 
@@ -24,14 +23,14 @@ def driving_force(capsule: Capsule, friction: Array, acceleration: Array) -> Arr
     along the line."""
     mu = capsule.mass_ratio
     reduced = mu * capsule.body_mass  # (1 - mu) m without a cancellation
-    return np.asarray(mu * friction + reduced * acceleration)
+    return mu * friction + reduced * acceleration
 
 
 def uncertainty(capsule: Capsule, friction: Array, acceleration: Array) -> Array:
     """Absolute error [N], that parameters rounded to double, and the arithmetic, may have caused,
     of `driving_force` of the same arguments."""
     size = driving_force(capsule, np.abs(friction), np.abs(acceleration))
-    return np.asarray(ROUNDINGS * ROUNDOFF * size)
+    return ROUNDINGS * ROUNDOFF * size
 
 
 def demand(motion: Any, duration: float) -> Demand:

@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, validity
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
@@ -70,14 +70,14 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
 
 
 @dataclass(frozen=True)
-class LineManoeuvre:
+class LineManoeuvre(SingleMotion):
     """Body and slider from rest to rest along one line through C (Chernousko 2020, eqs. 11-22).
 
     The slider's acceleration relative to the body is w1 until t1, then -w2 until t2 [m/s^2, s],
     along `direction` [rad, from the body's x axis]; it starts at `start` along that line, from C
     [m]. Displacements, velocities and forces are signed along `direction`. A time at which
     something switches belongs to the interval that begins there. Friction has no moment on lines
-    through C (`capsule.friction_moment`), so the heading is constant. Raises ParameterError
+    through C, for sum N_i CA_i = m g r, so the heading is constant. Raises ParameterError
     for parameters outside eq. 15, and when a normal force is not positive along the whole path.
 
     >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
@@ -94,8 +94,6 @@ class LineManoeuvre:
     direction: float = 0.0
     start: float = 0.0
     kind: ClassVar[MotionKind] = "line"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = math.inf
 
     def __post_init__(self) -> None:
         for name in ("w1", "w2", "t1"):
@@ -137,11 +135,6 @@ class LineManoeuvre:
         return np.array([math.cos(self.direction), math.sin(self.direction)])
 
     @property
-    def single(self) -> LineManoeuvre:
-        """Itself."""
-        return self
-
-    @property
     def sliding_time(self) -> float:
         """Time for which the body slides [s]."""
         return self.t_star
@@ -168,22 +161,12 @@ class LineManoeuvre:
         braked = self.w1 * self.t1 - self.w2 * (times - self.t1)
         return np.select([times < self.t1, times < self.t2], [self.w1 * times, braked], 0.0)
 
-    def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]:
-        constant over the step, it gives the exact v at the next edge."""
-        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
-
     def strokes(self, times: Array) -> Array:
         """Slider's displacement in the body xi [m] at `times` [s], shape (n,) (eq. 12)."""
         late = np.maximum(times - self.t1, 0.0)
         braked = self.w1 * self.t1 * (0.5 * self.t1 + late) - 0.5 * self.w2 * late**2
         choices = [0.5 * self.w1 * times**2, braked]
         return np.select([times < self.t1, times < self.t2], choices, self.stroke)
-
-    def body_acceleration(self, times: Array) -> Array:
-        """Acceleration of C [m/s^2] at `times` [s], shape (n,) (eq. 11)."""
-        pushed, braked = np.float64(-self.closed.backward), np.float64(self.closed.braking)
-        return np.select([times < self.t1, times < self.t_star], [pushed, braked], 0.0)
 
     def body_velocity(self, times: Array) -> Array:
         """Velocity of C [m/s] at `times` [s], shape (n,) (eq. 19 as it follows from eq. 11)."""
@@ -223,12 +206,6 @@ class LineManoeuvre:
         sliding = times * (1.0 + SNAP) < self.t_star
         return np.where(sliding, self.capsule.friction * self.capsule.weight, sticking)
 
-    def support_friction(self, times: Array) -> Array:
-        """Friction f N_i at each support [N] at `times` [s], shape (n, 3), while the body slides
-        (eq. 1); NaN once it rests, where only the resultant is determined."""
-        sliding = self.capsule.friction * self.normal_forces(times)
-        return np.where((times < self.t_star)[:, None], sliding, np.nan)
-
     def normal_forces(self, times: Array) -> Array:
         """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
         places = (self.start + self.strokes(times))[:, None] * self.unit
@@ -243,4 +220,4 @@ def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
     """
     closed = manoeuvre.closed
     late = np.maximum(times - manoeuvre.t1, 0.0)
-    return np.asarray(-closed.backward * times + closed.braking * late)
+    return -closed.backward * times + closed.braking * late

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, normal_force_uncertainty
 from plumbob.analytic.systems.manoeuvres import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -31,7 +31,7 @@ def condition_number(manoeuvre: LineManoeuvre) -> float:
 
 
 @dataclass(frozen=True)
-class LineReference:
+class LineReference(LinearResponse):
     """Exact motion of a line manoeuvre by name of observable, all signed along its direction.
 
     displacement, velocity: of C [m, m/s]; stroke, stroke_rate: of the slider in the body [m,
@@ -78,10 +78,6 @@ class LineReference:
             ),
         }
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on earlier errors."""
-        return 0.0
-
 
 @dataclass(frozen=True)
 class _Accelerations:
@@ -127,11 +123,11 @@ class _Spent:
 
     @property
     def way_pushed(self) -> Array:
-        return np.asarray(0.5 * self.pushed**2 + self.pushed * self.late)
+        return 0.5 * self.pushed**2 + self.pushed * self.late
 
     @property
     def way_braked(self) -> Array:
-        return np.asarray(0.5 * self.late**2)
+        return 0.5 * self.late**2
 
 
 def _body_roundings(line: LineManoeuvre, spent: _Spent, times: Array) -> tuple[Array, Array]:

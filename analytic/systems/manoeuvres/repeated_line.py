@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, non_negative
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, steepest_load
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
@@ -22,7 +22,7 @@ from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 
 
 @dataclass(frozen=True)
-class RepeatedLine:
+class RepeatedLine(LinearResponse):
     """`count` times `manoeuvre`, each followed by a slow return at `fraction` of f g/mu and by
     `pause` [s] of rest, which can put every start on a grid of steps: the error of a fixed step is
     then `count` times that of one manoeuvre. Raises ParameterError. Chernousko 2020, end of the
@@ -102,10 +102,6 @@ class RepeatedLine:
         back = self.returning.relative_velocity(local - self.manoeuvre.t2)
         return np.where(local < self.manoeuvre.t2, there, back)
 
-    def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]."""
-        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
-
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` [s], shape (n,), as `line_reference` names them."""
         done, local = self.within(times)
@@ -143,7 +139,7 @@ class RepeatedLine:
         capsule, (_, local) = self.manoeuvre.capsule, self.within(times)
         both = capsule.body_mass + capsule.slider_mass
         inner = capsule.slider_mass * self.relative_velocity(times)
-        return np.asarray(both * self.manoeuvre.body_velocity(local) + inner)
+        return both * self.manoeuvre.body_velocity(local) + inner
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
@@ -168,7 +164,3 @@ class RepeatedLine:
         for name in NORMAL_FORCES:
             total[name] = total[name] + shift * slope
         return total
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on earlier errors."""
-        return 0.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     Capsule,
     Point,
@@ -21,7 +21,7 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 ROUNDINGS = 32  # upper bound: of the parameters, and between them and a place
@@ -31,9 +31,7 @@ ROUND = 1e-12  # largest relative difference of arms that count as equal
 # support moves on a circle and the sum of friction forces, f N_i against its motion, is constant:
 #   translation: any Q, since sum f N_i d passes through the centre of pressure, which is mu r;
 #   spin about the combined centre G = mu r: sum N_i (A_i - G) = 0 always, so the forces cancel only
-#     if the arms |A_i - G| are equal, that is if G is the circumcentre;
-#   pivoting about a support at rest, while its static friction, an affine function of omega^2,
-#     stays within that support's friction disc.
+#     if the arms |A_i - G| are equal, that is if G is the circumcentre.
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class Coasting:
     def rates(self, times: Array) -> Array:
         """Rate at `times` [s], shape (n,)."""
         left = np.maximum(self.duration - times, 0.0)
-        return np.asarray(math.copysign(self.deceleration, self.rate) * left)
+        return math.copysign(self.deceleration, self.rate) * left
 
     def ways(self, times: Array) -> Array:
         """Way since the start at `times` [s], shape (n,)."""
@@ -69,7 +67,7 @@ class Coasting:
 
 
 @dataclass(frozen=True)
-class ResidualMotion:
+class ResidualMotion(SingleMotion, LinearResponse):
     """`capsule` that turns about `centre` [m, relative to C, at the start], or if `centre` is None
     translates along `direction` [rad], with Q at `slider` relative to C [m]; at the start C is the
     origin and the heading is 0."""
@@ -80,13 +78,6 @@ class ResidualMotion:
     direction: float = 0.0
     slider: Point = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "coasting"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = math.inf
-
-    @property
-    def single(self) -> ResidualMotion:
-        """Itself."""
-        return self
 
     @property
     def path(self) -> SliderPath:
@@ -142,10 +133,6 @@ class ResidualMotion:
             name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
         }
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on earlier errors."""
-        return 0.0
-
 
 def _placed(capsule: Capsule, slider: Point) -> Array:
     """Normal forces [N], shape (3,), with Q at `slider`. Raises ParameterError."""
@@ -189,57 +176,3 @@ def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
     return ResidualMotion(
         capsule, Coasting(finite("rate", rate), torque / inertia), centre, slider=slider
     )
-
-
-def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> ResidualMotion:
-    """Coasting at `rate` [rad/s] about support A_1, A_2 or A_3 at rest, Q at `slider` relative to C
-    [m]: J_A omega' = -f sum N_i |A_i - A|, J_A the inertia of body and slider about A.
-
-    Raises ParameterError where the pivot would slip before the body comes to rest.
-    Chernousko 2020, eqs. 1-4 with one support at rest.
-    """
-    normal = _placed(capsule, slider)
-    if isinstance(support, bool) or support not in (1, 2, 3):
-        raise ParameterError("support", support, "1, 2 or 3")
-    pivot = _Pivot.of(capsule, slider, support, normal)
-    coasting = Coasting(finite("rate", rate), pivot.deceleration)
-    limit = capsule.friction * normal[support - 1]
-    for squared in (0.0, coasting.rate**2):  # its size is convex in omega^2: the ends decide
-        needed = pivot.needed_force(coasting, squared)
-        if needed > limit:
-            wanted = f"such that support {support} sticks: {needed:.6g} N of {limit:.6g} N"
-            raise ParameterError("rate", rate, wanted)
-    return ResidualMotion(capsule, coasting, capsule.supports[support - 1], slider=slider)
-
-
-@dataclass(frozen=True)
-class _Pivot:
-    """Turning about a support at rest: `deceleration` [rad/s^2] by the sliding supports, their
-    friction `drag` [N], shape (2,), before a quarter turn, and the first `moment` of mass about the
-    support [kg m], shape (2,)."""
-
-    deceleration: float
-    drag: Array
-    moment: Array
-
-    @classmethod
-    def of(cls, capsule: Capsule, slider: Point, support: int, normal: Array) -> _Pivot:
-        corners, masses = np.asarray(capsule.supports), (capsule.body_mass, capsule.slider_mass)
-        arms = corners - corners[support - 1]
-        lengths = np.hypot(arms[:, 0], arms[:, 1])
-        to_com, to_slider = -corners[support - 1], np.asarray(slider) - corners[support - 1]
-        inertia = capsule.inertia + masses[0] * to_com @ to_com + masses[1] * to_slider @ to_slider
-        others = lengths > 0.0
-        return cls(
-            float(capsule.friction * normal @ lengths / inertia),
-            capsule.friction * ((normal[others] / lengths[others]) @ arms[others]),
-            masses[0] * to_com + masses[1] * to_slider,
-        )
-
-    def needed_force(self, coasting: Coasting, squared: float) -> float:
-        """Friction [N] that keeps the support at rest at the `squared` rate [rad^2/s^2]."""
-        sense = math.copysign(1.0, coasting.rate)
-        # Turned a quarter, k x arm: friction of the sliding supports, tangential acceleration.
-        across = sense * (self.drag - coasting.deceleration * self.moment)
-        tangential = np.array([-across[1], across[0]])
-        return float(np.linalg.norm(tangential - squared * self.moment))

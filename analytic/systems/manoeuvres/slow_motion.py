@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
     Capsule,
@@ -23,7 +23,7 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import SNAP, LineManoeuvre
 from plumbob.analytic.systems.slider_path import SliderPath, straight
 
@@ -38,7 +38,7 @@ def proper_fraction(name: str, value: float) -> float:
 
 
 @dataclass(frozen=True)
-class SlowStroke:
+class SlowStroke(SingleMotion, LinearResponse):
     """Slider along a line through C, out and optionally back, while the body sticks.
 
     Each stroke has +W for half its time and -W for the other half, W = `fraction` f g/mu [m/s^2]:
@@ -54,8 +54,6 @@ class SlowStroke:
     start: float = 0.0
     there_and_back: bool = True
     kind: ClassVar[MotionKind] = "stroke"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = math.inf
     sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
@@ -67,11 +65,6 @@ class SlowStroke:
             raise ParameterError("length", self.length, "other than 0")
         for breach in validity(self.capsule, (self.segment,)):
             raise breach
-
-    @property
-    def single(self) -> SlowStroke:
-        """Itself."""
-        return self
 
     @cached_property
     def path(self) -> SliderPath:
@@ -128,10 +121,6 @@ class SlowStroke:
         signed = math.copysign(self.acceleration, self.length)
         speed = np.minimum(outward, np.maximum(self.one_way - outward, 0.0))
         return np.where(back, -signed, signed) * speed
-
-    def mean_relative_acceleration(self, edges: Array) -> Array:
-        """Mean of w over each step between `edges` [s], shape (n+1,): shape (n,) [m/s^2]."""
-        return np.diff(self.relative_velocity(edges)) / np.diff(edges)
 
     def strokes(self, times: Array) -> Array:
         """Slider's displacement in the body xi [m] at `times` [s], shape (n,)."""
@@ -195,10 +184,6 @@ class SlowStroke:
         if not self.there_and_back:
             return ((0.0, pull), (0.5 * one_way, -2 * pull), (one_way, pull))
         return ((0.0, pull), (0.5 * one_way, -2 * pull), (1.5 * one_way, 2 * pull), (end, -pull))
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on earlier errors."""
-        return 0.0
 
 
 def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:

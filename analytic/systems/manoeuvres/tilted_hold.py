@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import finite
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
     Capsule,
@@ -22,7 +22,7 @@ from plumbob.analytic.systems.capsule import (
     normal_forces,
     validity,
 )
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, proper_fraction
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
@@ -47,7 +47,7 @@ def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array
 
 
 @dataclass(frozen=True)
-class TiltedHold:
+class TiltedHold(SingleMotion, LinearResponse):
     """Body at rest under gravity tilted along `direction` [rad], by `fraction` of the threshold,
     with Q fixed at `slider` relative to C [m]. Raises ParameterError."""
 
@@ -56,19 +56,12 @@ class TiltedHold:
     direction: float = 0.0
     slider: Point = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "hold"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = math.inf
     sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         tilted_gravity(self.capsule, self.fraction, self.direction)
         for breach in validity(self.capsule, (Segment(self.slider, self.slider),)):
             raise breach
-
-    @property
-    def single(self) -> TiltedHold:
-        """Itself."""
-        return self
 
     @property
     def path(self) -> SliderPath:
@@ -100,7 +93,3 @@ class TiltedHold:
             name: np.zeros_like(value) + forces.get(name, 0.0)
             for name, value in self.observe(times).items()
         }
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """0: the error of a step does not depend on earlier errors."""
-        return 0.0

@@ -71,7 +71,7 @@ def inertia_ratio(capsule: Capsule, radius: float) -> float:
 def progress(phases: Array) -> Array:
     """Fraction of the slider's angle covered at times `phases` tau, shape (n,), up to 2 tau
     (Chernousko 2020, eqs. 26, 29)."""
-    return np.asarray(0.5 * np.square(phases) - np.square(np.maximum(phases - 1.0, 0.0)))
+    return 0.5 * np.square(phases) - np.square(np.maximum(phases - 1.0, 0.0))
 
 
 def leading_friction(

@@ -112,7 +112,7 @@ class TurnManoeuvre:
     def slider_angles(self, times: Array) -> Array:
         """phi [rad] from its start at `times` [s], shape (n,) (eqs. 26, 27, 29)."""
         phase = np.clip(np.asarray(times) / self.half_time, 0.0, 2.0)
-        return np.asarray(self.slider_angle * progress(phase))
+        return self.slider_angle * progress(phase)
 
     def body_angles(self, times: Array) -> Array:
         """psi = -mu_1 phi [rad] at `times` [s], shape (n,), to leading order (eq. 31)."""

@@ -13,9 +13,8 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
-from plumbob.analytic.numerics.rotor.sensitivity import weighted_response
 from plumbob.analytic.numerics.rotor.taylor_series import Orbit, integrate
-from plumbob.analytic.numerics.rotor.variational import TangentFlow
+from plumbob.analytic.numerics.rotor.variational import TangentFlow, weighted_response
 from plumbob.analytic.parameters import finite, positive
 from plumbob.analytic.reference import Array
 
@@ -97,7 +96,8 @@ class DrivenMotion:
 
     @cached_property
     def condition(self) -> Mapping[str, Array]:
-        """Largest value of `sensitivity.condition` within each step, shape (steps,)."""
+        """Change of theta and theta_dot for a relative change of one in every input, summed in
+        magnitude: the largest within each step, shape (steps,)."""
         response = weighted_response(self.flow)
         ends = np.concatenate([response.starts[1:], response.end[None]])[:, None]
         values = np.concatenate([response.starts[:, None], response.at_nodes(), ends], axis=1)

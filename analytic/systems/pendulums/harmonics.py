@@ -26,7 +26,7 @@ def coefficients(motion: PendulumMotion) -> Array:
     theta = motion.state(times)[0]
     if motion.regime == "rotation":
         theta = theta - np.sign(motion.theta_dot) * motion.mean_rate * times
-    return np.asarray(2 * np.abs(np.fft.rfft(theta))[1:-1] / SAMPLES)
+    return 2 * np.abs(np.fft.rfft(theta))[1:-1] / SAMPLES
 
 
 def scale(motion: PendulumMotion) -> float:

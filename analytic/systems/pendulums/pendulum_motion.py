@@ -169,24 +169,6 @@ class PendulumMotion:
         periods = self.neighbours.period[:, 0]
         return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / ULP)
 
-    @property
-    def action_condition(self) -> float:
-        """Relative change of the action over a relative change of the inputs, summed as for the
-        period: dI = (T/2 pi) (dH - the mean of dH at fixed theta and p over the orbit); infinite
-        on a separatrix."""
-        if self.regime in ("rest", "separatrix"):
-            return 0.0 if self.regime == "rest" else np.inf
-        near, (theta, rate) = self.neighbours, self._samples
-        v, sine, cosine = near.potential, np.sin(theta), np.cos(theta)
-        energy = near.kinetic + v.value(near.theta0)
-        change = double(energy - energy[0])
-        means = (np.mean(sine**2), np.mean(sine), np.mean(cosine))
-        for coefficient, mean in zip((v.a, v.b, v.c), means, strict=True):
-            change = change + double(coefficient - coefficient[0]) * mean
-        heavier = double(near.inertia - near.inertia[0])
-        change = change + heavier * np.mean(rate**2) / 2
-        return float(np.abs(change).sum() * self.period / (2 * np.pi * ULP * self.action))
-
     @cached_property
     def table(self) -> OrbitTable:
         """One period as polynomials, for many times."""

@@ -20,7 +20,7 @@ def tension(
     length: float, gravity: float, theta: Array, theta_dot: Array, mass: float = MASS
 ) -> Array:
     """T = m L theta'^2 + m g cos theta [N], positive when the rod is pulled; shapes (n,)."""
-    return np.asarray(mass * (length * theta_dot**2 + gravity * np.cos(theta)))
+    return mass * (length * theta_dot**2 + gravity * np.cos(theta))
 
 
 def bob_place(length: float, theta: Array) -> Array:

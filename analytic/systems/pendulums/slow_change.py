@@ -67,7 +67,7 @@ class DampedRotation:
 
     def action(self, times: Array) -> Array:
         """Averaged action [J s] at `times` [s], shape (n,)."""
-        return np.asarray(self.exact(0.0).action * np.exp(-self.xi * times))
+        return self.exact(0.0).action * np.exp(-self.xi * times)
 
     def phase(self, time: float) -> float:
         """Averaged phase [rad] at `time` [s]."""

@@ -25,13 +25,12 @@ QUADRATURE = 64  # Gauss points per segment: its polynomials have degree 30 at m
 @dataclass(frozen=True)
 class Balance:
     """Relative residuals of energy, momentum and angular momentum about the ground's origin, each
-    over the total exchange; `friction_work` and `actuator_work` [J] over the whole motion."""
+    over the total exchange; `friction_work` [J] over the whole motion."""
 
     energy: float
     momentum: float
     angular_momentum: float
     friction_work: float
-    actuator_work: float
 
 
 def actuator_force(body: Mechanics, load: Loading) -> Complex:
@@ -42,7 +41,7 @@ def actuator_force(body: Mechanics, load: Loading) -> Complex:
     spin_up = (load.torque - growth) / at.inertia
     relative = w + 2j * omega * v + 1j * spin_up * r - omega**2 * r
     # Q is at (1 - mu) r from G; the slope pulls at Q too, and that part cancels.
-    return np.asarray(body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative))
+    return body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative)
 
 
 def actuator_power(body: Mechanics, load: Loading) -> Array:
@@ -113,7 +112,7 @@ def balance(motion: ThreePointMotion) -> Balance:
     """Balances of `motion` from its first state to its final rest."""
     finite = [s for s in motion.segments if np.isfinite(s.end)]
     if not finite:
-        return Balance(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Balance(0.0, 0.0, 0.0, 0.0)
     flow, gross, inside = _exchanged(motion, finite)
     before = _totals(motion.body, exchange(motion, finite[0], np.zeros(1))[0])[0]
     after = _totals(motion.body, exchange(motion, finite[-1], np.ones(1))[0])[0]
@@ -127,7 +126,6 @@ def balance(motion: ThreePointMotion) -> Balance:
         momentum=float(np.hypot(*missing[1:3])) / momentum,
         angular_momentum=float(missing[3]) / angular,
         friction_work=float(flow[0]),
-        actuator_work=float(flow[1]),
     )
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, normal_forces
+from plumbob.analytic.systems.capsule import CORNERS, Capsule, normal_forces
 from plumbob.analytic.systems.slider_path import Piece
 
 Complex = npt.NDArray[np.complex128]
@@ -53,9 +53,7 @@ class Configuration:
 
 def mechanics(capsule: Capsule, tilt: tuple[float, float] = (0.0, 0.0)) -> Mechanics:
     """Constants of `capsule` on ground whose slope pulls with `tilt` [m/s^2] along ground axes."""
-    here, x, y = capsule.friction * normal_forces(
-        capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    )
+    here, x, y = capsule.friction * normal_forces(capsule, CORNERS)
     return Mechanics(
         mass=capsule.body_mass + capsule.slider_mass,
         mass_ratio=capsule.mass_ratio,
@@ -92,14 +90,14 @@ def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:
 
 def support_velocities(at: Configuration, point: Complex, omega: Array) -> Complex:
     """Velocities v_i of the supports in body axes [m/s], shape (n, 3), from p and omega, (n,)."""
-    return np.asarray(point[:, None] + 1j * omega[:, None] * at.arms)
+    return point[:, None] + 1j * omega[:, None] * at.arms
 
 
 def sliding_forces(at: Configuration, velocities: Complex) -> Complex:
     """Coulomb forces on sliding supports in body axes [N], shape (n, 3) (Chernousko 2020, eq. 1);
     none where a support is at rest."""
     speeds = np.abs(velocities)
-    return np.asarray(-at.limits * velocities / np.where(speeds > 0.0, speeds, 1.0))
+    return -at.limits * velocities / np.where(speeds > 0.0, speeds, 1.0)
 
 
 def sliding_rates(
@@ -170,7 +168,7 @@ class Slide:
 
     def pace(self, clock: tuple[float, Array]) -> Array:
         """dt/d(sigma) of the `clock`, shape (n,)."""
-        return np.asarray(1.0 / (clock[0] + (1.0 / self.speeds) @ clock[1]))
+        return 1.0 / (clock[0] + (1.0 / self.speeds) @ clock[1])
 
     def rates(self, body: Mechanics, at: Configuration, heading: Array) -> Array:
         """Rates of (p_x, p_y, omega, t) by time, shape (n, 4)."""

@@ -18,7 +18,7 @@ from plumbob.analytic.systems.three_points.equations import (
     support_velocities,
 )
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.analytic.systems.three_points.pivoting import pivot_motion
+from plumbob.analytic.systems.three_points.pivoting import Pivot
 from plumbob.analytic.systems.three_points.rest import needed_wrench
 from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment, com_of
 
@@ -46,8 +46,7 @@ def resting(motion: ThreePointMotion, segment: SmoothSegment, times: Array) -> L
     """Loading of a segment in which the body rests, at local `times` [s], shape (n,)."""
     body, piece = motion.body, motion.piece(segment.piece)
     at = configuration(body, piece, times)
-    first = configuration(body, piece, np.array([segment.start]))
-    com = com_of(body, first, segment.first)
+    com = com_of(body, piece, segment.first)
     heading = np.full(times.size, segment.first.heading)
     force, torque = needed_wrench(body, at, heading)
     return Loading(
@@ -66,16 +65,16 @@ def resting(motion: ThreePointMotion, segment: SmoothSegment, times: Array) -> L
 def moving(motion: ThreePointMotion, segment: SmoothSegment, places: Array) -> Loading:
     """Loading of a segment in which the body moves, at parameters `places`, shape (n,)."""
     assert segment.coefficients is not None
-    body = motion.body
+    body, piece = motion.body, motion.piece(segment.piece)
     px, py, omega, times, heading, x, y = evaluate(segment.coefficients, places).T
-    at = configuration(body, motion.piece(segment.piece), times)
+    at = configuration(body, piece, times)
     velocities = support_velocities(at, px + 1j * py, omega)
     forces = sliding_forces(at, velocities)
     if segment.mode == "pivot":
         velocities[:, segment.support] = 0.0
         forces = sliding_forces(at, velocities)
         sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
-        turning = pivot_motion(body, at, segment.support, sense, omega, heading)
+        turning = Pivot(body, piece, segment.support, sense).motion(at, omega, heading)
         forces[:, segment.support] = turning.needed_force
     elif segment.support >= 0:
         forces[:, segment.support] += _missing(motion, segment, places, at, forces)
@@ -113,20 +112,3 @@ def _missing(
     push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
     pull = body.tilt * np.exp(-1j * heading)
     return np.asarray(body.mass * (push - pull) - forces.sum(axis=1))
-
-
-def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:
-    """Loadings at `times` [s], shape (n,): for each segment that contains some of them, those times
-    and its loading."""
-    times = np.atleast_1d(np.asarray(times, dtype=np.float64))
-    which = np.clip(np.searchsorted(motion.begins, times, side="right") - 1, 0, None)
-    loadings = []
-    for index in np.unique(which):
-        segment, instants = motion.segments[index], times[which == index]
-        local = instants - motion.path.breakpoints[segment.piece]
-        if segment.coefficients is None:
-            loadings.append((instants, resting(motion, segment, local)))
-        else:
-            inside = np.clip(local, segment.start, segment.end)
-            loadings.append((instants, moving(motion, segment, segment.parameter(inside))))
-    return loadings

@@ -24,7 +24,7 @@ from plumbob.analytic.systems.three_points.equations import (
     mechanics,
 )
 from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
-from plumbob.analytic.systems.three_points.pivoting import pivot, pivot_motion
+from plumbob.analytic.systems.three_points.pivoting import Pivot, pivot
 from plumbob.analytic.systems.three_points.rest import (
     EDGE,
     Onset,
@@ -154,7 +154,7 @@ def _resting(
     segments = [resting] if end > state.time else []
     if not np.isfinite(end):
         return segments, now, True
-    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    com = com_of(body, piece, state)
     state = at_rest(body, piece, end, state.heading, com)
     if broken is None:
         return segments, Now(state, "rest"), True
@@ -165,7 +165,8 @@ def _pivoting(
     body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
 ) -> Phase:
     """Pivot until the turning stops or the support slips."""
-    turned = pivot(body, piece, number, duration, now.state, now.support, now.sense, accuracy)
+    turning = Pivot(body, piece, now.support, now.sense)
+    turned = pivot(turning, number, duration, now.state, accuracy)
     state = turned.state
     if turned.ending == "time":
         return turned.segments, Now(state, "pivot", now.support, now.sense), True
@@ -275,12 +276,13 @@ def _with_one_at_rest(
     while it sticks, else a slide."""
     at = configuration(body, piece, np.array([state.time]))
     omega, sense = np.array([state.omega]), float(np.sign(state.omega))
-    motion = pivot_motion(body, at, support, sense, omega, np.array([state.heading]))
+    turning = Pivot(body, piece, support, sense)
+    motion = turning.motion(at, omega, np.array([state.heading]))
     rate = float(motion.omega_rate[0])
     if ramp:
         at = configuration(body, piece, np.array([state.time + ramp]))
         heading = np.array([state.heading + ramp * state.omega])
-        motion = pivot_motion(body, at, support, sense, omega + ramp * rate, heading)
+        motion = turning.motion(at, omega + ramp * rate, heading)
     needed, limit = complex(motion.needed_force[0]), float(at.limits[0, support])
     if abs(needed) <= limit * (1.0 + EDGE):
         return Now(state, "pivot", support, sense)
@@ -292,8 +294,8 @@ def _with_one_at_rest(
 def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> float:
     """Time [s] in which the turning about `support` would stop at its present rate of change."""
     at = configuration(body, piece, np.array([state.time]))
-    omega, sense = np.array([state.omega]), float(np.sign(state.omega))
-    motion = pivot_motion(body, at, support, sense, omega, np.array([state.heading]))
+    turning = Pivot(body, piece, support, float(np.sign(state.omega)))
+    motion = turning.motion(at, np.array([state.omega]), np.array([state.heading]))
     return abs(state.omega / float(motion.omega_rate[0]))
 
 
@@ -318,14 +320,14 @@ def _leave_later(
     if support is not None:
         return now
     # The load only touched the limit: the body stays at rest from a little later on.
-    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    com = com_of(body, piece, state)
     later = state.time + LATER * horizon
     return Now(at_rest(body, piece, later, state.heading, com), "rest")
 
 
 def _stopped(body: Mechanics, piece: Piece, state: State) -> Now:
     """The mode that follows where the body has come to rest."""
-    com = com_of(body, configuration(body, piece, np.array([state.time])), state)
+    com = com_of(body, piece, state)
     return _from_rest(body, piece, at_rest(body, piece, state.time, state.heading, com), 0.0)
 
 

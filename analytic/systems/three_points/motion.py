@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.capsule_motion import MotionKind
+from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import Complex, Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import (
@@ -50,7 +50,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class ThreePointMotion:
+class ThreePointMotion(SingleMotion):
     """An exact motion, in segments of one mode each, and the events between them.
 
     `integrated` gives the segments, at less cost where it is given those of a motion that is nearly
@@ -65,8 +65,6 @@ class ThreePointMotion:
     coarser: Callable[[], ThreePointMotion]
     near: ThreePointMotion | None = None
     kind: ClassVar[MotionKind] = "plane"
-    count: ClassVar[int] = 1
-    period: ClassVar[float] = np.inf
 
     @cached_property
     def segments(self) -> Segments:
@@ -89,11 +87,6 @@ class ThreePointMotion:
         """The same motion, to be computed at less cost from one that is `known` and nearly the
         same; it agrees with this one to their errors."""
         return replace(self, near=known)
-
-    @property
-    def single(self) -> ThreePointMotion:
-        """Itself."""
-        return self
 
     @property
     def sliding_time(self) -> float:
@@ -161,8 +154,8 @@ class ThreePointMotion:
 
     def _resting(self, segment: SmoothSegment) -> tuple[complex, float]:
         """Place of C [m] and heading [rad] of a segment at rest."""
-        at = configuration(self.body, self.piece(segment.piece), np.array([segment.start]))
-        return com_of(self.body, at, segment.first), segment.first.heading
+        com = com_of(self.body, self.piece(segment.piece), segment.first)
+        return com, segment.first.heading
 
     def _moving(
         self, met: list[int], which: Indices, local: Array

@@ -63,8 +63,9 @@ class PivotMotion:
 
 
 @dataclass(frozen=True)
-class _Pivot:
-    """A pivot about `support` in the direction `sense` during one piece of the slider's path."""
+class Pivot:
+    """A pivot about `support` in the direction `sense`, the sign of the turning, which decides the
+    friction where it has no rate, during one piece of the slider's path."""
 
     body: Mechanics
     piece: Piece
@@ -76,15 +77,39 @@ class _Pivot:
 
     def about(self, at: Configuration) -> tuple[Complex, Array]:
         """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
-        return _about(self.body, at, self.support)
+        body, support = self.body, self.body.supports[self.support]
+        arm = at.position - support
+        slider = body.mass * body.mass_ratio
+        inertia = body.body_inertia + (body.mass - slider) * abs(support) ** 2
+        return arm, inertia + slider * np.abs(arm) ** 2
 
     def moment(self, at: Configuration, heading: Array) -> Array:
-        """Moment about A_i [N m], shape (n,), see `_moment`."""
-        return _moment(self.body, at, self.support, self.sense, heading)
+        """Moment about A_i of sliding friction and slope [N m], shape (n,)."""
+        body = self.body
+        distances = np.abs(body.supports - body.supports[self.support])
+        moment = -self.sense * at.limits @ distances
+        if body.tilt:
+            pull = body.mass * body.tilt * np.exp(-1j * heading)
+            moment = moment - cross(at.arms[:, self.support], pull)
+        return np.asarray(moment)
 
     def motion(self, at: Configuration, omega: Array, heading: Array) -> PivotMotion:
-        """See `pivot_motion`."""
-        return pivot_motion(self.body, at, self.support, self.sense, omega, heading)
+        """Motion, and the friction force at the support at rest, while the body turns at `omega`
+        [rad/s], shape (n,), with `heading` [rad], shape (n,)."""
+        body, mu = self.body, self.body.mass_ratio
+        (arm, inertia), slider = self.about(at), body.mass * mu
+        growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
+        moment = self.moment(at, heading)
+        rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / inertia
+        to_centre = -at.arms[:, self.support]
+        acceleration = (1j * rate - omega**2) * to_centre + mu * (
+            2j * omega * at.velocity + at.acceleration
+        )
+        levers = body.supports - body.supports[self.support]
+        levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
+        others = -1j * self.sense * at.limits @ levers
+        pull = body.mass * body.tilt * np.exp(-1j * heading)
+        return PivotMotion(rate, 1j * omega * to_centre, body.mass * acceleration - others - pull)
 
     def margins(self, coefficients: Array, places: Array) -> tuple[Array, Array]:
         """Turning speed [rad/s] and how far |F_i| is below its limit [N] at `places` of an element,
@@ -115,21 +140,13 @@ class _Event:
 
 
 def pivot(
-    body: Mechanics,
-    piece: Piece,
-    number: int,
-    duration: float,
-    state: State,
-    support: int,
-    sense: float,
-    accuracy: Accuracy,
+    turning: Pivot, number: int, duration: float, state: State, accuracy: Accuracy
 ) -> Pivoted:
-    """Turn about `support` in the direction `sense` from `state` until the turning stops, the
-    support slips, or `duration` [s] of piece `number` is over.
+    """Turn about a support from `state` until the turning stops, the support slips, or `duration`
+    [s] of piece `number` is over.
 
     Raises RuntimeError if no step is small enough.
     """
-    turning = _Pivot(body, piece, support, sense)
     segments: list[SmoothSegment] = []
     size = _first_size(turning, state, duration - state.time)
     while len(segments) < ELEMENTS:
@@ -154,49 +171,7 @@ def pivot(
     raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
 
 
-def pivot_motion(
-    body: Mechanics, at: Configuration, support: int, sense: float, omega: Array, heading: Array
-) -> PivotMotion:
-    """Motion, and the friction force at the support at rest, while the body turns at `omega`
-    [rad/s], shape (n,), about `support`, with `heading` [rad], shape (n,); `sense` is the sign of
-    the turning, which decides the friction where omega is 0."""
-    arm, inertia = _about(body, at, support)
-    slider = body.mass * body.mass_ratio
-    growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
-    moment = _moment(body, at, support, sense, heading)
-    rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / inertia
-    to_centre, mu = -at.arms[:, support], body.mass_ratio
-    acceleration = (1j * rate - omega**2) * to_centre + mu * (
-        2j * omega * at.velocity + at.acceleration
-    )
-    levers = body.supports - body.supports[support]
-    levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
-    others = -1j * sense * at.limits @ levers
-    pull = body.mass * body.tilt * np.exp(-1j * heading)
-    return PivotMotion(rate, 1j * omega * to_centre, body.mass * acceleration - others - pull)
-
-
-def _about(body: Mechanics, at: Configuration, support: int) -> tuple[Complex, Array]:
-    """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
-    arm = at.position - body.supports[support]
-    slider = body.mass * body.mass_ratio
-    inertia = body.body_inertia + (body.mass - slider) * abs(body.supports[support]) ** 2
-    return arm, inertia + slider * np.abs(arm) ** 2
-
-
-def _moment(
-    body: Mechanics, at: Configuration, support: int, sense: float, heading: Array
-) -> Array:
-    """Moment about A_i of sliding friction and slope [N m], shape (n,)."""
-    distances = np.abs(body.supports - body.supports[support])
-    moment = -sense * at.limits @ distances
-    if body.tilt:
-        pull = body.mass * body.tilt * np.exp(-1j * heading)
-        moment = moment - cross(at.arms[:, support], pull)
-    return np.asarray(moment)
-
-
-def _first_size(turning: _Pivot, state: State, remaining: float) -> float:
+def _first_size(turning: Pivot, state: State, remaining: float) -> float:
     """Length of the first element [s]: the rest of the piece or, where that has no end, more than
     friction needs to stop the turning."""
     if np.isfinite(remaining):
@@ -207,7 +182,7 @@ def _first_size(turning: _Pivot, state: State, remaining: float) -> float:
 
 
 def _element(
-    turning: _Pivot, accuracy: Accuracy, state: State, size: float, smallest: float, number: int
+    turning: Pivot, accuracy: Accuracy, state: State, size: float, smallest: float, number: int
 ) -> _Element:
     """The element from `state` of `size` [s], halved until its truncation error is within the
     tolerance. Raises RuntimeError where it would be below `smallest` [s]."""
@@ -220,7 +195,7 @@ def _element(
             raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
 
 
-def _solved(turning: _Pivot, accuracy: Accuracy, state: State, size: float) -> _Element:
+def _solved(turning: Pivot, accuracy: Accuracy, state: State, size: float) -> _Element:
     """The element from `state` over `size` [s]."""
     rule, here = accuracy.rule, turning.at(np.array([state.time]))
     at = turning.at(state.time + size * rule.nodes)
@@ -244,7 +219,7 @@ def _solved(turning: _Pivot, accuracy: Accuracy, state: State, size: float) -> _
 
 
 def _turned(
-    turning: _Pivot,
+    turning: Pivot,
     accuracy: Accuracy,
     state: State,
     size: float,
@@ -268,7 +243,7 @@ def _turned(
     return omega, heading, float((np.abs(moment) / inertia).max())
 
 
-def _first_event(turning: _Pivot, element: _Element, state: State) -> _Event:
+def _first_event(turning: Pivot, element: _Element, state: State) -> _Event:
     """The first event of an element that begins at `state`: the turning stops, the support slips,
     or neither."""
     places = np.linspace(0.0, 1.0, SAMPLES)
@@ -308,7 +283,7 @@ def _crossing(
 
 
 def _segment(
-    turning: _Pivot, number: int, begin: float, end: float, element: _Element, last: float
+    turning: Pivot, number: int, begin: float, end: float, element: _Element, last: float
 ) -> SmoothSegment:
     """The part of an element from local time `begin` to `end` [s], up to the place `last`."""
     first = state_at(element.coefficients, 0.0)

@@ -10,7 +10,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     Capsule,
     by_support,
@@ -59,7 +59,7 @@ class PlaneMotion(Protocol):
 
 
 @dataclass(frozen=True)
-class PlaneReference:
+class PlaneReference(LinearResponse):
     """Observables of a motion in the plane: C starts at the origin, with heading 0."""
 
     motion: PlaneMotion
@@ -135,10 +135,6 @@ class PlaneReference:
         """The same motion, to be computed at less cost from one that is `known` and nearly the
         same."""
         return replace(self, motion=self.motion.beside(known.motion.single))
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """None: no expansion of the error is claimed."""
-        return 0.0
 
     @property
     def begun(self) -> Start:

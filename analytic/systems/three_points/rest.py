@@ -66,7 +66,7 @@ def lowest(
         slope = float(gradient @ step)
         if -slope <= 1e-15 * (abs(height) + float(limits @ norms)):
             # The gain is below round-off; the step is still taken, since it squares the error.
-            return np.asarray(y + step)
+            return y + step
         fraction = 1.0
         while fraction > 1e-12:
             trial = y + fraction * step

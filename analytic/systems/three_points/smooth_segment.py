@@ -73,17 +73,6 @@ class SmoothSegment:
     last: float = 1.0
     solution: Solution | None = None
 
-    def parameter(self, times: Array) -> Array:
-        """The parameter at local `times` [s], shape (n,)."""
-        assert self.coefficients is not None
-        clock = self.coefficients[:, 3]
-        return monotone_root(clock, times, self.last)
-
-    def states(self, times: Array) -> Array:
-        """The seven quantities at local `times` [s], shape (n, 7)."""
-        assert self.coefficients is not None
-        return evaluate(self.coefficients, self.parameter(times))
-
 
 def states_of(segments: Sequence[SmoothSegment], which: Indices, times: Array) -> Array:
     """The seven quantities at local `times` [s], each of the segment with the number in `which`,
@@ -182,8 +171,9 @@ def at_rest(body: Mechanics, piece: Piece, time: float, heading: float, com: com
     return State(time, 0j, 0.0, heading, complex(place))
 
 
-def com_of(body: Mechanics, at: Configuration, state: State) -> complex:
-    """Place of C on the ground [m] in `state`, with the slider as in `at` (one time)."""
+def com_of(body: Mechanics, piece: Piece, state: State) -> complex:
+    """Place of C on the ground [m] in `state` of a `piece`."""
+    at = configuration(body, piece, np.array([state.time]))
     arm = body.mass_ratio * complex(at.position[0]) * np.exp(1j * state.heading)
     return complex(state.place - arm)
 

@@ -7,22 +7,19 @@ that of a reflected inertia so large that no load moves it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
 from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase, SecondRun
-from plumbob.engines.adapters.hinged_body import PENDULUMS, hinged_body, model_errors
-from plumbob.engines.adapters.three_feet import CAPSULE
+from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error_on_platform
+from plumbob.engines.adapters.three_feet import CAPSULE, scheme
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
-CONTACTS = Scheme("euler with contacts")  # without a theory here
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
 SMALLEST = 1e-9  # accuracy of the integrators
-PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load
 SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
 LINE_AND_COAST = (*SOLVERS, "capsule-coast/spin", "capsule-coast/edge", "capsule-hold/unloading")
 
@@ -77,20 +74,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return pendulum.discrete(case, step)
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Errors from the moment of inertia of a bob that should be a point, and from a platform's
-    reflected inertia, which is finite."""
-    inertia = None
-    if case.system.family == "cone_pendulum":
-        inertia = PLATFORM_RATIO * hinged_body(case).platform_load
-    return model_errors(case, inertia)
-
-
-def scheme(case: Case, method: Method) -> Scheme:
-    """Semi-implicit Euler where there are no contacts."""
-    return CONTACTS if case.system.family == CAPSULE else method.scheme
-
-
 def confirming(method: Method) -> tuple[Method, float]:
     """The method itself at its smallest accuracy."""
     return method, SMALLEST
@@ -108,7 +91,7 @@ ENGINE = Engine(
     "pydrake",
     METHODS,
     prepare,
-    model_error,
+    model_error_on_platform,
     optional=True,
     abilities=(SchemeOfCase(scheme), SecondRun(confirming), ModelReader(model_fields)),
 )

@@ -22,13 +22,14 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepping import BROKEN, advancing, simulator_of, spatial_inertia
-from plumbob.engines.adapters.stepping import Built, Read, stepped
+from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     FOOT_RADIUS,
     POINT,
     Pose,
     ThreeFeet,
-    nearest_turn,
+    gravity,
+    start_velocity,
     three_feet,
 )
 from plumbob.engines.method import Method, Simulation
@@ -67,7 +68,7 @@ class _Standing:
         plant_context = self.plant.GetMyMutableContextFromRoot(context)
         leaning = RotationMatrix(Quaternion(attitude / np.linalg.norm(attitude)))
         self.plant.SetFreeBodyPose(plant_context, self.shell, RigidTransform(turn @ leaning, place))
-        rates = SpatialVelocity([0.0, 0.0, setup.heading_rate], [*body.velocity, 0.0])
+        rates = SpatialVelocity([0.0, 0.0, setup.heading_rate], [*start_velocity(setup), 0.0])
         self.plant.SetFreeBodySpatialVelocity(plant_context, self.shell, rates)
         if self.joints:
             begun = body.slider_velocity(np.zeros(1))[0].tolist()
@@ -75,25 +76,17 @@ class _Standing:
                 joint.set_translation_rate(plant_context, value)
         return context
 
-    def reading(self, body: ThreeFeet, simulator: Any) -> Read:
-        """A function that reads the observables from the simulator's context."""
-        latest = [body.setup.heading]
-
-        def read() -> Mapping[str, float]:
-            plant_context = self.plant.GetMyContextFromRoot(simulator.get_context())
-            pose = self.plant.EvalBodyPoseInWorld(plant_context, self.shell)
-            rates = self.plant.EvalBodySpatialVelocityInWorld(plant_context, self.shell)
-            turned, (x, y, z) = pose.rotation().matrix(), pose.translation().tolist()
-            vx, vy, _ = rates.translational().tolist()
-            latest[0] = nearest_turn(math.atan2(turned[1, 0], turned[0, 0]), latest[0])
-            slid = [float(joint.get_translation(plant_context)) for joint in self.joints]
-            pace = [float(joint.get_translation_rate(plant_context)) for joint in self.joints]
-            planar_pose = Pose(
-                (x, y), (vx, vy), latest[0], float(rates.rotational()[2]), z, *slid[:1], *pace[:1]
-            )
-            return {**body.observed(planar_pose), "height": z}
-
-        return read
+    def pose(self, simulator: Any) -> Pose:
+        """The pose in the simulator's context."""
+        context = self.plant.GetMyContextFromRoot(simulator.get_context())
+        pose = self.plant.EvalBodyPoseInWorld(context, self.shell)
+        rates = self.plant.EvalBodySpatialVelocityInWorld(context, self.shell)
+        turned, (x, y, z) = pose.rotation().matrix(), pose.translation().tolist()
+        vx, vy, _ = rates.translational().tolist()
+        slid = [float(joint.get_translation(context)) for joint in self.joints[:1]]
+        pace = [float(joint.get_translation_rate(context)) for joint in self.joints[:1]]
+        heading = math.atan2(turned[1, 0], turned[0, 0])
+        return Pose((x, y), (vx, vy), heading, float(rates.rotational()[2]), z, *slid, *pace)
 
 
 def _standing(
@@ -168,12 +161,11 @@ def _capsule(body: ThreeFeet, method: Method, step: float, steps: int) -> Built:
         body,
         method.settings,
         step,
-        body.gravity,
+        gravity(body.setup),
         body.accelerations(0, steps, step) if body.tracks else np.zeros((0, 0)),
     )
     simulator = simulator_of(standing.diagram, standing.start(body, _rest(body, method.settings)))
-    read = standing.reading(body, simulator)
-    return Built(advancing(simulator, step), read, body.limits, frozenset({"height"}))
+    return body.built(advancing(simulator, step), partial(standing.pose, simulator))
 
 
 def _rest(body: ThreeFeet, settings: Mapping[str, Any]) -> tuple[Array, Array]:

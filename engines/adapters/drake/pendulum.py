@@ -16,7 +16,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Sine
 
-from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.adapters.drake.stepping import (
     BROKEN,
     ErrorControlledSimulation,
@@ -25,11 +24,9 @@ from plumbob.engines.adapters.drake.stepping import (
     spatial_inertia,
 )
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
-from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.adapters.stepping import Built, relative_tolerance, stepped
 from plumbob.engines.method import Method, Simulation
 from plumbob.models.scene import Case
-
-PLATFORM_RATIO = 1e15  # of a platform's reflected inertia to its load
 
 
 def discrete(case: Case, step: float) -> Simulation:
@@ -77,7 +74,7 @@ def _hinged(body: HingedBody, step: float) -> _Hinged:
             tree.RevoluteJoint("platform", plant.world_frame(), parent.body_frame(), [0, 0, 1])
         )
         motor = plant.AddJointActuator("platform", platform)
-        motor.set_default_rotor_inertia(PLATFORM_RATIO * body.platform_load)
+        motor.set_default_rotor_inertia(body.platform_inertia)
         motor.set_default_gear_ratio(1.0)
     centre = np.array([0.0, 0.0, -body.arm])
     bob = plant.AddRigidBody("bob", spatial_inertia(body.mass, centre, body.moments))
@@ -112,9 +109,7 @@ def _discrete_pendulum(body: HingedBody, step: float) -> Built:
 def error_controlled(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
     """The continuous plant of a pendulum's case with the integrator that `method` names, at an
     accuracy of at least the `smallest`; raises ParameterError."""
-    if not smallest <= positive("step", accuracy) < 1.0:
-        wanted = f"a relative tolerance from {smallest:.1e} to below 1"
-        raise ParameterError("step", accuracy, wanted)
+    relative_tolerance(accuracy, smallest)
     begin = time.perf_counter()
     hinged = _hinged(hinged_body(case), 0.0)
     seconds = time.perf_counter() - begin

@@ -5,7 +5,7 @@ Every function imports MuJoCo, or the module that needs it, when it is called.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ from plumbob.engines.abilities import (
     UserSettings,
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, ModelError, Simulation
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.models.scene import Case
@@ -43,7 +43,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return compiled(case, method, step)
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on the model's error of each observable, by reason; raises Unsupported."""
     from plumbob.engines.adapters.mujoco.translation import builder
 

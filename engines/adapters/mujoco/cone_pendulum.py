@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,9 @@ import numpy as np
 from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.divergence import BEYOND, possible_speed
+from plumbob.engines.adapters.divergence import limits_on_platform
 from plumbob.engines.adapters.mujoco.translation import Named, Recorder, Translation, read
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 
 # Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
 # the last bit, and the error that the armature adds stays below the round-off of double precision.
@@ -36,13 +36,12 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
     for shown in (*spec.geoms, *spec.meshes):  # without effect: cheaper steps
         spec.delete(shown)
-    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
     return Translation(
         spec,
         qpos=np.array([0.0, finite("theta", problem.theta)]),
         qvel=np.array([problem.platform_rate, finite("theta_dot", problem.theta_dot)]),
         observe=_observe,
-        limits={"theta_dot": BEYOND * speed},
+        limits=limits_on_platform(problem),
         control=control,
         probe=_energies if settings.get("reads_energy") else None,
     )
@@ -111,9 +110,7 @@ def armature(problem: Any) -> float:
     return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * load_inertia(problem))))
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Errors from the platform's finite armature over `duration` [s]: it does not quite keep its
     rate."""
     theta, theta_dot = platform_error(problem.started, duration, armature(problem))

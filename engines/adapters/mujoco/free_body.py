@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,10 @@ from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, 
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.divergence import BEYOND
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method, Unsupported
 
+model_error = no_error
 SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
 
 
@@ -51,13 +52,6 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     spec.body("body").inertia = list(problem.inertia)
     spec.key("start").qvel = [0.0, 0.0, 0.0, *problem.angular_velocity]
     return spec
-
-
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
-    """Nothing: the model is the body itself."""
-    return {}
 
 
 def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:

@@ -5,20 +5,17 @@ The linear one has the same hinge, with a spring in place of gravity, and no for
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.added_inertia import bob_error
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits
+from plumbob.engines.adapters.hinged_body import bob_errors
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
-from plumbob.engines.method import Method
-
-POINT = 1e-15  # [kg m^2] of the bob: the least moment of inertia that MuJoCo takes
+from plumbob.engines.method import Method, ModelError
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
@@ -72,12 +69,9 @@ def _first_coefficient(template: Any, value: float) -> Any:
     return [value, *[0.0] * (len(template) - 1)]
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Errors over `duration` [s] from the moment of inertia of the bob, which should be a point."""
-    bounds = bob_error(problem, duration, POINT / (problem.mass * problem.length**2))
-    return {name: {"moment of inertia of the bob": bound} for name, bound in bounds.items()}
+    return bob_errors(problem, duration)
 
 
 def _tension(sensors: Array) -> tuple[Named, Named]:

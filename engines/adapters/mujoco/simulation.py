@@ -60,22 +60,17 @@ class MujocoSimulation:
             return trajectory
         nq, nv = self.model.nq, self.model.nv
         qpos, qvel = kept.states[:, 1 : 1 + nq], kept.states[:, 1 + nq : 1 + nq + nv]
-        observables, channels = self.translation.observe(qpos, qvel)
-        if self.translation.sensors is not None:
-            with options.collected():  # as the run's own
-                data = sensor_data(self.model, self.data, kept.states, self._held(kept.steps))
-            read = self.translation.sensors(data)
-            observables, channels = {**observables, **read[0]}, {**channels, **read[1]}
-        if self.translation.probe is not None:
-            with options.collected():  # as the run's own
-                probed = probe_readings(
-                    self.model,
-                    self.data,
-                    kept.states,
-                    self._held(kept.steps),
-                    self.translation.probe,
-                )
-            observables, channels = {**observables, **probed[0]}, {**channels, **probed[1]}
+        readings, held = [self.translation.observe(qpos, qvel)], self._held(kept.steps)
+        with options.collected():  # as the run's own
+            if self.translation.sensors is not None:
+                data = sensor_data(self.model, self.data, kept.states, held)
+                readings.append(self.translation.sensors(data))
+            if (probe := self.translation.probe) is not None:
+                readings.append(probe_readings(self.model, self.data, kept.states, held, probe))
+        observables, channels = (
+            {name: values for part in parts for name, values in part.items()}
+            for parts in zip(*readings, strict=True)
+        )
         trajectory = replace(trajectory, observables=observables, channels=channels)
         return within(trajectory, self.translation.limits)
 

@@ -12,7 +12,7 @@ import mujoco
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import System
 
@@ -67,9 +67,7 @@ class Builder(Protocol):
         """The model with everything that `mjcf` has, visual parts included."""
         ...
 
-    def model_error(
-        self, problem: Any, duration: float, method: Method, step: float
-    ) -> Mapping[str, Mapping[str, float]]:
+    def model_error(self, problem: Any, duration: float, method: Method, step: float) -> ModelError:
         """Bounds on what the model adds to each observable over `duration` [s], by reason."""
         ...
 

@@ -3,10 +3,9 @@ three of scipy's adaptive ones."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.abilities import SecondRun
+from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
 
@@ -21,11 +20,6 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     from plumbob.engines.adapters.ode.simulation import prepared
 
     return prepared(case, method, step)
-
-
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
-    """Nothing: an equation of motion is the system itself."""
-    return {}
 
 
 def confirming(method: Method) -> tuple[Method, float]:
@@ -49,4 +43,4 @@ METHODS = (
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),
 )
-ENGINE = Engine("ode", "scipy", METHODS, prepare, model_error, abilities=(SecondRun(confirming),))
+ENGINE = Engine("ode", "scipy", METHODS, prepare, no_error, abilities=(SecondRun(confirming),))

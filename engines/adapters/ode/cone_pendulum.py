@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from plumbob.analytic.parameters import finite
-from plumbob.engines.adapters.divergence import BEYOND, possible_speed
+from plumbob.engines.adapters.divergence import limits_on_platform, possible_speed
 from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.method import Method
 
@@ -32,7 +32,6 @@ def build(problem: Any, method: Method) -> Equation:
     def without_symmetry(time: float, theta: float, theta_dot: float) -> float:
         return acceleration(time, theta, theta_dot) + product * cos(2 * theta)
 
-    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
     undamped = without_symmetry if product else acceleration
     damping_rate: float = method.settings.get("axle_damping_rate", 0.0)  # [1/s]
 
@@ -43,7 +42,7 @@ def build(problem: Any, method: Method) -> Equation:
         damped if damping_rate else undamped,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
-        speed,
+        possible_speed(problem.motion.rotor, problem.theta_dot),
         damping_rate=damping_rate,
-        limits={"theta_dot": BEYOND * speed},
+        limits=limits_on_platform(problem),
     )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from plumbob.engines.abilities import Settings, SettingsToPaste
 from plumbob.engines.adapters.pymunk.methods import METHODS
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, ModelError, Simulation
 from plumbob.models.scene import Case
 
 
@@ -18,7 +16,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return prepared(case, method, step)
 
 
-def model_error(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on what the model adds to each observable, by reason; raises Unsupported."""
     from plumbob.engines.adapters.pymunk.simulation import builder
 

@@ -28,7 +28,7 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import NORMAL_FORCES, Capsule, normal_forces
+from plumbob.analytic.systems.capsule import CORNERS, NORMAL_FORCES, Capsule, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import (
     NO_TURNING,
@@ -42,7 +42,6 @@ from plumbob.engines.adapters.pymunk.assembly import (
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
 LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
 NO_CLOSING = 1.0  # error_bias of a joint that closes nothing
-CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # [m] from C
 SetLimits = Callable[[float, float], None]
 """Sets the friction limits for a slider at (x, y) from C [m, body axes]."""
 Read = Callable[[], Mapping[str, float]]

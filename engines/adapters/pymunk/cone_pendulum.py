@@ -15,9 +15,12 @@ from typing import Any
 
 import pymunk
 
-from plumbob.engines.adapters.divergence import BEYOND, possible_speed
+from plumbob.engines.adapters.divergence import limits_on_platform
 from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
+
+model_error = no_error  # the torque is that of the equation of motion
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -55,13 +58,5 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     def read() -> Mapping[str, float]:
         return {"theta": wheel.angle, "theta_dot": wheel.angular_velocity}
 
-    speed = possible_speed(problem.motion.rotor, problem.theta_dot)
-    limits = {"theta_dot": BEYOND * speed}
-    return Translation(space, read, push if before else None, limits=limits)
-
-
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
-    """Nothing: the torque is that of the equation of motion."""
-    return {}
+    act = push if before else None
+    return Translation(space, read, act, limits=limits_on_platform(problem))

@@ -44,21 +44,16 @@ METHODS = (
     Method(
         "pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-pendulum",)
     ),
-    Method(
-        "pymunk/feet",
-        EULER_STEP,
-        1,
-        settings={"model": "feet", "iterations": 50},
-        kinds=(ON_SUPPORTS,),
-        surrogate=ABOVE,
-    ),
-    Method(
-        "pymunk/pivots",
-        EULER_STEP,
-        1,
-        settings={"model": "pivots", "iterations": 50},
-        kinds=(ON_SUPPORTS,),
-        surrogate=ABOVE,
+    *(
+        Method(
+            f"pymunk/{model}",
+            EULER_STEP,
+            1,
+            settings={"model": model, "iterations": 50},
+            kinds=(ON_SUPPORTS,),
+            surrogate=ABOVE,
+        )
+        for model in ("feet", "pivots")
     ),
     Method(
         "pymunk/side",

@@ -14,7 +14,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import opening_er
 from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, MOMENT
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -22,9 +22,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     return _on_a_spring(problem) if problem.linear else _on_a_rod(problem.started, method, step)
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
     less, and what the rounding of the joint's opening makes, across the rod that of the rate. On
     the spring nothing: the body's moment of inertia is that of the bob about the axis."""

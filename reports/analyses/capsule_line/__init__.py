@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.capsule_line.contacts import CHATTER, ISOTROPY, LOAD_ERRORS
+from plumbob.reports.analyses.capsule_line.contacts import CHATTER, LOAD_ERRORS
 from plumbob.reports.analyses.capsule_line.displacement import ERRORS, SAWTOOTH
 from plumbob.reports.analyses.capsule_line.drive import DRIVE
 from plumbob.reports.analyses.capsule_line.fidelity import HEIGHTS, MOMENTUM, SAVING
 from plumbob.reports.analyses.capsule_line.hard import HARD
+from plumbob.reports.analyses.capsule_line.headings import ISOTROPY
 from plumbob.reports.analyses.capsule_line.source import ANY_LINE, FIGURE_2, MISPRINTS
 from plumbob.reports.analyses.capsule_line.source_text import SOURCE
 from plumbob.reports.analyses.capsule_line.tipping import TIPPING

@@ -1,15 +1,14 @@
-"""Contacts: chatter of the default ones, dependence on heading, normal forces."""
+"""Contacts: chatter of the default ones, and normal forces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
@@ -18,7 +17,6 @@ from plumbob.reports.analyses.contact_terms import LOADS
 from plumbob.reports.analyses.measurements import (
     LINE,
     case,
-    displacement_error,
     end_error,
     problem,
     recordings,
@@ -30,11 +28,8 @@ from plumbob.reports.view.content import Claim
 DEFAULT, CONVERGENT = "mujoco/euler", "mujoco/euler+coulomb"
 STEPS = (1e-3, 1e-4)  # [s]; the figures are at the finer one
 FLOOR = 1e-14  # [m] where a vertical displacement of zero is drawn
-TURNED = ("mujoco/euler", "mujoco/euler+elliptic", "mujoco/euler+coulomb", "pymunk/feet")
-HEADINGS, ALL_HEADINGS = (0, 30, 105, 225), tuple(range(0, 360, 15))  # [degrees]; quick, full
 STATICS, STATICS_STEP = "capsule-line/at-123", 1e-4
 STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
-ALIKE_AT_ALL = 1e-4  # of the displacement: headings that differ by less do not tell
 CHATTERS = 1e-3  # of the samples: a contact is missing in many times that
 TRUSTED = 1e-3  # of a normal force: what is nearer to statics can be trusted
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
@@ -62,38 +57,6 @@ class Chatter:
     """Default and convergent contacts, each at both steps."""
 
     contacts: tuple[ContactRun, ...]
-
-
-@dataclass(frozen=True)
-class Headings:
-    """Relative errors of the displacement over the headings, of a method at a step."""
-
-    method: str
-    step: float  # [s]
-    errors: Array
-    spread: float
-
-
-@dataclass(frozen=True)
-class HeadingError:
-    """A heading and the size of the error along it."""
-
-    angle: int  # [degrees]
-    size: float  # relative
-    off_axis: int  # angle to the nearest axis of the friction pyramid [degrees]
-
-
-@dataclass(frozen=True)
-class Isotropy:
-    """Errors over the headings of a scene that is turned as a whole."""
-
-    angles: tuple[int, ...]  # [degrees]
-    step: float  # [s], of the figure and the texts
-    every: tuple[Headings, ...]
-    best: HeadingError | None  # with default contacts
-    worst: HeadingError | None
-    default_spread: float | None
-    convergent_spread: float | None
 
 
 @dataclass(frozen=True)
@@ -151,61 +114,6 @@ def _chatters(numbers: Chatter) -> Sequence[Claim]:
     )
 
 
-def _turned(profile: str) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Headings [degrees] and steps [s] of a profile."""
-    return (ALL_HEADINGS, (1e-3, 1e-4)) if profile == "full" else (HEADINGS, (1e-3,))
-
-
-def _at_heading(angle: int) -> str:
-    return f"capsule-line/heading-{angle:03d}"
-
-
-def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The headings of the profile, in every method compared."""
-    angles, steps = _turned(plan.profile)
-    return runs(map(_at_heading, angles), TURNED, steps)
-
-
-def isotropy(study: Study) -> Isotropy | None:
-    """Relative error of the displacement at each heading, and its spread."""
-    angles, steps = _turned(study.profile)
-    errors = {pair: _over_headings(study, angles, *pair) for pair in product(TURNED, steps)}
-    every = tuple(
-        Headings(*pair, sizes, float(np.ptp(sizes)))
-        for pair, sizes in errors.items()
-        if np.isfinite(sizes).all()
-    )
-    spreads = {headings.method: headings.spread for headings in every if headings.step == steps[0]}
-    best, worst = _ends(angles, np.abs(errors[DEFAULT, steps[0]]))
-    default, convergent = spreads.get(DEFAULT), spreads.get(CONVERGENT)
-    return Isotropy(angles, steps[0], every, best, worst, default, convergent) if every else None
-
-
-def _over_headings(study: Study, angles: Sequence[int], method: str, step: float) -> Array:
-    """Relative errors of the displacement at these headings; NaN where it did not run."""
-    errors = [displacement_error(study, _at_heading(angle), method, step) for angle in angles]
-    return np.array(errors, dtype=np.float64)
-
-
-def _ends(angles: Sequence[int], sizes: Array) -> tuple[HeadingError | None, HeadingError | None]:
-    """The headings with the smallest and the largest error; None of fewer than two."""
-    if np.isfinite(sizes).sum() < 2:
-        return None, None
-    best, worst = (
-        HeadingError(angles[place], float(sizes[place]), abs((angles[place] + 45) % 90 - 45))
-        for place in (int(np.nanargmin(sizes)), int(np.nanargmax(sizes)))
-    )
-    return best, worst
-
-
-def _differs(numbers: Isotropy) -> Sequence[Claim]:
-    default, convergent = numbers.default_spread, numbers.convergent_spread
-    if default is None or convergent is None:
-        return ()
-    text = "the spread over headings, with default contacts and with convergent ones"
-    return (clear(text, default, max(convergent, ALIKE_AT_ALL)),)
-
-
 def loads(study: Study) -> Loads | None:
     """Normal forces at rest, while the slider moves, and with half a step of its motion allowed."""
     by_request = recordings(study, LOAD_RUNS)
@@ -231,5 +139,4 @@ def _statics(numbers: Loads) -> Sequence[Claim]:
 
 
 CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters)
-ISOTROPY = Analysis("capsule_line/isotropy", isotropy, heading_runs, _differs)
 LOAD_ERRORS = Analysis("capsule_line/loads", loads, lambda plan: LOAD_RUNS, _statics)

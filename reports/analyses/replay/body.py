@@ -10,10 +10,17 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import turned
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.cone import camera
-from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around, radians
+from plumbob.reports.analyses.replay.picture import (
+    Chart,
+    Line,
+    Picture,
+    State,
+    around,
+    observed,
+    radians,
+)
 from plumbob.reports.analyses.replay.samples import Channels
 
 CORNER = 1.0  # distance of the box's corners from its centre: the picture has no scale
@@ -66,19 +73,12 @@ def body(case: Case, seconds: float) -> Picture:
         moving & frozenset(ATTITUDE),
         moving,
         1.0,
-        lambda times: _only(case.reference.observe(times)),
-        lambda run: differences(case, run),
+        *observed(case, (*ATTITUDE, *RATES)),
         apart,
         lambda apart_by: radians(float(apart(apart_by).max())),
         outline,
         mark,
     )
-
-
-def differences(case: Case, run: Trajectory) -> Channels:
-    """The differences of a run from the exact motion, at its own times."""
-    exact = case.reference.observe(run.times)
-    return {name: run.observables[name] - exact[name] for name in (*ATTITUDE, *RATES)}
 
 
 def apart(deviations: Channels) -> Array:
@@ -94,10 +94,6 @@ def _half(moments: Array) -> Array:
     squares = np.maximum(moments.sum() - 2.0 * moments, 0.0)
     sides = np.maximum(np.sqrt(squares / squares.sum()), 0.05)
     return np.asarray(CORNER * sides / np.linalg.norm(sides))
-
-
-def _only(channels: Channels) -> Channels:
-    return {name: channels[name] for name in (*ATTITUDE, *RATES)}
 
 
 def _world(state: State, places: Array) -> Array:

@@ -11,16 +11,22 @@ from plumbob.analytic.reference import Array
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.pendulums import (
     ANGLES,
+    CHANNELS,
     ROUND,
-    SMOOTH,
     apart,
     circle,
-    differences,
     largest,
     phase,
-    swing,
 )
-from plumbob.reports.analyses.replay.picture import Box, Chart, Line, Picture, State, around
+from plumbob.reports.analyses.replay.picture import (
+    Box,
+    Chart,
+    Line,
+    Picture,
+    State,
+    around,
+    observed,
+)
 from plumbob.reports.view.notation import number
 
 # Where the camera stands: its direction from the cone, round the vertical and above the horizontal.
@@ -94,10 +100,9 @@ def cone(case: Case, seconds: float) -> Picture:
             Chart("θ̇ [rad/s]", "t", ("theta_dot",), (0.0, seconds, *around(exact["theta_dot"]))),
         ),
         ANGLES,
-        SMOOTH,
+        frozenset(CHANNELS),
         1.0,
-        lambda times: swing(case, times),
-        lambda run: differences(case, run),
+        *observed(case, CHANNELS),
         apart,
         largest,
         outline,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
-from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around
+from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around, observed
 from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number
 
@@ -16,18 +15,14 @@ MOST = 3  # observables that are drawn
 
 def chart(case: Case, seconds: float) -> Picture:
     """The replay of any system over `seconds` [s]: its first observables as charts."""
-    shown = {observed.name: observed.unit for observed in case.system.observables[:MOST]}
+    shown = {o.name: o.unit for o in case.system.observables[:MOST]}
     first = next(iter(shown))
-    observed = _only(case.reference.observe(np.linspace(0.0, seconds, 801)), shown)
-    span = around(observed[first])
+    motion, deviations = observed(case, list(shown))
+    exact = motion(np.linspace(0.0, seconds, 801))
+    span = around(exact[first])
 
     def place(state: State, time: float) -> tuple[float, float]:
         return 1.6 * time / seconds, (state[first] - span[0]) / (span[1] - span[0])
-
-    def deviations(run: Trajectory) -> Channels:
-        exact = case.reference.observe(run.times)
-        there = {name: run.observables.get(name, exact[name]) for name in shown}
-        return {name: values - exact[name] for name, values in there.items()}
 
     def apart(differences: Channels) -> Array:
         return np.asarray(np.abs(differences[first]))
@@ -42,20 +37,16 @@ def chart(case: Case, seconds: float) -> Picture:
         (-0.1, 1.7, -0.1, 1.1),
         {"trail": 0.0},
         tuple(
-            Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(observed[name])))
+            Chart(f"{name} [{unit}]", "t", (name,), (0.0, seconds, *around(exact[name])))
             for name, unit in shown.items()
         ),
         frozenset({first}),
         frozenset({first}),
-        float(np.ptp(observed[first])) or 1.0,
-        lambda times: _only(case.reference.observe(times), shown),
+        float(np.ptp(exact[first])) or 1.0,
+        motion,
         deviations,
         apart,
         lambda errors: f"{number(float(apart(errors).max()))} {shown[first]}",
         outline,
         place,
     )
-
-
-def _only(channels: Channels, names: dict[str, str]) -> Channels:
-    return {name: channels[name] for name in names}

@@ -8,18 +8,25 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around, radians
+from plumbob.reports.analyses.replay.picture import (
+    Chart,
+    Line,
+    Picture,
+    State,
+    around,
+    observed,
+    radians,
+)
 from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number
 
 COMPANIONS = MappingProxyType({"simple-pendulum": "linear-pendulum"})
 """Systems drawn together: the same start, without and with θ in place of sin θ."""
 ANGLES = frozenset({"theta"})
-SMOOTH = frozenset({"theta", "theta_dot"})
+CHANNELS = ("theta", "theta_dot")
 SWINGS = 8.0  # in a chart over time: more would be too narrow to see
 ROUND = 32  # corners of a circle
 
@@ -57,10 +64,9 @@ def pendulum(case: Case, seconds: float) -> Picture:
             Chart("y [m]", "t", ("y",), (*over, *span), seconds=window),
         ),
         ANGLES,
-        SMOOTH,
+        frozenset(CHANNELS),
         1.0,
-        lambda times: swing(case, times),
-        lambda run: differences(case, run),
+        *observed(case, CHANNELS),
         apart,
         largest,
         outline,
@@ -81,23 +87,11 @@ def companion(scene: Scene) -> Case | None:
 
 def phase(*motions: Channels) -> Chart:
     """The phase plane of motions with samples `seen`."""
-    thetas, rates = ([motion[name] for motion in motions] for name in ("theta", "theta_dot"))
+    thetas, rates = ([motion[name] for motion in motions] for name in CHANNELS)
     turns = max(float(np.ptp(theta)) for theta in thetas) > 2.0 * math.pi
     across = (-math.pi, math.pi) if turns else around(*thetas)
     box = (*across, *around(*rates))
     return Chart("θ̇ [rad/s] over θ [rad]", "theta", ("theta_dot",), box, turns=turns)
-
-
-def swing(case: Case, times: Array) -> Channels:
-    """The exact angle [rad] and its rate [rad/s] at `times` [s], shape (n,)."""
-    observed = case.reference.observe(times)
-    return {"theta": observed["theta"], "theta_dot": observed["theta_dot"]}
-
-
-def differences(case: Case, run: Trajectory) -> Channels:
-    """The differences of a run from the exact motion, at its own times."""
-    exact = case.reference.observe(run.times)
-    return {name: run.observables[name] - exact[name] for name in ("theta", "theta_dot")}
 
 
 def apart(deviations: Channels) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number, seconds
 
@@ -61,6 +62,23 @@ class Picture:
     largest: Callable[[Channels], str]  # that, in words with units
     outline: Callable[[State, float], tuple[Line, ...]]
     mark: Callable[[State, float], tuple[float, float]]
+
+
+def observed(
+    case: Case, names: Sequence[str]
+) -> tuple[Callable[[Array], Channels], Callable[[Trajectory], Channels]]:
+    """The motion of a case, and the differences of a run from it, in channels that are
+    observables."""
+
+    def motion(times: Array) -> Channels:
+        exact = case.reference.observe(times)
+        return {name: exact[name] for name in names}
+
+    def deviations(run: Trajectory) -> Channels:
+        exact = motion(run.times)
+        return {name: run.observables.get(name, values) - values for name, values in exact.items()}
+
+    return motion, deviations
 
 
 def around(*values: Array, least: float = 0.0) -> tuple[float, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,16 +28,6 @@ METHODS = ",".join(
     )
 )
 LARGEST_RATIO = 2.5  # the largest ratio of two step sizes in a row
-
-
-def add_like(parser: argparse.ArgumentParser) -> None:
-    """Let a command take --like."""
-    parser.add_argument(
-        "--like",
-        metavar="FILE",
-        help="measure the options and contact defaults of your own MJCF file too, as "
-        f"{USER_METHOD}; whatever comes of them is reported, and is no failure",
-    )
 
 
 def own_method(path: str) -> Method:

@@ -6,7 +6,7 @@ import argparse
 import json
 import math
 import os
-import textwrap
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -15,13 +15,11 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, changed_beyond, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.models.registry import systems
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
 HELD = "such that double precision holds the exact solution"
-NAMES = "{names}"  # in an epilog: what --set takes
 
 
 def number(name: str, text: str) -> float:
@@ -64,60 +62,6 @@ def changes(texts: Sequence[str] | None) -> dict[str, Any]:
         except (ValueError, RecursionError):
             raise ParameterError(name, value, "a JSON value, such as 9.8 or [1, 2]") from None
     return changed
-
-
-def add_changes(parser: argparse.ArgumentParser) -> None:
-    """Let a command take --set."""
-    parser.add_argument(
-        "--set",
-        action="append",
-        metavar="NAME=JSON",
-        dest="changes",
-        help="change a parameter of the scene (SI units, radians); may be repeated",
-    )
-
-
-def name_parameters(parser: argparse.ArgumentParser) -> None:
-    """Let a command's --help end with every parameter of every system."""
-    parser.formatter_class = _Help
-    parser.epilog = NAMES
-
-
-class _Help(argparse.RawDescriptionHelpFormatter):
-    """Help that looks the names of parameters up when it is printed: systems take time to load."""
-
-    def add_text(self, text: str | None) -> None:
-        super().add_text(_names() if text == NAMES else text)
-
-
-def _names() -> str:
-    """Every system with its parameters, a paragraph each."""
-    each = (
-        textwrap.fill(
-            ", ".join(system.parameters),
-            78,
-            initial_indent=f"  {name}: ",
-            subsequent_indent="    ",
-            break_on_hyphens=False,
-        )
-        for name, system in systems().items()
-    )
-    return "\n".join(("parameters that --set takes:", *each))
-
-
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Let a command take --jobs and --scheduler."""
-    add_jobs(parser)
-    parser.add_argument(
-        "--scheduler",
-        metavar="tcp://HOST:PORT",
-        help="run on the workers of this Dask scheduler instead (extra: distributed)",
-    )
-
-
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Let a command take --jobs."""
-    parser.add_argument("--jobs", metavar="N", help="processes (default: all cores)")
 
 
 def jobs(chosen: argparse.Namespace) -> int:
@@ -166,6 +110,12 @@ def all_finite(changed: Mapping[str, Any], *answers: Mapping[str, Array]) -> Non
     precision allows it, is not finite."""
     if changed and not all(np.isfinite(v).all() for answer in answers for v in answer.values()):
         raise changed_beyond(changed, HELD)
+
+
+def print_json(value: Any) -> None:
+    """Print `value` on stdout as JSON knows it."""
+    json.dump(plain(value), sys.stdout, indent=1)
+    print()
 
 
 def plain(value: Any) -> Any:

@@ -14,6 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
+from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.steps import TARGETS, Cheapest, Compared, StepError, horizon
 from plumbob.reports.advice.work_precision import front
 
@@ -150,6 +151,19 @@ class Motion:
         k = MEANS.index(name)
         size = abs(means.own[k] - means.finer[k])
         return {"mean": name, "apart": apart, "size": size, "stands_out": apart >= STANDS_OUT}
+
+    @property
+    def other_limits(self) -> tuple[tuple[str, Limit], ...]:
+        """Limits of the step of integrators that are not the model's own, with the names of those
+        that have the same."""
+        assert self.audit.stability is not None
+        limits = self.audit.stability.limits[1:]
+        firsts = {(limit.confirmed, limit.largest_step): limit for limit in reversed(limits)}
+        names = {
+            key: ", ".join(n.integrator for n in limits if (n.confirmed, n.largest_step) == key)
+            for key in reversed(firsts)
+        }
+        return tuple((names[key], firsts[key]) for key in names)
 
     @property
     def events(self) -> int:

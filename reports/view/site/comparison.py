@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.engines.study.provenance import Provenance
-from plumbob.reports.view.content import Cell, Figure, Table, row
+from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.notation import number, plural
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.palette import GREY, OTHERS
+from plumbob.reports.view.tables import table, table_or_none
 from plumbob.reports.view.traces import Trace, curve, figure, logarithmic, marks
 
 Change = Mapping[str, Any]  # scene, method, what, old, new, and growth, relative to the old one
 FEW = 25  # rows of a table that is not folded
-PAIR = ("scene", "method")
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def render(comparison: Comparison, command: str) -> str:
         "compare.html.jinja",
         lead=_lead(comparison),
         versions=_versions(comparison),
-        tables=[table for table in tables if table is not None],
+        tables=[shown for shown in tables if shown is not None],
         figures=[drawn for drawn in (_figure(comparison),) if drawn is not None],
         names=comparison.names,
         made=comparison.made,
@@ -85,13 +85,9 @@ def _lead(comparison: Comparison) -> str:
 def _versions(comparison: Comparison) -> Table:
     """The versions installed when either study was made."""
     old, new = (source.versions for source in comparison.made)
-    rows = []
-    for name in dict.fromkeys((*old, *new)):
-        then, now = old.get(name, "unknown"), new.get(name, "unknown")
-        note = Cell("changed", "pass surprise") if then != now else Cell("the same")
-        rows.append((then == now, row(Cell(name, "text"), then, now, note)))
-    rows.sort(key=lambda source: source[0])
-    return Table("Versions", ("package", "old", "new", ""), tuple(cells for _, cells in rows))
+    names = dict.fromkeys((*old, *new))
+    rows = [(name, old.get(name, "unknown"), new.get(name, "unknown")) for name in names]
+    return table("compared_versions", rows=rows)
 
 
 def _engine(change: Change) -> str:
@@ -100,88 +96,34 @@ def _engine(change: Change) -> str:
 
 def _by_engine(comparison: Comparison) -> Table:
     """How many pairs of each engine moved, and by how much the most."""
-    rows = []
+    rows = {}
     for engine in dict.fromkeys(method.partition("/")[0] for _, method in comparison.both):
         of_engine = [move for move in comparison.errors if _engine(move) == engine]
-        pairs = {(move["scene"], move["method"]) for move in of_engine}
         shifts = [abs(move["growth"]) for move in of_engine if _known(move["growth"])]
-        rows.append(
-            row(
-                Cell(engine, "text"),
-                Cell(str(sum(m.partition("/")[0] == engine for _, m in comparison.both)), "number"),
-                Cell(str(len(pairs)), "number"),
-                Cell(_percent(max(shifts)).lstrip("+") if shifts else "–", "number"),
-                Cell(str(sum(_engine(move) == engine for move in comparison.verdicts)), "number"),
-                Cell(str(sum(_engine(move) == engine for move in comparison.presence)), "number"),
-                Cell(str(sum(_engine(move) == engine for move in comparison.costs)), "number"),
-            )
+        others = (comparison.verdicts, comparison.presence, comparison.costs)
+        rows[engine] = (
+            sum(method.partition("/")[0] == engine for _, method in comparison.both),
+            len({(move["scene"], move["method"]) for move in of_engine}),
+            _percent(max(shifts)).lstrip("+") if shifts else "–",
+            *(sum(_engine(move) == engine for move in moves) for moves in others),
         )
-    heads = (
-        "engine",
-        "pairs in both studies",
-        "with an error that moved",
-        "the most it moved by",
-        "verdicts changed",
-        "in one study alone",
-        "costs moved",
-    )
-    note = (
-        "An error moved if it differs by more than 10⁻⁹, relative, and what rounding explains of "
-        "both; a cost, if the quartiles of both studies lie apart by more than a quarter, and the "
-        "same way on two of three scenes of the method; by a factor of two where it has fewer."
-    )
-    return Table("What changed, engine by engine", heads, tuple(rows), note)
+    return table("changes_by_engine", rows=rows)
 
 
 def _changes(caption: str, changes: Sequence[Change]) -> Table | None:
     """Changes as they are; None without any."""
-    if not changes:
-        return None
-    rows = tuple(
-        row(
-            Cell(move["scene"], "text"),
-            Cell(move["method"], "name"),
-            move["what"],
-            Cell(str(move["old"]), "number"),
-            Cell(str(move["new"]), "number"),
-        )
-        for move in changes
-    )
-    return Table(
-        f"{caption}: {len(rows)}", (*PAIR, "what", "old", "new"), rows, folded=len(rows) > FEW
-    )
+    return table_or_none("changes", caption=caption, rows=changes, few=FEW)
 
 
 def _errors(comparison: Comparison) -> Table | None:
     """Of each pair whose errors moved, the one that moved most; None where none did."""
-    worst: dict[tuple[str, str], Change] = {}
-    counted: dict[tuple[str, str], int] = {}
+    moves: dict[tuple[str, str], list[Change]] = {}
     for move in comparison.errors:
-        pair = move["scene"], move["method"]
-        counted[pair] = counted.get(pair, 0) + 1
-        if pair not in worst or _size(move) > _size(worst[pair]):
-            worst[pair] = move
-    if not worst:
-        return None
-    rows = tuple(
-        row(
-            Cell(move["scene"], "text"),
-            Cell(move["method"], "name"),
-            move["what"],
-            Cell(str(move["old"]), "number"),
-            Cell(str(move["new"]), "number"),
-            Cell(_percent(move["growth"]), "number"),
-            Cell(str(counted[pair]), "number"),
-        )
-        for pair, move in sorted(worst.items(), key=lambda item: -_size(item[1]))
-    )
-    heads = (*PAIR, "what moved most", "old", "new", "change", "errors that moved")
-    return Table(
-        f"Errors that moved, the largest change of each pair: {len(rows)}",
-        heads,
-        rows,
-        folded=len(rows) > FEW,
-    )
+        moves.setdefault((move["scene"], move["method"]), []).append(move)
+    most = [(max(of, key=_size), len(of)) for of in moves.values()]
+    most.sort(key=lambda pair: -_size(pair[0]))
+    rows = [(move, _percent(move["growth"]), count) for move, count in most]
+    return table_or_none("errors_moved", rows=rows, few=FEW)
 
 
 def _figure(comparison: Comparison) -> Figure | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from plumbob.engines.study.convergence import timed_run
 from plumbob.engines.study.measurement import REFERENCE_STEP, worst
@@ -13,13 +13,14 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
+from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
 from plumbob.reports.view.site.pictures import names, picture
+from plumbob.reports.view.tables import table
 
 WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
 WITHOUT = ("mujoco/euler", "mujoco/rk4")
@@ -146,10 +147,9 @@ def _contacts(study: Study, record: StudyRecord) -> Answer | None:
             f"{_most(usual, rk4)}, for {ratios[rk4]} times the cost."
         )
     sentences += _rows_of_their_own(ran, (rk4 if rk4 in ratios else euler, default))
-    table = _table(study, ran, record, WITH_CONTACTS)
-    table = replace(table, note=_nearer_by_chance(study, usual))
+    shown = _table(study, ran, record, WITH_CONTACTS, _nearer_by_chance(study, usual))
     pasted = to_copy(record.settings[euler], "Contacts to copy", ratios.get(euler, ""))
-    return Answer("with-contacts", "A robot with contacts", tuple(sentences), table, pasted)
+    return Answer("with-contacts", "A robot with contacts", tuple(sentences), shown, pasted)
 
 
 def _joints(study: Study, record: StudyRecord) -> Answer | None:
@@ -177,9 +177,9 @@ def _joints(study: Study, record: StudyRecord) -> Answer | None:
             "Set a control for the middle of the step and not for its start: a torque that is held "
             f"over the step leaves RK4 an error of {held[0]}, set for the middle {held[1]}."
         )
-    table = _table(study, ran, record, WITHOUT)
+    shown = _table(study, ran, record, WITHOUT)
     pasted = to_copy(record.settings[rk4], "Integrator to copy", ratios.get(rk4, ""))
-    return Answer("without-contacts", "A robot without contacts", tuple(sentences), table, pasted)
+    return Answer("without-contacts", "A robot without contacts", tuple(sentences), shown, pasted)
 
 
 @dataclass(frozen=True)
@@ -310,7 +310,13 @@ def _cost_ratios(costs: Mapping[str, float]) -> Mapping[str, str]:
     return {name: notation.number(ns / unit, 2) for name, ns in costs.items()} if unit else {}
 
 
-def _table(study: Study, ran: Sequence[Ran], record: StudyRecord, methods: Sequence[str]) -> Table:
+def _table(
+    study: Study,
+    ran: Sequence[Ran],
+    record: StudyRecord,
+    methods: Sequence[str],
+    note: str = "",
+) -> Table:
     """Systems against methods, scenes apart each in a row, and what a step costs."""
     names = [m.name for m in study.methods if m.name in methods]
     titles = {system.name: system.title for system in record.systems}
@@ -319,31 +325,15 @@ def _table(study: Study, ran: Sequence[Ran], record: StudyRecord, methods: Seque
         system, scene = entry.scene.system, entry.scene.name
         key = (scene, anchor(scene)) if entry.apart else (titles[system], system)
         groups.setdefault(key, []).append(entry)
-    rows = [
-        row(
-            Cell(title, "scene", link=link),
-            *(Cell(_largest(of, name).text, "number") for name in names),
-        )
-        for (title, link), of in groups.items()
-    ]
-    labels = {DEFAULT_METHOD: f"{DEFAULT_METHOD} (default settings)"}
-    caption = "Largest relative error at 1 ms, and what a step costs"
-    heads = ("motion", *(labels.get(name, name) for name in names))
-    return Table(caption, heads, (*rows, *_cost_rows(_costs(study, ran), names)))
-
-
-def _cost_rows(costs: Mapping[str, float], names: Sequence[str]) -> list[tuple[Cell, ...]]:
-    """The cost of a step of these methods, and the speed at the reference step."""
-    if not (ratios := _cost_ratios(costs)):
-        return []
-    measured = {
-        "cost of a step, relative": ratios,
-        "ns per step": {name: notation.number(ns) for name, ns in costs.items()},
-        "real-time factor at 1 ms": {
-            name: notation.real_time_factor(ns / REFERENCE_STEP) for name, ns in costs.items()
-        },
-    }
-    return [
-        row(Cell(title, "scene"), *(Cell(texts[name], "number") for name in names))
-        for title, texts in measured.items()
-    ]
+    costs = _costs(study, ran)
+    ratios = _cost_ratios(costs)
+    return table(
+        "first_screen",
+        names=names,
+        default=DEFAULT_METHOD,
+        rows={key: [_largest(of, name).text for name in names] for key, of in groups.items()},
+        costs=ratios and costs,
+        ratios=ratios,
+        step=REFERENCE_STEP,
+        note=note,
+    )

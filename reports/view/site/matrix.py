@@ -21,8 +21,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, UNTRUSTED
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.content import Cell, Table
 from plumbob.reports.view.records import PairVerdict, Verdicts
+from plumbob.reports.view.tables import table
 
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
 SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
@@ -193,22 +194,14 @@ def by_engine(study: Study, every: Every, scenes: Sequence[Scene]) -> Table:
                 if m.engine == engine and (of := every.get((scene.name, m.name))) is not None
             }
             cells.append(_best(of_engine, study.methods))
-        rows.append(row(_named(scene), *cells))
-    heads = (
-        "scene",
-        *(("MuJoCo, default settings",) if default else ()),
-        *(f"{_engine(engine)}, smallest error" for engine in engines),
+        rows.append((scene.name, cells))
+    return table(
+        "matrix",
+        default=default,
+        engines=[ENGINES.get(engine, engine) for engine in engines],
+        rows=rows,
+        times=any("×" in cell.text for _, cells in rows for cell in cells),
     )
-    note = (
-        "Relative errors at a step of 1 ms; a cell that says another step is of that: of an "
-        "adaptive solver the tightest tolerance, of a method that did not run at 1 ms the nearest "
-        "step, and where an error crosses zero about 1 ms, so that at the next smaller step it is "
-        "larger, the step beside it with the larger error. In full and with every method on the "
-        "page of each scene."
-    )
-    if any("×" in cell.text for cells_of in rows for cell in cells_of):
-        note += " 2× is twice the size of the motion itself."
-    return Table("Relative error at 1 ms: scenes against engines", heads, tuple(rows), note)
 
 
 def of_engines(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Table, ...]:
@@ -225,15 +218,14 @@ def of_engines(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Tab
                 if (key := (scene.name, m.name)) in every
             )
         ]
-        rows = tuple(
-            row(_named(scene), *(_short(every.get((scene.name, name))) for name in methods))
+        rows = [
+            (scene.name, [every.get((scene.name, name)) for name in methods])
             for scene in scenes
             if any((scene.name, name) in every for name in methods)
-        )
+        ]
         if methods and rows:
-            plural = notation.plural(len(methods), "method")
-            caption = f"{_engine(engine)}: {plural}, scene by scene"
-            tables.append(Table(caption, ("scene", *methods), rows, folded=True))
+            shown = ENGINES.get(engine, engine)
+            tables.append(table("matrix_of_engine", engine=shown, methods=methods, rows=rows))
     return tuple(tables)
 
 
@@ -255,19 +247,7 @@ def _best(of_engine: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
     return chosen[name].cell(name.partition("/")[2])
 
 
-def _short(entry: Shown | None) -> Cell:
-    return Cell("", "none") if entry is None else entry.cell()
-
-
-def _named(scene: Scene) -> Cell:
-    return Cell(scene.name, "scene", link=scene.name.replace("/", "-"))
-
-
 def _in_order(engines: set[str]) -> list[str]:
     """Engines in the order of ENGINES, others after them by name."""
     first = list(ENGINES)
     return sorted(engines, key=lambda e: (first.index(e) if e in first else len(first), e))
-
-
-def _engine(name: str) -> str:
-    return ENGINES.get(name, name)

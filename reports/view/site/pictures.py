@@ -12,7 +12,8 @@ from typing import Any
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import GREY
 
-WIDTH, HEIGHT = 320, 190  # of the picture, in its own units
+WIDTH, HEIGHT = 320, 190  # of a picture, in its own units
+SQUARE = WIDTH - 12  # its height where both axes have one scale: the margins differ by so much
 LEFT, RIGHT, TOP, BOTTOM = 46, 8, 8, 34  # margins
 MOST_CURVES, MOST_POINTS, MOST_TICKS = 6, 120, 4
 DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
@@ -60,14 +61,13 @@ def picture(figure: Figure) -> str:
     drawn = drawn[:MOST_CURVES]
     if not drawn:
         return ""
-    every = [point for _, points in drawn for point in points]
-    across = _axis(figure.layout["xaxis"], [x for x, _ in every], LEFT, WIDTH - RIGHT)
-    up = _axis(figure.layout["yaxis"], [y for _, y in every], HEIGHT - BOTTOM, TOP)
+    layout = figure.layout
+    height, across, up = _axes(layout, [point for _, points in drawn for point in points])
     marks = "".join(_curve(trace, points, across, up) for trace, points in drawn)
     label = escape(f"{figure.title}. {figure.caption}")
     return (
-        f'<svg class="picture" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{label}">'
-        f"{_frame(figure.layout, across, up)}{marks}</svg>"
+        f'<svg class="picture" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{label}">'
+        f"{_frame(layout, across, up)}{marks}</svg>"
     )
 
 
@@ -92,6 +92,17 @@ def _points(trace: Mapping[str, Any], layout: Mapping[str, Any]) -> list[tuple[f
     return points[::every]
 
 
+def _axes(
+    layout: Mapping[str, Any], points: Sequence[tuple[float, float]]
+) -> tuple[int, Axis, Axis]:
+    """The height of a picture of these points and its axes, of one scale where the layout asks."""
+    height, places = HEIGHT, [list(values) for values in zip(*points, strict=True)]
+    if "scaleanchor" in layout["yaxis"]:
+        height, places = SQUARE, [places[0] + places[1]] * 2
+    across = _axis(layout["xaxis"], places[0], LEFT, WIDTH - RIGHT)
+    return height, across, _axis(layout["yaxis"], places[1], height - BOTTOM, TOP)
+
+
 def _axis(layout: Mapping[str, Any], values: Sequence[float], start: float, end: float) -> Axis:
     logarithmic = layout.get("type") == "log"
     shown = [math.log10(v) for v in values] if logarithmic else list(values)
@@ -101,7 +112,7 @@ def _axis(layout: Mapping[str, Any], values: Sequence[float], start: float, end:
 
 
 def _frame(layout: Mapping[str, Any], across: Axis, up: Axis) -> str:
-    bottom, middle = HEIGHT - BOTTOM, (TOP + HEIGHT - BOTTOM) / 2
+    bottom, middle = up.start, (up.start + up.end) / 2
     parts = [f'<path class="axes" d="M{LEFT} {TOP}V{bottom}H{WIDTH - RIGHT}"/>']
     for place, text in across.ticks():
         parts.append(f'<text x="{place:.1f}" y="{bottom + 13}" class="middle">{text}</text>')
@@ -110,7 +121,8 @@ def _frame(layout: Mapping[str, Any], across: Axis, up: Axis) -> str:
         parts.append(f'<text x="{LEFT - 4}" y="{place + 4:.1f}" class="end">{text}</text>')
     titles = [escape(layout[name]["title"]["text"]) for name in ("xaxis", "yaxis")]
     parts.append(
-        f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 5}" class="middle">{titles[0]}</text>'
+        f'<text x="{(LEFT + WIDTH) / 2}" y="{bottom + BOTTOM - 5}" class="middle">'
+        f"{titles[0]}</text>"
     )
     parts.append(
         f'<text x="9" y="{middle}" class="middle" transform="rotate(-90 9 {middle})">'

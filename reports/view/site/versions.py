@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from plumbob.engines.study.provenance import PACKAGES, PEERS, Provenance
-from plumbob.reports.view.content import Cell, Table, row
+from plumbob.reports.view.content import Table
+from plumbob.reports.view.tables import table
 
 NO_ENGINES = ("numpy", "scipy", "numpy-quaddtype", "plotly", "jax")
 ENGINES = tuple(name for name in (*PACKAGES, *PEERS) if name not in NO_ENGINES)
@@ -30,11 +31,7 @@ def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
     if not names:
         return None
     rows = [
-        row(
-            Cell(str(number), "number"),
-            history[number].date or "no date",
-            *(each.get(name, UNKNOWN) for name in names),
-        )
+        (number, history[number].date, [each.get(name, UNKNOWN) for name in names])
         for number, each in sorted(had.items(), reverse=True)
     ]
     newest = max(had)
@@ -42,12 +39,7 @@ def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
     command = shlex.join(
         ["plumbob", "compare", f"{folder}#{older}", f"{folder}#{newest}", "--page", "compared.html"]
     )
-    table = Table(
-        "Studies that this folder holds, and what they were made with",
-        ("study", "date", *names),
-        tuple(rows),
-    )
-    return Versions(table, command)
+    return Versions(table("versions", names=names, rows=rows), command)
 
 
 def _engines(provenance: Provenance) -> Mapping[str, str]:

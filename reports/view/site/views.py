@@ -13,9 +13,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
-from plumbob.reports.view import notation, overview, sensitivity, tables
+from plumbob.reports.view import notation, overview, scene_tables
 from plumbob.reports.view.about import Description, described
-from plumbob.reports.view.content import Cell, Figure, Finding, Table, row
+from plumbob.reports.view.content import Figure, Finding, Table
 from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
@@ -30,6 +30,7 @@ from plumbob.reports.view.records import (
 )
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
+from plumbob.reports.view.tables import table, table_or_none
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
@@ -125,16 +126,17 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
     at_first = _at_first(record, [methods[name] for name in ran])
     observables = study.observables(scene.name)
     first = (
-        tables.summary(observables, convergence, judged, methods),
+        scene_tables.summary(observables, convergence, judged, methods),
         overview.scene_recommendations(record.recommendations),
     )
     noticed = exact.sensitivity
     tables_below = (
-        tables.cost(convergence, costs, methods),
-        tables.budgets(observables, convergence, judged, methods),
-        tables.every_run(observables, convergence, judged, methods),
-        sensitivity.table(noticed, record.verdicts, methods) if noticed else None,
-        tables.parameters(scene, exact.facts),
+        scene_tables.cost(convergence, costs, methods),
+        scene_tables.budgets(observables, convergence, judged, methods),
+        scene_tables.every_run(observables, convergence, judged, methods),
+        noticed
+        and table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods),
+        scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
     bars = budget_bars(observables[0], convergence, judged, methods, at_first)
     figures = scene_figures(
@@ -159,7 +161,7 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
         tuple(t for t in first if t),
         (*figures, *((bars,) if bars else ())),
         exact.replay,
-        tables.orders(convergence, methods),
+        scene_tables.orders(convergence, methods),
         hard_case(study, scene.system, scene.name) if scene.hard else (),
         trimming(study, scene),
         tuple(t for t in tables_below if t),
@@ -219,9 +221,7 @@ def _absolute(
 def _hard(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Table | None:
     """The hard scenes of a system: what is hard, and the smallest error of a full model there."""
     rows = []
-    for scene in scenes:
-        if not scene.hard:
-            continue
+    for scene in (scene for scene in scenes if scene.hard):
         errors = [
             (judged.smallest, method.name)
             for method in study.methods
@@ -230,19 +230,8 @@ def _hard(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Table | 
             and (judged := verdicts.get((scene.name, method.name))) is not None
             and judged.smallest is not None
         ]
-        error, name = min(errors, default=(float("nan"), "none"))
-        rows.append(
-            row(
-                Cell(scene.name, "scene", link=anchor(scene.name)),
-                Cell(scene.hard, "text"),
-                Cell(notation.relative(error), "number"),
-                Cell(name, "method"),
-            )
-        )
-    if not rows:
-        return None
-    heads = ("scene", "what makes it hard", "smallest relative error", "by")
-    return Table("Hard cases", heads, tuple(rows))
+        rows.append((scene, *min(errors, default=(float("nan"), "none"))))
+    return table_or_none("hard", rows=rows)
 
 
 def _counts(judged: Iterable[PairVerdict]) -> tuple[tuple[str, int], ...]:

@@ -16,7 +16,7 @@ from typing import Any
 
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
-from plumbob.reports.view import notation, overview, tightness
+from plumbob.reports.view import notation, overview
 from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.records import Records, records_of
@@ -146,7 +146,7 @@ def _common(
         "of_engines": matrix.of_engines(study, every, scenes),
         "recommendations": overview.recommendations(study, advice),
         "sources": overview.sources(findings),
-        "tightness": tightness.tables(records.study.tightness),
+        "tightness": overview.tightness_tables(records.study.tightness),
         "styles": styles(study.methods),
         "provenance": study.provenance,
         "number": notation.number,

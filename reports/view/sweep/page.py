@@ -13,11 +13,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.box import Side
 from plumbob.engines.sweep.sweep import Swept
-from plumbob.reports.view.content import Cell, Figure, Table, row
+from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.notation import number, plural
 from plumbob.reports.view.notation import step as step_text
 from plumbob.reports.view.page import filled, shared_files, written
 from plumbob.reports.view.sweep.text import place, rows, sides, size
+from plumbob.reports.view.tables import table
 from plumbob.reports.view.traces import ZERO, curve, figure, linear, logarithmic, positive, rounded
 
 MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
@@ -61,37 +62,20 @@ def render(swept: Swept, provenance: Provenance, shared: str | None = None) -> s
 
 
 def _summary(swept: Swept) -> Table:
-    heads = ("method", "step", "median error", "nine of ten below", "worst", "diverged", "at")
-    return Table(
-        "Relative errors over all points",
-        heads,
-        tuple(
-            row(
-                Cell(r.method, "name"),
-                Cell(step_text(r.step, r.control), "number"),
-                *(Cell(size(e), "number") for e in (r.median, r.ninety, r.largest)),
-                Cell(str(r.diverged), "number"),
-                Cell(place(r.worst[0].parameters) if r.worst else "", "text"),
-            )
-            for r in rows(swept)
-        ),
-    )
+    summaries = [
+        (r, size(r.median), size(r.ninety), size(r.largest), place(of[0].parameters) if of else "")
+        for r in rows(swept)
+        for of in (r.worst,)
+    ]
+    return table("sweep", rows=summaries)
 
 
 def _worst(swept: Swept) -> tuple[Table, ...]:
     return tuple(
-        Table(
-            f"The worst points of {r.method} at {step_text(r.step, r.control)}",
-            ("where", "relative error", "to repeat it"),
-            tuple(
-                row(
-                    Cell(place(w.parameters), "text"),
-                    Cell(size(w.error), "number"),
-                    Cell(w.command, "code"),
-                )
-                for w in r.worst
-            ),
-            folded=True,
+        table(
+            "sweep_worst",
+            of=r,
+            points=[(place(w.parameters), size(w.error), w.command) for w in r.worst],
         )
         for r in rows(swept)
         if r.worst

@@ -12,8 +12,8 @@ import numpy as np
 
 from plumbob.engines.sweep.box import Side
 from plumbob.engines.sweep.sweep import Swept
-from plumbob.reports.view.notation import number, plural, relative
-from plumbob.reports.view.notation import step as step_text
+from plumbob.reports.view.notation import number, relative
+from plumbob.reports.view.tables import lines as written
 
 MOST = 10  # worst points that are listed of a method and a step
 
@@ -110,23 +110,14 @@ def sides(of: Sequence[Side]) -> str:
 
 def lines(swept: Swept) -> list[str]:
     """The sweep as the terminal shows it."""
-    shown = [
-        f"{swept.sweep.box.scene}: {sides(swept.sweep.box.sides)}, "
-        f"{plural(swept.sweep.points, 'point')}; relative errors"
-    ]
-    for row in rows(swept):
-        of = f"{row.method} at {step_text(row.step, row.control)}"
-        shown.append(
-            f"  {of}: median {size(row.median)}, nine of ten below {size(row.ninety)}, worst "
-            f"{size(row.largest)}"
-        )
-        if row.diverged:
-            shown.append(f"    {plural(row.diverged, 'run')} diverged")
-        if row.worst:
-            shown += [
-                f"    the worst at {place(row.worst[0].parameters)}:",
-                f"    {row.worst[0].command}",
-            ]
-    for reason, count in swept.reasons.items():
-        shown.append(f"  no error of {plural(count, 'run')}: {reason}")
-    return shown
+    box = swept.sweep.box
+    return written(
+        "sweep",
+        scene=box.scene,
+        sides=sides(box.sides),
+        points=swept.sweep.points,
+        rows=rows(swept),
+        reasons=swept.reasons,
+        size=size,
+        place=place,
+    )

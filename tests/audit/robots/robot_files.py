@@ -8,7 +8,7 @@ from pathlib import Path
 
 import mujoco
 
-from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 
@@ -24,7 +24,12 @@ def folder(package: str) -> Path | None:
     return Path(spec.submodule_search_locations[0]) / ASSETS[package]
 
 
+def file_model(path: Path) -> MujocoModel:
+    """A file, made ready for an audit; raises NotCertifiable."""
+    return own_model(mujoco.MjModel.from_xml_path(str(path)), path.name)
+
+
 def file_audit(path: Path, control: str, budget: float) -> Audit:
     """The audit of a file; `budget` is processor time [s], which other work does not change."""
-    own = own_model(mujoco.MjModel.from_xml_path(str(path)), path.name)
+    own = file_model(path)
     return audited(own, script(own, control), control, budget, time.process_time)

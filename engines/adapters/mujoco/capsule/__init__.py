@@ -24,10 +24,9 @@ from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.capsule import reduced
 from plumbob.engines.adapters.mujoco.capsule.readings import (
     add_sensors,
-    along,
     control,
     heading,
-    plane,
+    observing,
     reading,
     set_slider,
     start,
@@ -40,7 +39,8 @@ from plumbob.engines.adapters.mujoco.contacts import (
     tilt_inertia,
 )
 from plumbob.engines.adapters.mujoco.translation import Translation, read
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.adapters.three_feet import gravity, limits
+from plumbob.engines.method import Method, ModelError, Unsupported
 
 POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
 TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
@@ -48,7 +48,6 @@ PAIR = ("solimp", "solref", "solreffriction")
 OPTIONS = ("cone", "impratio", "noslip_iterations", "tolerance", "noslip_tolerance")
 # One body on one plane: there are no islands of contacts to search for.
 ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
-FAR = 1e3  # of its own sizes: no body that only slides gets there
 SETTLING = 1000  # steps of DEFAULT_STEP: 50 time constants of default contacts
 SETTLED = 300  # steps: twenty periods of contacts that converge, at rest after 200
 DEFAULT_STEP = 1e-3  # [s], for contacts with a time constant of their own, 0.02 s by default
@@ -86,13 +85,12 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
         rest_qpos = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
     qpos, qvel = start(setup, rest_qpos)
     add_sensors(spec)
-    size = float(np.abs(setup.capsule.supports).max())
     return Translation(
         spec,
         qpos=qpos,
         qvel=qvel,
-        observe=(plane if setup.in_plane else along)(setup, rest_qpos),
-        limits=dict.fromkeys(("displacement", "x", "y"), FAR * size),
+        observe=observing(setup, rest_qpos),
+        limits=limits(setup),
         control=control(setup, step),
         whole=visual,
         sensors=reading(setup),
@@ -102,7 +100,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 
 def model_error(
     problem: CapsuleProblem, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+) -> ModelError:
     """Bounds on the model's error of each observable over `duration` [s], by reason, where theory
     covers its contacts."""
     contact = soft_contact(problem, method.settings, step)
@@ -165,12 +163,6 @@ def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, s
             setattr(contact, name, value)
 
 
-def gravity(setup: CapsuleSetup) -> list[float]:
-    """Gravity in the world [m/s^2], shape (3,): pulling along the line, pressing onto the plane."""
-    line = setup.heading + setup.direction
-    return [setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press]
-
-
 def settled(
     spec: mujoco.MjSpec,
     tune: Callable[[mujoco.MjModel], None],
@@ -219,7 +211,7 @@ def statics(setup: CapsuleSetup, compliance: float, ahead: float = 0.0) -> Array
     if loads.min() <= 0.0:
         return None
     places = np.column_stack([np.ones(3), np.asarray(capsule.supports)])
-    return np.asarray(np.linalg.solve(places, -compliance * setup.press * loads))
+    return np.linalg.solve(places, -compliance * setup.press * loads)
 
 
 @lru_cache(maxsize=256)

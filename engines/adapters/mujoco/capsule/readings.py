@@ -13,6 +13,7 @@ from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Named
+from plumbob.engines.adapters.three_feet import Pose, observed, start_velocity
 
 Observe = Callable[[Array, Array], tuple[Named, Named]]
 BODY = mujoco.mjtObj.mjOBJ_BODY
@@ -69,7 +70,7 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
         # By index: the velocity that one step ends with is the one that the next begins with.
         first = np.rint(times / step)
         begun, ended = np.split(velocity(np.concatenate([first, first + 1.0]) * step), 2)
-        return np.asarray((ended - begun) / step)
+        return (ended - begun) / step
 
     return mean
 
@@ -89,7 +90,7 @@ def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
         qpos[3:7] = turned(rest_qpos[3:7], setup.heading)
     else:
         qpos[3] = setup.heading
-    vx, vy = _rotated(*setup.velocity, setup.heading)
+    vx, vy = start_velocity(setup)
     turn = np.array([0.0, 0.0, setup.heading_rate])
     if len(rest_qpos) >= FREE:  # about the vertical, in the axes of a body that leans
         mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
@@ -99,38 +100,19 @@ def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
     return qpos, np.array([vx, vy, 0.0, *turn, *slider])
 
 
-def along(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
-    """Signed observables along the line: displacement, velocity, slider, heading, sideways."""
-    line, driven = -(setup.heading + setup.direction), setup.relative_velocity is not None
+def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
+    """The observables that coordinates and rates show."""
+    full = len(rest_qpos) >= FREE
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-        gone, sideways = _rotated(qpos[:, 0], qpos[:, 1], line)
-        velocity, _ = _rotated(qvel[:, 0], qvel[:, 1], line)
-        still = np.zeros_like(gone)
-        slid, rate = (qpos[:, -1], qvel[:, -1]) if driven else (still, still)
-        return {
-            "displacement": gone,
-            "velocity": velocity,
-            "stroke": slid,
-            "stroke_rate": rate,
-            "heading": _facing(qpos, setup.heading),
-            "sideways": sideways,
-        }, {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
-
-    return observe
-
-
-def plane(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
-    """Place of C and the source's body angle in the axes of the start, and the heading."""
-
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-        x, y = _rotated(qpos[:, 0], qpos[:, 1], -setup.heading)
-        vx, vy = _rotated(qvel[:, 0], qvel[:, 1], -setup.heading)
-        rate = qvel[:, 5] if qpos.shape[1] >= FREE else qvel[:, 3]
-        facing = _facing(qpos, setup.heading)
-        observed = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": facing}
-        observed |= {"heading_rate": rate, "body_angle": facing - setup.heading}
-        return observed, {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
+        still = np.zeros(len(qpos))
+        slid = still, still
+        if setup.relative_velocity is not None:
+            slid = qpos[:, -1], qvel[:, -1]
+        place, velocity = (qpos[:, 0], qpos[:, 1]), (qvel[:, 0], qvel[:, 1])
+        facing, rate = _facing(qpos, setup.heading), qvel[:, 5 if full else 3]
+        pose = Pose(place, velocity, facing, rate, qpos[:, 2], *slid)
+        return observed(setup, pose), {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
 
     return observe
 
@@ -139,14 +121,9 @@ def _facing(qpos: Array, begun: float) -> Array:
     """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude
     determines it up to whole turns."""
     if qpos.shape[1] < FREE:
-        return np.asarray(qpos[:, 3])
+        return qpos[:, 3]
     angles = np.unwrap(heading(qpos[:, 3:7]))
     return np.asarray(angles + 2 * np.pi * np.round((begun - angles[0]) / (2 * np.pi)))
-
-
-def _rotated(x: Array | float, y: Array | float, angle: float) -> tuple[Array, Array]:
-    cos, sin = math.cos(angle), math.sin(angle)
-    return np.asarray(cos * x - sin * y), np.asarray(sin * x + cos * y)
 
 
 def heading(attitude: Array) -> Array:

@@ -32,8 +32,13 @@ _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 def without_step(model: Any) -> Any:
     """The model with forces that do not depend on the step, and a solver that runs to its floor
     without a warm start; changed in place."""
+    model.opt.timestep, model.actuator_actearly[:] = VANISHING, False
+    return converging(model)
+
+
+def converging(model: Any) -> Any:
+    """The model with a solver that runs to its floor without a warm start; changed in place."""
     option = model.opt
-    option.timestep, model.actuator_actearly[:] = VANISHING, False
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     # Never 0, which disables the early exit.
     option.tolerance, option.iterations = 1e-16, ITERATIONS

@@ -53,11 +53,16 @@ def apply(model: Any, left_out: Sequence[Change]) -> None:
     for change in left_out:
         for field, indices, value in change.sets:
             if indices:
-                getattr(model, field)[list(indices)] = value
+                getattr(model, field).flat[list(indices)] = value
             elif field == "disableflags":
-                model.opt.disableflags |= int(value)
+                model.opt.disableflags = _flags(model.opt.disableflags, int(value))
             else:
                 setattr(model.opt, field, value)
+
+
+def _flags(flags: int, bits: int) -> int:
+    """Flags with some bits set, or with those of a negative number cleared."""
+    return flags | bits if bits > 0 else flags & ~-bits
 
 
 def _never_touching(model: Any, collides: Any, met: set[tuple[int, int]]) -> Iterator[Change]:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -16,9 +17,18 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model import left_out
-from plumbob.engines.adapters.mujoco.own_model.field import VANISHING, ContinuousField, without_step
+from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
+from plumbob.engines.adapters.mujoco.own_model.refusals import refused
+from plumbob.engines.adapters.mujoco.own_model.tangent import (
+    TangentMaps,
+    diverged,
+    for_maps,
+    growth,
+    kind,
+    put,
+)
 from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped, Touching
@@ -38,15 +48,9 @@ TIME_CONSTANTS = (
     "tendon_solref_fri",
     "flex_solref",
 )
-CALLBACKS = ("act_bias", "act_dyn", "act_gain", "contactfilter", "control", "passive", "sensor")
 LOOKS = 50_000  # steps, at most, at which one looks what touches
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
-_BAD = (
-    mujoco.mjtWarning.mjWARN_BADQPOS,
-    mujoco.mjtWarning.mjWARN_BADQVEL,
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,7 @@ class MujocoModel:
     step: float
     integrator: str
     integrators: tuple[str, ...]
+    steppable: tuple[str, ...]
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
     refsafe: bool = True  # as the file has it
@@ -97,13 +102,41 @@ class MujocoModel:
         """See `OwnModel`: by refsafe, which no motion of an audit has."""
         if not self.refsafe or script.period / parts <= self.step:
             return False
-        guarded = copy.copy(self.effective)
-        guarded.opt.disableflags &= ~REFSAFE
         here, there = (
             model.stepped(script, integrator, parts).states
-            for model in (self, replace(self, effective=guarded))
+            for model in (self, replace(self, effective=self._as_stepped()))
         )
         return not np.array_equal(here, there, equal_nan=True)
+
+    def _as_stepped(self) -> Any:
+        """A copy of the compiled model with refsafe as the file has it."""
+        model = copy.copy(self.effective)
+        if self.refsafe:
+            model.opt.disableflags &= ~REFSAFE
+        return model
+
+    @cached_property
+    def _neighbours(self) -> tuple[Any, Any]:
+        """The same without sensors, for Jacobians of steps and for nudged runs; each use sets the
+        step and the integrator. Copies of models with textures take long."""
+        model = self._as_stepped()
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        return for_maps(copy.copy(model)), model
+
+    def step_maps(self, state: Array, control: Array) -> TangentMaps:
+        """See `OwnModel`: contacts as refsafe makes them at each step, where the file has it."""
+        model, _ = self._neighbours
+        return TangentMaps(model, self._begun(model), state, control)
+
+    def nudged(
+        self, script: Script, begin: int, integrator: str, step: float, duration: float
+    ) -> float:
+        """See `OwnModel`."""
+        _, model = self._neighbours
+        model.opt.timestep, model.opt.integrator = step, kind(integrator)
+        with silent():
+            pair = self._begun(model), self._begun(model)
+            return growth(model, pair, script, begin, duration)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """See `OwnModel`."""
@@ -117,10 +150,9 @@ class MujocoModel:
     def _stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
-        model.opt.integrator = _kind(integrator)
-        data, nq, nv = self._begun(model), model.nq, model.nv
-        data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
-        data.act[:] = script.start[nq + nv :]
+        model.opt.integrator = kind(integrator)
+        data = self._begun(model)
+        put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
         states[0], why, capped = script.start, "", 0
         begin = time.thread_time()
@@ -132,7 +164,7 @@ class MujocoModel:
                 why = f"ended by MuJoCo within {(k + 1) * script.period:g} s ({error})"
                 break
             capped += bool(data.nefc) and data.solver_niter.max() >= model.opt.iterations
-            if any(data.warning[bad].number for bad in _BAD) or not np.isfinite(data.qpos).all():
+            if diverged(data):
                 why = f"diverged within {(k + 1) * script.period:g} s"
                 break
             states[k + 1] = np.concatenate([data.qpos, data.qvel, data.act])
@@ -155,7 +187,7 @@ class MujocoModel:
         """See `OwnModel`."""
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
-        model.opt.integrator = _kind(integrator)
+        model.opt.integrator = kind(integrator)
         return TimedPeriods(model, self._begun(model), states, script.controls, steps)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
@@ -174,16 +206,15 @@ class MujocoModel:
     def _looks(self, script: Script) -> Iterator[Any]:
         """The mjData after each own step, or every few where they are many: its contacts are those
         at the beginning of the last step."""
-        model, nq, nv = copy.copy(self.effective), self.effective.nq, self.effective.nv
+        model = copy.copy(self.effective)
         data, substeps = self._begun(model), round(script.period / self.step)
-        data.qpos[:], data.qvel[:] = script.start[:nq], script.start[nq : nq + nv]
-        data.act[:] = script.start[nq + nv :]
+        put(data, script.start)
         several = max(1, substeps * len(script.controls) // LOOKS)
         for control in script.controls:
             data.ctrl[:] = control
             for done in range(0, substeps, several):
                 mujoco.mj_step(model, data, min(several, substeps - done))
-                if any(data.warning[bad].number for bad in _BAD):
+                if diverged(data):
                     return
                 yield data
 
@@ -258,14 +289,17 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     # Steps from NaN take a thousand times as long: a model that diverges is reset,
     # which its warnings show.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    integrator = next((n for n in INTEGRATORS if int(_kind(n)) == int(model.opt.integrator)), "")
+    integrator = next((n for n in INTEGRATORS if int(kind(n)) == int(model.opt.integrator)), "")
     if not integrator:
         raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
-    refusals = {n: why for n in OFFERED if (why := _refusal(model, n))}
+    refusals = {n: why for n in INTEGRATORS if (why := _refusal(model, n))}
     notes = _notes(model, data) + tuple(f"{n} is not tried: {why}" for n, why in refusals.items())
-    tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n not in refusals)
+    stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)
+    tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n in stepped)
     refsafe = not model.opt.disableflags & REFSAFE
-    return MujocoModel(name, effective, data, step, integrator, tried, clamped, notes, refsafe)
+    return MujocoModel(
+        name, effective, data, step, integrator, tried, stepped, clamped, notes, refsafe
+    )
 
 
 def started(model: Any, keyframe: int | str | None) -> Any:
@@ -284,7 +318,7 @@ def started(model: Any, keyframe: int | str | None) -> Any:
 def _refusal(model: Any, integrator: str) -> str:
     """Why MuJoCo does not step the compiled `model` with an integrator; empty where it does."""
     other = copy.copy(model)
-    other.opt.integrator = _kind(integrator)
+    other.opt.integrator = kind(integrator)
     try:
         started(other, None)
     except NotCertifiable as why:
@@ -301,10 +335,6 @@ def silent() -> Iterator[None]:
         yield
     finally:
         mujoco.set_mju_user_warning(before)
-
-
-def _kind(integrator: str) -> Any:
-    return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
 
 
 def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
@@ -338,42 +368,6 @@ def _in_use(model: Any, name: str) -> Any:
         "tendon_solref_lim": lambda: model.tendon_limited != 0,
         "tendon_solref_fri": lambda: model.tendon_frictionloss > 0.0,
     }.get(name, lambda: np.ones(len(getattr(model, name)), bool))()
-
-
-def refused(model: Any) -> None:
-    """Raises NotCertifiable for what has a state, or a use of the step, that no continuous motion
-    has."""
-    option, enabled = model.opt, mujoco.mjtEnableBit
-    set_callbacks = [n for n in CALLBACKS if getattr(mujoco, f"get_mjcb_{n}")() is not None]
-    reasons = (
-        (bool(model.nplugin and sum(model.plugin_statenum)), "a plugin with a state of its own"),
-        (_jumps(model), "a plugin with a slew limit, which its first step is free of"),
-        (bool(set_callbacks), f"a callback: mjcb_{', mjcb_'.join(set_callbacks)}"),
-        (bool(np.any(getattr(model, "actuator_delay", 0.0))), "an actuator with a delay"),
-        (bool(np.any(getattr(model, "sensor_delay", 0.0))), "a sensor with a delay"),
-        (bool(np.any(getattr(model, "flex_damping", 0.0))), "a flex with damping"),
-        (bool(option.enableflags & int(enabled.mjENBL_SLEEP)), "sleeping bodies"),
-        (option.noslip_iterations > 0, "the noslip solver, which corrects after the fact"),
-        (model.nv == 0, "no degree of freedom"),
-    )
-    for applies, what in reasons:
-        if applies:
-            raise NotCertifiable(f"the model has {what}")
-
-
-def _jumps(model: Any) -> bool:
-    """Whether a plugin's activation is set within the first step, however short that is."""
-    if not (model.nplugin and model.na):
-        return False
-    model = copy.copy(model)
-    low, high = model.actuator_ctrlrange.T
-    far, rates = np.where(abs(low) > abs(high), low, high), []
-    for model.opt.timestep in (VANISHING, 2.0 * VANISHING):
-        data = mujoco.MjData(model)
-        data.ctrl[:] = np.where(model.actuator_ctrllimited, far, 1.0)
-        mujoco.mj_forward(model, data)
-        rates.append(np.array(data.act_dot))
-    return not np.allclose(rates[0], rates[1], rtol=0.1)
 
 
 def _keyframe(model: Any, keyframe: int | str) -> int:

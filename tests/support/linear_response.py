@@ -1,4 +1,5 @@
-"""Sensitivity of a motion to its start and coefficients, and the effect of rounded inputs."""
+"""Sensitivity of a rotor's motion to its start and coefficients, its condition, and the growth of
+an error of the start."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow
+from plumbob.analytic.numerics.rotor.variational import TangentFlow, weighted_response
 from plumbob.analytic.reference import Array
 
 
@@ -19,7 +20,7 @@ def sensitivity(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array
     flow = TangentFlow(
         rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
     )
-    return start_response(flow).at(times)
+    return flow.respond(np.eye(2), np.zeros((*flow.times.shape, 2, 2))).at(times)
 
 
 def parameter_sensitivity(
@@ -31,7 +32,9 @@ def parameter_sensitivity(
         rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
     )
     partials = rotor.partials(flow.times, *flow.states)
-    values = _parameter_response(flow, list(partials.values())).at(times)
+    forcing = np.zeros((*flow.times.shape, 2, len(partials)))
+    forcing[:, :, 1, :] = np.stack(list(partials.values()), axis=-1)
+    values = flow.respond(np.zeros((2, len(partials))), forcing).at(times)
     return {name: values[:, :, column] for column, name in enumerate(partials)}
 
 
@@ -51,27 +54,10 @@ def condition(
     }
 
 
-def start_response(flow: TangentFlow) -> Response:
-    """Response to the start: columns by theta(0) and by theta_dot(0)."""
-    return flow.respond(np.eye(2), np.zeros((*flow.times.shape, 2, 2)))
-
-
-def weighted_response(flow: TangentFlow) -> Response:
-    """Responses to a relative change of one in each input: theta(0), theta_dot(0), and each
-    coefficient that is not zero."""
-    x, v = flow.orbit.theta[0], flow.orbit.theta_dot[0]
-    partials = flow.rotor.partials(flow.times, *flow.states)
-    inputs = {name: getattr(flow.rotor, name) for name in partials}
-    scaled = [value * partials[name] for name, value in inputs.items() if value != 0.0]
-    forcing = np.zeros((*flow.times.shape, 2, 2 + len(scaled)))
-    for column, source in enumerate(scaled, start=2):
-        forcing[:, :, 1, column] = source
-    start = np.zeros((2, forcing.shape[-1]))
-    start[0, 0], start[1, 1] = x, v
-    return flow.respond(start, forcing)
-
-
-def _parameter_response(flow: TangentFlow, sources: list[Array]) -> Response:
-    forcing = np.zeros((*flow.times.shape, 2, len(sources)))
-    forcing[:, :, 1, :] = np.stack(sources, axis=-1)
-    return flow.respond(np.zeros((2, len(sources))), forcing)
+def growth(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array) -> Array:
+    """Largest factor by which a small change of the start has grown at `times` [s], shape (n,),
+    theta_dot measured in units of the rotor's rate. Raises ParameterError."""
+    matrix = sensitivity(rotor, theta, theta_dot, times)
+    rate = rotor.rate()
+    scaled = matrix * np.array([[1.0, rate], [1.0 / rate, 1.0]])
+    return np.asarray(np.linalg.norm(scaled, ord=2, axis=(1, 2)))

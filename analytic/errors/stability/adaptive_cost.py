@@ -1,0 +1,31 @@
+"""What stiffness costs a solver that chooses its own steps: it never becomes unstable, and pays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plumbob.analytic.errors.stability.largest_step import FACTOR, LEAST_STEPS
+from plumbob.analytic.errors.stability.linear_steps import Complex, stability_function
+from plumbob.analytic.tableau import Tableau
+
+FARTHEST = 20.0  # of |h lambda|, at which stability is looked for
+GRID = 4000
+
+
+def stability_interval(tableau: Tableau, direction: complex) -> float:
+    """The largest |z| in a `direction` of the complex plane up to which |R(z)| is at most 1, but
+    for a growth of FACTOR in LEAST_STEPS: -1 for a mode that decays, i for one that oscillates."""
+    distance = np.linspace(0.0, FARTHEST, GRID + 1)[1:]
+    points = np.asarray(distance * (direction / abs(direction)), dtype=np.complex128)
+    size = np.abs(stability_function(tableau, points))
+    beyond = np.flatnonzero(size > FACTOR ** (1.0 / LEAST_STEPS))
+    return float(distance[beyond[0]]) if beyond.size else FARTHEST
+
+
+def stiffness_cost(tableau: Tableau | None, rates: Complex) -> float:
+    """Steps per second [1/s] that stability alone asks of a solver of modes with these `rates`
+    [1/s] (eq. 13.6), whatever the tolerance; 0 for an implicit solver, None."""
+    if tableau is None:
+        return 0.0
+    decaying = [rate for rate in rates if rate.real <= 0.0 and rate]
+    return max((abs(rate) / stability_interval(tableau, rate) for rate in decaying), default=0.0)

@@ -1,0 +1,132 @@
+"""How long a method stays right on a periodic motion: by the growth of its error (THEORY.md, 13).
+
+A step's modified equation is autonomous where the exact one is. Its motion near a periodic one is
+that motion ahead by a time s(t), but for an error that repeats: s = a t + b t^2, a from the wrong
+period, b from the energy's drift, which changes the period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
+from plumbob.analytic.errors.smooth_motion.global_error import leading_error
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.theory import Coefficients
+
+LEVELS = (0.01, 0.1, 1.0)  # of the amplitude, or of a radian where the motion rotates
+PERIODS = 5  # over which the time ahead is followed
+SAMPLES = 128  # of a period
+TERMS = 2  # of the error's series: products of errors, which the time ahead is not linear in, begin
+# with the third
+NOTHING = 1e-9  # of a part of the time ahead, relative to what the error makes of it in a period
+Growth = Literal["constant", "linear", "quadratic"]
+
+
+@dataclass(frozen=True)
+class LongRun:
+    """The growth of a method's error on one motion at one step."""
+
+    growth: Growth  # at the time of the first level that is reached
+    rate: float  # of the time ahead: a [s/s] where linear, b [1/s] where quadratic
+    energy_rate: float  # [rad^2/s^3] mean rate of the energy per moment of inertia; 0: bounded
+    times: Mapping[float, float]
+    """[s] by level, when the error first reaches it: next to zero where the part that repeats
+    alone does, infinite where it never does."""
+
+
+@dataclass(frozen=True)
+class PeriodicMotion:
+    """A conservative rotor's exact motion from `start`, theta [rad] and theta_dot [rad/s], and its
+    finite `period` [s]."""
+
+    rotor: DrivenRotor
+    start: tuple[float, float]
+    exact: Reference
+    period: float
+
+    def long_run(self, scheme: Scheme, step: float) -> LongRun | None:
+        """The growth of the error of `scheme` with `step` [s]; None for a scheme without a series.
+        Raises ParameterError where the motion does not repeat."""
+        if not (self.rotor.conservative and math.isfinite(self.period)):
+            raise ParameterError("period", self.period, "finite, of an undamped unforced motion")
+        times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
+        series = leading_error(self.rotor, *self.start, times, scheme, TERMS)
+        if not series:
+            return None
+        observed = self.exact.observe(times)
+        ahead, repeating = self._parts(times, observed, series, step)
+        sign = math.copysign(1.0, ahead[0] or ahead[1])
+        reached = self._time_shifts(observed["theta"], repeating, sign)
+        spent = {level: _when(ahead, shift) for level, shift in reached.items()}
+        first = next((time for time in spent.values() if 0.0 < time < math.inf), self.period)
+        quadratic = abs(ahead[0] * first) > abs(ahead[1])
+        growth: Growth = "quadratic" if quadratic else "linear" if ahead[1] else "constant"
+        drift = self._energy_rate(scheme, step)
+        return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
+
+    def _energy_rate(self, scheme: Scheme, step: float) -> float:
+        rates = energy_drift_rate(self.rotor, *self.start, self.period, scheme)
+        return sum(rate * step**order for order, rate in rates.items())
+
+    def _parts(
+        self, times: Array, observed: Mapping[str, Array], series: Coefficients, step: float
+    ) -> tuple[Array, Array]:
+        """b and a of the time ahead, and the error of the angle that repeats, over a period."""
+        theta, rate = observed["theta"], observed["theta_dot"]
+        push = self.rotor.acceleration(0.0, theta, rate)
+        ahead, repeating = np.zeros(2), np.zeros(SAMPLES)
+        for order, error in series.items():
+            part = self._time_ahead(times, error, rate, push)
+            ahead += step**order * part
+            steady = error["theta"] - np.polyval(part, times) * times * rate
+            repeating += step**order * steady[:SAMPLES]
+        return ahead, repeating
+
+    def _time_ahead(
+        self, times: Array, error: Mapping[str, Array], rate: Array, push: Array
+    ) -> Array:
+        """b and a of b t^2 + a t, by the error's mean component along the motion in each period;
+        of what is nothing, zero."""
+        scale = math.tau / self.period
+        along = error["theta"] * rate + error["theta_dot"] * push / scale**2
+        means = along.reshape(PERIODS, -1).mean(axis=1)
+        size = float((rate**2 + (push / scale) ** 2)[:SAMPLES].mean())
+        middles = times.reshape(PERIODS, -1).mean(axis=1)
+        fitted = np.polyfit(middles, means / size, 2)[:2]
+        noise = NOTHING * np.abs(along).max() / size
+        lasting = fitted * self.period ** np.array([2.0, 1.0])
+        return np.where(np.abs(lasting) > noise, fitted, 0.0)
+
+    def _time_shifts(self, theta: Array, repeating: Array, sign: float) -> Mapping[float, float]:
+        """The time ahead [s] at which the error first reaches each level; infinite where none up
+        to half a period does."""
+        turned = theta[SAMPLES] - theta[0]  # by a rotation in a period
+        rotating = abs(turned) > 1.0
+        amplitude = 1.0 if rotating else float(np.ptp(theta)) / 2.0
+        shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
+        spaced = np.arange(3 * SAMPLES) * self.period / SAMPLES
+        three = np.concatenate([theta[:SAMPLES] + k * turned for k in (-1.0, 0.0, 1.0)])
+        middle = slice(SAMPLES, 2 * SAMPLES)
+        moved = np.interp(spaced[middle] + shifts[:, None], spaced, three)
+        errors = np.abs(moved - three[middle] + repeating).max(axis=1) / amplitude
+        above = {level: np.flatnonzero(errors >= level) for level in LEVELS}
+        return {
+            level: float(shifts[first[0]]) if first.size else math.inf
+            for level, first in above.items()
+        }
+
+
+def _when(ahead: Array, shift: float) -> float:
+    """The first time [s] at which the time ahead is `shift` [s], of either sign."""
+    roots = np.concatenate([np.roots(np.append(ahead, side * shift)) for side in (1.0, -1.0)])
+    real = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
+    return float(real.min()) if real.size and math.isfinite(shift) else math.inf

@@ -1,0 +1,71 @@
+"""The kind of a pendulum's motion: libration in which wells, rotation, at rest, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.errors.stability.largest_step import QUIET
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array
+
+# Chosen: a swing this much faster is of no kind. That of semi-implicit Euler is faster by
+# 1/sqrt(1 - (h omega)^2/4): by 10 at h omega = 1.99, so that the limit of 2 stays sharp to 1 %.
+FASTER = 10.0
+CALM = 0.5  # of its largest speed: what a damped motion settles below
+TURN = 2.0 * np.pi
+NODES = 720  # of a turn, between which crests of the potential are interpolated
+JUDGED = ("libration", "rotation", "at rest", "settles")
+
+
+@dataclass(frozen=True)
+class PendulumKinds:
+    """The kinds of motion of `rotor` whose rate reaches `speed` [rad/s]."""
+
+    rotor: DrivenRotor
+    speed: float
+
+    @cached_property
+    def crests(self) -> Array:
+        """Angles in [0, 2 pi) of the potential's maxima, increasing; empty where there are none."""
+        if self.rotor.linear:
+            return np.zeros(0)
+        theta = (np.arange(NODES + 1) - 0.5) * TURN / NODES
+        torque = self.rotor.acceleration(0.0, theta, 0.0) - self.rotor.forcing(0.0)
+        left, right = torque[:-1], torque[1:]
+        rising = np.flatnonzero((left < 0.0) & (right >= 0.0))
+        part = left[rising] / (left[rising] - right[rising])
+        return np.sort((theta[rising] + part * TURN / NODES) % TURN)
+
+    def wells(self, theta: Array) -> Array:
+        """Number of the well of each angle [rad], counted on through turns."""
+        turns, within = np.divmod(theta, TURN)
+        return np.asarray(turns * len(self.crests) + np.searchsorted(self.crests, within))
+
+    def __call__(self, observed: Mapping[str, Array]) -> str:
+        """The kind of sampled `theta` [rad] and `theta_dot` [rad/s], shape (n,): "libration" or
+        "settles" with its wells, "rotation", "at rest"; "forced", "irregular" or "lost" where it is
+        of no kind."""
+        theta, rate = observed["theta"], observed["theta_dot"]
+        last = slice(-(len(theta) // 4) or None, None)
+        if not (np.isfinite(theta).all() and np.isfinite(rate).all()):
+            return "lost"
+        if not self.rotor.autonomous:
+            return "forced"
+        if self.rotor.damping_rate:
+            wells = np.unique(self.wells(theta[last]))
+            calm = np.abs(rate[last]).max() <= CALM * self.speed
+            return f"settles in well {wells[0]:.0f}" if len(wells) == 1 and calm else "irregular"
+        if np.abs(rate[last]).max() <= QUIET * self.speed:
+            return "at rest"
+        wells = np.unique(self.wells(theta))
+        if len(wells) > 1 and ((rate > 0.0).all() or (rate < 0.0).all()):
+            return "rotation"
+        late = np.unique(self.wells(theta[last]))
+        faster = np.abs(rate).max() > FASTER * self.speed
+        if faster or len(wells) > max(1, len(self.crests)) or len(late) < len(wells):
+            return "irregular"
+        return "libration in well " + " and ".join(f"{well:.0f}" for well in wells)

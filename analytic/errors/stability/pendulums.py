@@ -1,0 +1,199 @@
+"""The largest steps on a pendulum's exact motion, by eigenvalues or by stepping it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
+from plumbob.analytic.errors.stability.flow_growth import FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.largest_step import (
+    LEAST_PERIODS,
+    largest_lasting_step,
+    largest_step,
+)
+from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
+from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED, PendulumKinds
+from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, first_failures
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
+from plumbob.analytic.stability import StabilityTheory, StepLimit
+
+STRAIGHT = 1e-3  # by which the curvature of the potential may change along a motion by equilibrium
+LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
+PERIODS = 30  # of the fastest mode, for which a motion without a period of its own is followed
+SAMPLES = 512
+
+
+@dataclass(frozen=True)
+class PendulumStability:
+    """The limits on the `exact` motion of `rotor` from `start`, theta [rad] and theta_dot [rad/s];
+    `period` [s] is infinite where it has none."""
+
+    rotor: DrivenRotor
+    start: tuple[float, float]
+    exact: Reference
+    period: float = math.inf
+    _found: dict[Scheme, tuple[StepLimit, ...]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    @cached_property
+    def _span(self) -> float:
+        """How long the motion is looked at [s]: a period, or PERIODS of the fastest mode."""
+        if math.isfinite(self.period):
+            return self.period
+        return PERIODS * 2.0 * math.pi / (self.rotor.rate() or 1.0)
+
+    @cached_property
+    def _orbit(self) -> tuple[Array, Array]:
+        observed = self.exact.observe(np.linspace(0.0, self._span, SAMPLES))
+        return observed["theta"], observed["theta_dot"]
+
+    @cached_property
+    def _rates(self) -> Complex:
+        """Eigenvalues of the linearised motion along the orbit [1/s], shape (2, n)."""
+        half = 0.5 * self.rotor.damping_rate
+        root = np.sqrt(half * half + self.rotor.slope(self._orbit[0]) + 0j)
+        return np.stack([root - half, -root - half])
+
+    @cached_property
+    def rate(self) -> float:
+        """The fastest angular frequency or rate [rad/s] of the linearised motion."""
+        theta, theta_dot = self._orbit
+        turning = np.abs(theta_dot).max() if np.ptp(theta) > 2.0 * np.pi else 0.0
+        fastest = float(max(np.abs(self._rates).max(), 0.0 if self.rotor.linear else turning))
+        return fastest or 1.0
+
+    @cached_property
+    def equilibrium(self) -> bool:
+        """Whether eigenvalues alone set the limits."""
+        slope = self.rotor.slope(self._orbit[0])
+        ends = math.isfinite(self.period) or self.rotor.damping_rate or not np.ptp(self._orbit[0])
+        near = np.ptp(slope) <= STRAIGHT * np.abs(slope).max()
+        return bool(self.rotor.linear or (ends and near and self.rotor.autonomous))
+
+    @cached_property
+    def growth(self) -> FlowGrowth:
+        """See `StabilityTheory`."""
+        repeats = math.isfinite(self.period) and not self.rotor.linear
+        times = np.linspace(0.0, self._span, SAMPLES)
+        scales = np.array([[1.0, self.rate], [1.0 / self.rate, 1.0]])
+        return flow_growth(times, scales * sensitivity(self.rotor, *self.start, times), repeats)
+
+    @cached_property
+    def kinds(self) -> PendulumKinds:
+        """The kinds of motion of the rotor."""
+        return PendulumKinds(self.rotor, float(np.abs(self._orbit[1]).max()))
+
+    @cached_property
+    def kind(self) -> str:
+        """The exact motion's kind."""
+        count = 20.0 if math.isfinite(self.period) else 1.0
+        return self.kinds(self.exact.observe(np.linspace(0.0, count * self._span, SAMPLES)))
+
+    def kind_of(self, observed: Mapping[str, Array]) -> str:
+        """See `StabilityTheory`; always the exact motion's where that is of no kind."""
+        return self.kinds(observed) if self.kind.startswith(JUDGED) else self.kind
+
+    def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
+        """See `StabilityTheory`."""
+        if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
+            return (
+                StepLimit("unstable", math.inf, "no step is given: the method chooses its own"),
+            )
+        jointed = scheme.joint_closing_rate is not None
+        if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
+            return ()
+        scheme = simplest(scheme, self.rotor)
+        if scheme not in self._found:
+            self._found[scheme] = self._by_eigenvalues(scheme) or self._by_steps(scheme)
+        return self._found[scheme]
+
+    def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
+        if not self.equilibrium:
+            return ()
+        theta = 0.0 if self.rotor.linear else self._middle
+
+        def matrices(steps: Array) -> Array:
+            advance, state = many_steps(self.rotor, (theta, 0.0), scheme, steps)
+            return jacobians(advance, state, len(steps))
+
+        rates = self._rates[:, -1]
+        step = largest_step(matrices, rates)
+        limits = [StepLimit("unstable", step, self._why(step, "of"))]
+        if self.rotor.conservative and np.ptp(self._orbit[0]):
+            lasting = largest_lasting_step(matrices, rates)
+            if lasting < step:
+                limits.append(StepLimit("changes-kind", lasting, self._why(lasting, "damps")))
+        return tuple(limits)
+
+    @property
+    def _middle(self) -> float:
+        """The equilibrium next to the orbit [rad], where that is by one."""
+        theta = float(np.mean(self._orbit[0]))
+        for _ in range(4):
+            theta -= float(self.rotor.acceleration(0.0, theta, 0.0) / self.rotor.slope(theta))
+        return theta
+
+    def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
+        run = LEAST_PERIODS * 2.0 * math.pi / self.rate
+        if float(self.growth(np.array(run))) > LOST:
+            return ()
+
+        def begin(steps: Array) -> tuple[Callable[..., Any], Sequence[Any]]:
+            advance, state = many_steps(self.rotor, self.start, scheme, steps)
+            nudges = (1j * TINY, *[1j * TINY * self.rate] * 2)  # of a joint the bob's speed, too
+            return advance, [
+                np.zeros(len(steps)) + part + nudge
+                for part, nudge in zip(state, (*nudges, 0, 0, 0), strict=False)
+            ]
+
+        motion = SteppedMotion(
+            begin,
+            lambda state: np.hypot(state[0].imag, state[1].imag / self.rate) / (TINY * 2**0.5),
+            lambda state: {"theta": state[0].real, "theta_dot": state[1].real},
+            2.0 * math.pi / self.rate,
+            self.growth,
+            self.kind_of,
+            self.kind,
+            self._span * (2.0 if math.isfinite(self.period) else 1.0),
+        )
+        unstable, changed = first_failures(motion)
+        why = "a nudge grows a thousandfold beyond the exact motion's growth at"
+        limits = []
+        if not math.isnan(unstable):
+            limits.append(StepLimit("unstable", unstable, self._why(unstable, why)))
+        if not changed >= 0.99 * unstable:
+            why = f"the motion is no longer {self.kind} at"
+            limits.append(StepLimit("changes-kind", changed, self._why(changed, why)))
+        return tuple(limits)
+
+    def _why(self, step: float, how: str) -> str:
+        if math.isinf(step):
+            return "no step tried is too large"
+        if not step:
+            return f"{how} every step tried"
+        return f"{how} h omega = {step * self.rate:.3g}, the fastest mode's {self.rate:.3g} rad/s"
+
+
+def pendulum_stability(
+    rotor: DrivenRotor, start: tuple[float, float], exact: Reference, period: float
+) -> StabilityTheory:
+    """The theory of a pendulum, see `PendulumStability`."""
+    theory = PendulumStability(rotor, start, exact, period)
+    return StabilityTheory(
+        2.0 * math.pi / theory.rate,
+        theory.equilibrium,
+        theory.limits,
+        lambda duration: float(theory.growth(np.array(duration))),
+        theory.kind_of,
+    )

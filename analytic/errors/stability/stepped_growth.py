@@ -1,0 +1,113 @@
+"""What becomes of a nudge, and of the kind of motion, along steps of many sizes at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plumbob.analytic.errors.stability.largest_step import FACTOR, Marks, run_length
+from plumbob.analytic.reference import Array
+
+SAMPLES = 256  # along a run, of nudge and kind
+COARSE, FINE = 48, 40  # step sizes of the two passes
+SHORT = 1000  # steps of the first
+BELOW = 4.0  # times smaller than what fails in the first pass the second looks, too
+RANGE = (0.02, 6.0)  # of h times the fastest angular frequency
+Counts = npt.NDArray[np.int64]
+Complexes = Sequence[npt.NDArray[np.complex128]]
+
+
+@dataclass(frozen=True)
+class SteppedMotion:
+    """One exact motion, and a scheme's steps on it."""
+
+    begin: Callable[[Array], tuple[Callable[..., Complexes], Complexes]]
+    """Of steps [s], shape (n,): the step, of a time and of the parts of a state, shape (n,) each,
+    and the state that it begins with; the nudge is TINY in its imaginary parts."""
+    size: Callable[[Complexes], Array]
+    """Size of the nudge in a state's imaginary parts over TINY, over its size at the start."""
+    observed: Callable[[Complexes], Mapping[str, Array]]
+    fastest: float  # [s]
+    growth: Callable[[Array], Array]  # of the exact motion, see `StabilityTheory`
+    kind_of: Callable[[Mapping[str, Array]], str]
+    kind: str  # of the exact motion
+    window: float  # [s] the shortest time in which it shows
+
+
+@dataclass(frozen=True)
+class Held:
+    """Which step sizes hold, each of shape (n,)."""
+
+    steps: Array  # [s]
+    stable: Marks
+    kind: Marks
+
+
+def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
+    """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
+    FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
+    advance, state = motion.begin(steps)
+    every = max(1, int(counts.max()) // SAMPLES)
+    stable, taken = np.ones(len(steps), dtype=bool), 0
+    samples: list[Mapping[str, Array]] = [motion.observed(state)]
+    with np.errstate(all="ignore"):  # of steps that diverge
+        while taken < counts.max() and stable.any():
+            for n in range(taken, taken + every):
+                state = advance(n * steps, *state)
+            taken += every
+            allowed = FACTOR * motion.growth(np.minimum(taken, counts) * steps)
+            stable &= (motion.size(state) <= allowed) | (taken > counts)
+            samples.append(motion.observed(state))
+    judged = stable & (counts * steps >= motion.window)
+    return Held(steps, stable, stable & _kept(motion, samples, judged, counts // every + 1))
+
+
+def _kept(
+    motion: SteppedMotion, samples: Sequence[Mapping[str, Array]], judged: Marks, counts: Counts
+) -> Marks:
+    """Which motions keep their kind in so many of the samples, of those that are judged."""
+    series = {name: np.stack([sample[name] for sample in samples]) for name in samples[0]}
+    kept = np.ones_like(judged)
+    for i in np.flatnonzero(judged):
+        kind = motion.kind_of({name: values[: counts[i], i] for name, values in series.items()})
+        kept[i] = kind == motion.kind
+    return kept
+
+
+def first_failures(motion: SteppedMotion) -> tuple[float, float]:
+    """The steps [s] below which all smaller ones are stable, and keep their kind; infinite where
+    none of RANGE fails, zero where all do. The first is NaN where the kind changes before it: what
+    is stable then is another motion. Windows of failure narrower than the grid's factor are missed:
+    1.13, and 1.04 within BELOW of the limit."""
+    scale = motion.fastest / (2.0 * np.pi)
+    steps = np.geomspace(*RANGE, COARSE) * scale
+    short = tried(motion, steps, np.full(COARSE, SHORT))
+    fails = min(_first(steps, short.kind)[1], RANGE[1] * scale)
+    unstable, changed = _near(motion, fails)
+    while changed == 0.0 and fails > RANGE[0] * scale:
+        fails /= BELOW
+        unstable, changed = _near(motion, fails)
+    return math.nan if changed < unstable == math.inf else unstable, changed
+
+
+def _near(motion: SteppedMotion, fails: float) -> tuple[float, float]:
+    """The limits among the steps up to `fails` [s], and down to BELOW times less: infinite where
+    all hold, zero where none does."""
+    near = np.geomspace(fails / BELOW, fails, FINE)
+    held = tried(motion, near, run_length(near, motion.fastest))
+    unstable, changed = (_first(near, marks) for marks in (held.stable, held.kind))
+    return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
+
+
+def _first(steps: Array, held: Marks) -> tuple[float, float]:
+    """The last step [s] that holds before one that does not, zero where none does, and that one;
+    infinite where all hold."""
+    failing = np.flatnonzero(~held)
+    if not failing.size:
+        return np.inf, np.inf
+    first = int(failing[0])
+    return float(steps[first - 1]) if first else 0.0, float(steps[first])

@@ -1,0 +1,353 @@
+"""The largest step that holds along a certified motion, what sets it, and what raises it.
+
+The Jacobian of one step at states along the motion predicts the limit: a nudge grows without bounds
+where the step magnifies some mode of it by more than the continuous motion itself does. Modes of
+both are matched by the rank of their magnitudes: if any matching has none that exceeds its partner,
+that one has none. A limit is said to be confirmed where nudged runs hold below it and are lost
+above.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.reference import OUT_OF_TIME
+from plumbob.engines.audit.trims import moved
+from plumbob.engines.own_motion import Change, Element, OwnModel, Place, Script, StepMaps
+
+STATES = 5  # along the motion
+BEYOND = 10.0  # times the model's own step: no larger one is tried
+# By which a mode may grow in a step beyond the continuous motion's own growth: a nudge a
+# thousandfold in 142 steps. RK4 passes it within 1.2 % of where |R(z)| = 1.
+MARGIN = 0.05
+SAFE = 0.5  # of the shortest time constant: a step at which every method holds
+RATIO = 2.0  # from one step that is tried to the next
+RESOLVED = 0.02  # to which a limit is bisected
+DIFFERENCES = (1e-6, 1e-7)  # [m, rad, ...] of the Jacobians
+# A contact that begins within a difference makes a Jacobian that goes as one over it: such a state
+# tells nothing, and its multipliers differ by more than this factor.
+ALIKE = 1.5
+TINY = 2.0**-24  # [s]: a step that is the continuous motion's
+BELOW, ABOVE = 0.9, 1.1  # of a limit: where nudged runs hold, and are lost
+LOST = 1e3  # a nudge's growth beyond the continuous motion's own
+FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
+LEAST, MOST = 50, 400  # steps of a nudged run
+FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
+HELPS = 1.1  # times the limit: what a remedy is to reach
+NOTICED = 0.01  # of the growth: what an element changes that sets it
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest step of an integrator below which every one holds along the motion."""
+
+    integrator: str
+    largest_step: float | None  # [s]; None where it lies beyond what was tried
+    predicted: float | None = None  # [s] by the step's Jacobian; None where that shows no limit
+    first: str = ""  # what goes first: a joint, and the actuator, spring, damper or contact
+    confirmed: bool = False  # nudged runs hold below it, and are lost above
+    why: str = ""  # it is not known, or not confirmed
+    index: int = 0  # of the control period in which it is set
+
+    @property
+    def reach(self) -> float:
+        """The largest step [s] that is known to hold; infinite where it lies beyond those tried, 0
+        where nothing is known."""
+        if not self.confirmed:
+            return 0.0
+        return math.inf if self.largest_step is None else self.largest_step
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """A change of the model that raises the limit of its own integrator."""
+
+    name: str  # "armature 0.02"
+    limit: Limit
+    moved: float  # [m] by which some body is elsewhere along the certified motion
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The limits of all integrators, the model's own first, and remedies, the best first."""
+
+    limits: tuple[Limit, ...]
+    remedies: tuple[Remedy, ...]
+    step: float  # [s] the model's own
+    start_only: bool = False  # no more of the motion is known
+    seconds: float = 0.0
+
+    @property
+    def own(self) -> Limit:
+        """The limit of the model's own integrator."""
+        return self.limits[0]
+
+    @property
+    def unstable(self) -> bool:
+        """Whether the model's own step is: nudged runs have confirmed it."""
+        return self.own.confirmed and self.own.reach < self.step
+
+
+@dataclass(frozen=True)
+class Point:
+    """A state of the motion, and the modes of the continuous motion there."""
+
+    index: int  # of the control period
+    maps: StepMaps
+    rates: Array  # [1/s] complex, shape (n,)
+
+    @property
+    def fastest(self) -> float:
+        """The largest magnitude of the rates [1/s]."""
+        return float(np.abs(self.rates).max())
+
+
+def excess(jacobian: Array, rates: Array, step: float) -> float:
+    """The largest factor by which a mode of a step grows beyond its partner among the modes of the
+    continuous motion, of these `rates` [1/s], or beyond 1."""
+    if not np.isfinite(jacobian).all():
+        return math.inf
+    stepped = np.sort(np.abs(np.linalg.eigvals(jacobian)))
+    flow = np.exp(np.sort(rates.real) * step)
+    return float((stepped / np.maximum(flow, 1.0)).max())
+
+
+def excess_at(at: Point, integrator: str, step: float, difference: float) -> float:
+    """That of one step [s] at a state."""
+    return excess(at.maps(integrator, step, difference), at.rates, step)
+
+
+def unstable(at: Point, integrator: str, step: float) -> bool:
+    """Whether a step [s] magnifies nudges at a state."""
+    return excess_at(at, integrator, step, DIFFERENCES[0]) > 1.0 + MARGIN
+
+
+def decided(at: Point, integrator: str, step: float) -> bool:
+    """Whether that does not depend on the differences."""
+    factors = [excess_at(at, integrator, step, difference) for difference in DIFFERENCES]
+    return math.isinf(min(factors)) or max(factors) <= ALIKE * min(factors)
+
+
+def bracket(at: Point, integrator: str, most: float) -> tuple[float, float] | None:
+    """Of steps [s] from the smallest to `most`, the last that holds at a state before one that does
+    not, and that one; None where all hold."""
+    holds, step = 0.0, min(SAFE / at.fastest if at.fastest else most, most)
+    while not (unstable(at, integrator, step) and decided(at, integrator, step)):
+        if step >= most:
+            return None
+        holds, step = step, min(RATIO * step, most)
+    return holds, step
+
+
+def bisected(fails: Callable[[float], bool], holds: float, step: float, within: float) -> float:
+    """The largest step [s] that holds between one that does and one that `fails`, within a
+    fraction of the latter."""
+    while step - holds > within * step:
+        middle = (holds + step) / 2.0
+        if fails(middle):
+            step = middle
+        else:
+            holds = middle
+    return holds
+
+
+@dataclass(frozen=True)
+class Course:
+    """A model along a certified motion: what the limits of its steps are found on."""
+
+    model: OwnModel
+    script: Script
+    states: Array  # at the ends of the periods as far as they are known, shape (k, n)
+
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """States spread over the motion, the first and the last included."""
+        chosen = np.unique(np.linspace(0, len(self.states) - 1, STATES).round().astype(int))
+        return tuple(self.point(int(k)) for k in chosen)
+
+    def point(self, index: int) -> Point:
+        """The state at the beginning of a control period."""
+        control = self.script.controls[min(index, len(self.script.controls) - 1)]
+        maps = self.model.step_maps(self.states[index], control)
+        step = maps(self.model.integrator, TINY, DIFFERENCES[0])
+        rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
+        return Point(index, maps, np.asarray(rates))
+
+    def changed(self, change: Change) -> Course:
+        """Of the model with a change, at the same states."""
+        return replace(self, model=self.model.changed((change,)))
+
+    def lost(self, integrator: str, step: float, index: int = 0) -> bool:
+        """Whether a run with a step [s] loses a nudge, or itself: one from a period `index` on, or
+        one from the start, unless that takes too many steps. A nudge of a motion that is already
+        disturbed may not show what one of the motion itself does."""
+        whole = self.script.duration <= MOST * step
+        return any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
+
+    def _lost(self, integrator: str, step: float, begin: int) -> bool:
+        script, nudged = self.script, self.model.nudged
+        duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
+        begun = replace(script, start=self.states[begin])
+        grown = nudged(begun, begin, integrator, step, duration)
+        if grown <= LOST or math.isinf(grown):
+            return grown > LOST
+        fine = min(step / FINER, self.model.step)
+        flow = nudged(begun, begin, integrator, fine, duration)
+        return grown > LOST * max(1.0, flow)
+
+
+def limited(course: Course, integrator: str) -> Limit:
+    """The limit of an integrator: the lowest of those at the states above which a nudged run is
+    lost. Others set none: the motion leaves them before a nudge has grown."""
+    most, passed = BEYOND * course.model.step, ""
+    brackets = [(found, at) for at in course.points if (found := bracket(at, integrator, most))]
+    for (holds, fails), at in sorted(brackets, key=lambda entry: entry[0]):
+        step = bisected(partial(unstable, at, integrator), holds, fails, RESOLVED)
+        if not course.lost(integrator, ABOVE * step, at.index):
+            passed = f"; at {at.index * course.script.period:.3g} s a nudge grows from "
+            passed += f"{1e3 * step:.3g} ms on, for a moment"
+            continue
+        limit = Limit(integrator, step, step, index=at.index)
+        if course.lost(integrator, BELOW * step, at.index):
+            return measured(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
+        return replace(limit, first=named(course, limit), confirmed=True)
+    limit = Limit(integrator, most)
+    if course.lost(integrator, most):
+        return measured(course, limit, f"none by its Jacobians{passed}")
+    return Limit(integrator, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
+
+
+def measured(course: Course, limit: Limit, why: str) -> Limit:
+    """A limit by nudged runs alone, below a step at which they are lost: they hold at 0.9 of it and
+    are lost at some step up to 1.1 of it."""
+    assert limit.largest_step is not None
+    fails = partial(course.lost, limit.integrator, index=limit.index)
+    high, low = limit.largest_step, limit.largest_step / RATIO
+    while fails(low):
+        high, low = low, low / RATIO
+        if low < limit.largest_step / MOST:
+            return replace(limit, why="nudged runs are lost at any step that was tried")
+    low = bisected(fails, low, high, 1.0 - BELOW / ABOVE)
+    step = low / BELOW
+    why = f"by nudged runs; {why}"
+    if not fails(ABOVE * step):
+        why += "; some larger steps hold again"
+    limit = replace(limit, largest_step=step, confirmed=True, why=why)
+    if limit.predicted is None:
+        shown = [excess_at(at, limit.integrator, high, DIFFERENCES[0]) for at in course.points]
+        limit = replace(limit, index=course.points[int(np.argmax(shown))].index)
+    return replace(limit, first=named(course, limit))
+
+
+@dataclass(frozen=True)
+class Mode:
+    """The mode of a step that grows first beyond the continuous motion's growth."""
+
+    factor: complex  # by which a step multiplies it
+    right: Array  # eigenvectors, complex, shape (n,); their product is one
+    left: Array
+
+    @property
+    def participation(self) -> Array:
+        """How much each coordinate takes part, whatever units it has, shape (n,)."""
+        return np.asarray(np.abs(self.left * self.right))
+
+
+def first_mode(jacobian: Array, rates: Array, step: float) -> Mode | None:
+    """The first mode, by magnitude, that exceeds its partner of the continuous motion; None where
+    none does."""
+    from scipy import linalg
+
+    decomposed: Any = linalg.eig(jacobian, left=True)
+    factors, left, right = decomposed
+    order = np.argsort(-np.abs(factors))
+    partners = np.exp(-np.sort(-rates.real) * step)
+    exceeding = np.abs(factors[order]) > (1.0 + MARGIN) * np.maximum(partners, 1.0)
+    if not exceeding.any():
+        return None
+    k = order[int(np.argmax(exceeding))]
+    scale = left[:, k].conj() @ right[:, k]
+    return Mode(complex(factors[k]), right[:, k], left[:, k].conj() / scale)
+
+
+def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
+    """The place that takes part most in the first mode to grow, a little beyond a limit and at the
+    state that sets it; and of the elements there the one without a part of which that mode grows
+    least, to first order, none where that hardly differs."""
+    assert limit.largest_step is not None
+    integrator, step = limit.integrator, ABOVE * limit.largest_step
+    at = next(at for at in course.points if at.index == limit.index)
+    jacobian = at.maps(integrator, step, DIFFERENCES[0])
+    mode = first_mode(jacobian, at.rates, step) if np.isfinite(jacobian).all() else None
+    if mode is None:
+        return Place(""), None
+    place = at.maps.place(mode.participation)
+    along = np.stack([mode.right.real, mode.right.imag], axis=1)
+    best: tuple[float, Element | None] = (NOTICED, None)
+    for element in place.elements:
+        weaker = at.maps.changed(element.weaker)
+        parts = weaker(integrator, step, DIFFERENCES[0], along) - jacobian @ along
+        change = mode.left @ parts @ np.array([1.0, 1.0j]) / mode.factor
+        best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
+    return place, best[1]
+
+
+def named(course: Course, limit: Limit) -> str:
+    """Names of what goes first beyond a limit; empty where that is not known."""
+    place, element = culprit(course, limit)
+    return f"{place.name}, {element.name}" if element else place.name
+
+
+def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
+    """Changes that raise the limit of the model's own integrator, tried: the best first."""
+    own = limits[0]
+    place, element = culprit(course, own)
+    changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
+    best = max(limits, key=lambda limit: limit.reach).integrator
+    remedies = []
+    for change in changes:
+        other = course.changed(change)
+        limit = limited(other, own.integrator)
+        if limit.reach > HELPS * own.reach:
+            remedies.append(Remedy(change.name, limit, moved_by(course, other, best)))
+    return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
+
+
+def moved_by(course: Course, other: Course, integrator: str) -> float:
+    """How far [m] from each other two models move some body as far as the motion is known, at small
+    steps of an integrator."""
+    parts = FINE * max(1, round(course.script.period / course.model.step))
+    known = replace(
+        course.script, controls=course.script.controls[: max(1, len(course.states) - 1)]
+    )
+    runs = [c.model.stepped(known, integrator, parts).states for c in (course, other)]
+    return moved(course.model, *runs)
+
+
+def stability(
+    model: OwnModel,
+    script: Script,
+    states: Array,
+    budget: float = math.inf,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Stability:
+    """The largest steps of all integrators along the motion of `script`, of which `states` at the
+    ends of the periods are known, and what raises the model's own; others than that one, and
+    remedies, as far as about `budget` [s] allows."""
+    begin = clock()
+    course = Course(model, script, states)
+    limits = [limited(course, model.integrator)]
+    for name in model.steppable[1:]:
+        late = clock() - begin > budget
+        limits.append(Limit(name, None, why=OUT_OF_TIME) if late else limited(course, name))
+    try_remedies = limits[0].largest_step is not None and clock() - begin < budget
+    remedies = remedied(course, limits) if try_remedies else ()
+    return Stability(tuple(limits), remedies, model.step, len(states) == 1, clock() - begin)

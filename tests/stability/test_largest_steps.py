@@ -1,0 +1,206 @@
+"""The largest step of a linear system against closed forms, 40-digit numbers and other code."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
+from plumbob.analytic.errors.stability.adaptive_cost import stability_interval, stiffness_cost
+from plumbob.analytic.errors.stability.largest_step import excess, largest_step
+from plumbob.analytic.errors.stability.linear_steps import (
+    LinearSystem,
+    generalised_alpha,
+    jacobians,
+    stability_function,
+    step_matrices,
+)
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, LEAPFROG, LINEARLY_IMPLICIT, RK4, Scheme
+from plumbob.analytic.tableau import CLASSICAL, Tableau, order_5, order_8
+
+PLAIN = (
+    Scheme(EULER),
+    Scheme(EULER, implicit_damping=True),
+    Scheme(EULER, implicit_damping=True, implicit_spring=True),
+    Scheme(EULER, position_first=True),
+    Scheme(LEAPFROG),
+    Scheme(RK4),
+)
+OMEGA = 3.0  # [rad/s]
+SHARP = 1.0 + 1e-5  # growth in 10^4 steps: what is left of the margin is 1e-9 a step
+# |R| of RK4 on the negative axis is 1 at the real root of 1 + z/2 + z^2/6 + z^3/24 = 0
+REAL_AXIS = 2.785293563405282
+
+
+def oscillator(damping: float = 0.0, stiffness: float = OMEGA**2) -> LinearSystem:
+    one = np.eye(1)
+    return LinearSystem(2.0 * one, 2.0 * damping * one, 2.0 * stiffness * one)
+
+
+def limit(scheme: Scheme, system: LinearSystem, factor: float = SHARP) -> float:
+    matrices = step_matrices(system, scheme)
+    assert matrices is not None
+    return largest_step(matrices, system.rates, factor=factor)
+
+
+def closed_form(scheme: Scheme, damping: float) -> float:
+    """The limit of each scheme by Jury's conditions on trace and determinant (eq. 13.2)."""
+    if scheme.implicit_spring:
+        return math.inf
+    if scheme.integrator == LEAPFROG:
+        return 2.0 / OMEGA
+    if scheme.integrator == RK4:
+        fast = damping / 2.0 + math.sqrt(damping**2 / 4.0 - OMEGA**2) if damping else OMEGA
+        return (REAL_AXIS if damping else 2.0 * math.sqrt(2.0)) / fast
+    sign = 1.0 if scheme.implicit_damping else -1.0  # h^2 omega^2 = 4 + sign 2 h xi
+    root = math.sqrt(damping**2 + 4.0 * OMEGA**2)
+    return (sign * damping + root) / OMEGA**2
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+@pytest.mark.parametrize("scheme", PLAIN, ids=str)
+def test_limits_of_an_oscillator(scheme: Scheme, damping: float) -> None:
+    system, wanted = oscillator(damping), closed_form(scheme, damping)
+    # eq. 13.2 is exact; a margin of 1e-9 a step moves a root of slope one by as much
+    assert limit(scheme, system) == pytest.approx(wanted, rel=1e-6)
+    # the margin of the runs, 7e-4 a step, moves it by less than half of a bracket of 1 %
+    assert limit(scheme, system, 1e3) == pytest.approx(wanted, rel=4e-3)
+
+
+@pytest.mark.parametrize("tableau", [CLASSICAL, order_5(), order_8()], ids=["4", "5", "8"])
+@pytest.mark.parametrize("z", [-2.5 + 0.0j, 2.0j, -1.0 + 3.0j])
+def test_the_stability_function_by_its_definition_in_40_digits(
+    tableau: Tableau, z: complex
+) -> None:
+    stages = len(tableau.weights)
+    with mpmath.workdps(40):
+        number = mpmath.mpc(z)
+        matrix, ones = mpmath.zeros(stages), mpmath.ones(stages, 1)
+        for i, row in enumerate(tableau.matrix):
+            for j, value in enumerate(row):
+                matrix[i, j] = mpmath.mpf(value)
+        stage = mpmath.lu_solve(mpmath.eye(stages) - number * matrix, ones)
+        weights = mpmath.matrix([mpmath.mpf(w) / tableau.divisor for w in tableau.weights])
+        wanted = complex(1 + number * (weights.T * stage)[0])
+    found = complex(stability_function(tableau, np.array(z)))
+    assert found == pytest.approx(wanted, rel=1e-13)  # 12 stages, 4.8 at most a weight: 100 ulp
+
+
+def test_the_limits_of_rk4_on_both_axes_in_40_digits() -> None:
+    with mpmath.workdps(40):
+        real = mpmath.findroot(lambda z: 1 + z / 2 + z**2 / 6 + z**3 / 24, -2.785)
+        imaginary = mpmath.findroot(lambda y: -(y**6) / 72 + y**8 / 576, 2.828)
+    assert -float(real) == pytest.approx(REAL_AXIS, rel=1e-15)
+    assert float(imaginary) == pytest.approx(2.0 * math.sqrt(2.0), rel=1e-15)
+    # a grid of 0.005
+    assert stability_interval(CLASSICAL, -1.0) == pytest.approx(REAL_AXIS, abs=6e-3)
+    assert stability_interval(CLASSICAL, 1.0j) == pytest.approx(2.8284, abs=6e-3)
+
+
+@pytest.mark.parametrize("scheme", PLAIN, ids=str)
+def test_step_matrices_are_the_derivatives_of_the_steps_taken_elsewhere(scheme: Scheme) -> None:
+    rotor = DrivenRotor(stiffness=7.0, damping_rate=0.9)
+    steps = np.array([1e-3, 0.1, 0.6])
+    advance, state = many_steps(rotor, (0.3, 0.0), scheme, steps)
+    matrices = step_matrices(oscillator(0.9, 7.0), scheme)
+    assert matrices is not None
+    taken = jacobians(advance, state, len(steps))
+    np.testing.assert_allclose(matrices(steps), taken, rtol=1e-13, atol=1e-15)  # a few roundings
+
+
+def test_the_fastest_mode_of_a_coupled_system_sets_the_limit() -> None:
+    mass = np.array([[2.0, 0.3], [0.3, 1.0]])
+    stiffness = np.array([[50.0, -20.0], [-20.0, 400.0]])
+    system = LinearSystem(mass, np.zeros((2, 2)), stiffness)
+    fastest = math.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max())
+    assert limit(Scheme(EULER), system) * fastest == pytest.approx(2.0, rel=1e-6)
+    assert limit(Scheme(RK4), system) * fastest == pytest.approx(2.0 * 2.0**0.5, rel=1e-6)
+
+
+def test_generalised_alpha_has_no_limit_and_its_radius_at_infinity() -> None:
+    system, radius = oscillator(), 0.9
+    matrices = generalised_alpha(system, radius)
+    assert math.isinf(largest_step(matrices, system.rates))
+    far = np.abs(np.linalg.eigvals(matrices(np.array([1e9])))).max()
+    assert far == pytest.approx(radius, rel=1e-4)  # a triple root: the cube root of an ulp
+    once = np.sort(np.abs(np.linalg.eigvals(matrices(np.array([1e-3])))))[0, 1:]
+    assert once == pytest.approx(1.0, abs=1e-8)  # of second order: (h omega)^4
+
+
+def test_a_growing_flow_is_no_instability_of_the_step() -> None:
+    """An inverted pendulum falls in any step that is right."""
+    system = oscillator(stiffness=-9.8)
+    matrices = step_matrices(system, Scheme(EULER))
+    assert matrices is not None
+    assert math.isinf(largest_step(matrices, system.rates))
+    # RK4 makes the mode that decays grow, at the real axis's limit
+    rk4 = limit(Scheme(RK4), system, 1e3)
+    assert rk4 * math.sqrt(9.8) == pytest.approx(REAL_AXIS, rel=1e-3)
+    # where the growth of the flow is not taken off, a hundredth of that is called unstable
+    neutral = 1j * np.abs(system.rates)
+    assert largest_step(matrices, neutral) < 0.01 * rk4
+    assert excess(matrices, neutral, np.array([0.1]))[0] > 0.1
+
+
+def test_a_stiff_mode_is_seen_beside_a_growing_one() -> None:
+    stiffness = np.diag([-9.8, 1e4])
+    system = LinearSystem(np.eye(2), np.zeros((2, 2)), stiffness)
+    assert limit(Scheme(EULER), system) == pytest.approx(0.02, rel=1e-6)
+
+
+def test_sabotaged_schemes_have_other_limits() -> None:
+    """A weight of RK4 changed by a half, and by a tenth; damping explicit in place of implicit; a
+    spring in the wrong stage: each moves the limit."""
+    system = oscillator()
+
+    def rk4_with(weights: tuple[float, ...]) -> float:
+        tableau = replace(CLASSICAL, weights=weights, divisor=sum(weights))
+        one, flow = np.eye(2), system.flow
+
+        def matrices(steps: Array) -> Array:
+            h = steps[:, None, None]
+            change = tableau.change(lambda time, state: flow @ state, 0.0, one, h)
+            return np.asarray(one + change)
+
+        return largest_step(matrices, system.rates) * OMEGA
+
+    assert rk4_with((1.0, 2.0, 2.0, 1.0)) == pytest.approx(2.0 * 2.0**0.5, rel=1e-3)
+    for change in (0.2, 1.0):
+        moved = rk4_with((1.0, 2.0, 2.0 + change, 1.0))
+        assert abs(moved / (2.0 * 2.0**0.5) - 1.0) > 5e-3
+    damped = oscillator(1.0)
+    explicit, implicit = (limit(s, damped) for s in PLAIN[:2])
+    assert implicit / explicit > 1.3  # 2.35 beside 1.69 of h omega
+    # a spring read at the start of the step, as explicit Euler has it, in place of its end
+    free = oscillator()
+
+    def early(steps: Array) -> Array:
+        return np.eye(2) + steps[:, None, None] * free.flow
+
+    assert largest_step(early, free.rates) < 0.05 * limit(Scheme(EULER), free)
+
+
+def test_linearly_implicit_euler_is_euler_with_implicit_damping_here() -> None:
+    system, steps = oscillator(0.7), np.array([0.2])
+    both = (
+        step_matrices(system, Scheme(LINEARLY_IMPLICIT)),
+        step_matrices(system, Scheme(EULER, implicit_damping=True)),
+    )
+    first, second = (matrices(steps) for matrices in both if matrices is not None)
+    np.testing.assert_array_equal(first, second)
+
+
+def test_what_stiffness_costs_a_solver_that_chooses_its_steps() -> None:
+    rates = np.array([-1e4 + 0j, -1.0 + 3.0j])
+    assert stiffness_cost(None, rates) == 0.0
+    fifth, eighth = (stiffness_cost(tableau, rates) for tableau in (order_5(), order_8()))
+    # the intervals on the real axis, 3.31 and 6.15 (Hairer and Wanner 1996, IV.2), to the grid
+    assert fifth == pytest.approx(1e4 / 3.31, rel=5e-3)
+    assert 1e4 / 7.0 < eighth < 1e4 / 5.0
+    assert stiffness_cost(order_5(), np.array([2.0 + 0j])) == 0.0  # growth asks for accuracy alone

@@ -1,0 +1,89 @@
+"""The time after which a method is wrong, against runs in plain numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.errors.stability.long_runs import LEVELS, PeriodicMotion
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.tests.support import fixed_step
+
+RUNS = (
+    ("simple-pendulum/free-large", Scheme(EULER), 0.03, "linear"),
+    ("simple-pendulum/free-large", Scheme(LEAPFROG), 0.02, "linear"),
+    ("simple-pendulum/free-large", Scheme(RK4), 0.05, "quadratic"),
+    ("simple-pendulum/rotating-slow", Scheme(LEAPFROG), 0.004, "linear"),
+    ("simple-pendulum/rotating-slow", Scheme(RK4), 0.05, "quadratic"),
+    ("cone-pendulum/deep-well", Scheme(EULER), 2e-3, "linear"),
+    ("cone-pendulum/deep-well", Scheme(LEAPFROG), 2e-3, "linear"),
+    ("cone-pendulum/deep-well", Scheme(RK4), 6e-3, "quadratic"),
+)
+SHORTEST = 12  # a period is an eleventh of that: the bar
+
+
+def motion(name: str) -> PeriodicMotion:
+    case = case_of(find_scene(name))
+    pendulum = case.problem.motion if name.startswith("cone") else case.problem.elliptic
+    start = case.reference.observe(np.zeros(1))
+    first = float(start["theta"][0]), float(start["theta_dot"][0])
+    return PeriodicMotion(pendulum.rotor, first, case.reference, pendulum.period)
+
+
+@pytest.mark.parametrize(("name", "scheme", "step", "growth"), RUNS, ids=str)
+def test_the_time_until_an_error_is_as_predicted(
+    name: str, scheme: Scheme, step: float, growth: str
+) -> None:
+    """Within 1.1 at 1 % and at 10 %, but in the first SHORTEST periods: two terms of the series, an
+    interpolated orbit, and an error that is at its largest once a period."""
+    exact = motion(name)
+    predicted = exact.long_run(scheme, step)
+    assert predicted is not None
+    assert predicted.growth == growth
+    steps = math.ceil((1.2 * predicted.times[0.1] + 2.0 * exact.period) / step)
+    theta, _ = fixed_step.run(exact.rotor, *exact.start, step, steps, scheme)
+    truth = exact.exact.observe(np.arange(steps + 1, dtype=np.float64) * step)["theta"]
+    period = exact.exact.observe(np.linspace(0.0, exact.period, 400))["theta"]
+    rotating = abs(period[-1] - period[0]) > 1.0
+    errors = np.abs(theta - truth) / (1.0 if rotating else np.ptp(period) / 2.0)
+    levels = [level for level in LEVELS[:2] if predicted.times[level] > SHORTEST * exact.period]
+    assert levels
+    for level in levels:
+        measured = step * int(np.flatnonzero(errors >= level)[0])
+        assert 1.0 / 1.1 < measured / predicted.times[level] < 1.1
+
+
+def test_the_drift_of_the_energy_and_of_its_sign() -> None:
+    exact = motion("simple-pendulum/free-large")
+    euler, rk4 = (exact.long_run(scheme, 0.02) for scheme in (Scheme(EULER), Scheme(RK4)))
+    assert euler is not None
+    assert rk4 is not None
+    assert euler.energy_rate == 0.0  # bounded, for ever
+    half = exact.long_run(Scheme(RK4), 0.01)
+    assert half is not None
+    assert rk4.energy_rate < 0.0
+    assert rk4.energy_rate / half.energy_rate == pytest.approx(32.0, rel=0.02)  # next: h^7
+
+
+def test_a_gravity_error_of_a_thousandth_is_seen_in_the_time_to_one_per_cent() -> None:
+    """What the prediction would miss: a period that differs by 5e-4 is 1 % wrong after 3 periods,
+    where leapfrog's own error takes 50."""
+    exact = motion("simple-pendulum/free-large")
+    predicted = exact.long_run(Scheme(LEAPFROG), 0.01)
+    assert predicted is not None
+    assert predicted.times[0.01] > 50.0 * exact.period
+    shift = 5e-4 * 3.0 * exact.period
+    assert predicted.rate * predicted.times[0.01] < shift
+
+
+def test_motions_and_schemes_without_an_answer() -> None:
+    exact = motion("simple-pendulum/free-large")
+    assert exact.long_run(Scheme("velocity-verlet"), 0.01) is None
+    endless = PeriodicMotion(exact.rotor, exact.start, exact.exact, math.inf)
+    with pytest.raises(ParameterError, match="finite, of an undamped unforced motion"):
+        endless.long_run(Scheme(EULER), 0.01)
