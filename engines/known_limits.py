@@ -10,7 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from plumbob.engines.method import Engine, KnownLimit, NotRead, fits
+from plumbob.analytic.stability import Kind
+from plumbob.engines.method import Engine, KnownLimit, KnownStepLimit, NotRead, fits
 
 FOLDER = Path(__file__).parent / "limits"
 Pair = tuple[str, str]  # the names of a scene and of a method
@@ -34,6 +35,7 @@ class Limits:
     """The declared limits of an engine, and how large their errors were."""
 
     known_limits: tuple[KnownLimit, ...] = ()  # the first that is of a pair counts
+    step_limits: tuple[KnownStepLimit, ...] = ()
     not_read: tuple[NotRead, ...] = ()
     sizes: Mapping[Pair, Size] = field(default_factory=dict)
     solvers: Mapping[Pair, Mapping[float, float]] = field(default_factory=dict)
@@ -45,6 +47,11 @@ class Limits:
         """The limit that a scene with a method has, or None."""
         return next((k for k in self.known_limits if _covers(k, scene, method)), None)
 
+    def step_limit(self, scene: str, method: str, kind: Kind) -> KnownStepLimit | None:
+        """What is known of the largest step of a scene with a method, or None."""
+        held = (k for k in self.step_limits if k.kind == kind and _covers(k, scene, method))
+        return next(held, None)
+
     def unread(self, scene: str, method: str) -> Mapping[str, str]:
         """{observable: why}: what the engine does not give of a scene with a method; the first
         reason counts."""
@@ -54,7 +61,7 @@ class Limits:
         return reasons
 
 
-def _covers(entry: KnownLimit | NotRead, scene: str, method: str) -> bool:
+def _covers(entry: KnownLimit | KnownStepLimit | NotRead, scene: str, method: str) -> bool:
     return fits(method, entry.methods) and fits(scene, entry.scenes)
 
 
@@ -86,6 +93,7 @@ def read(file: Path) -> Limits:
     sizes, solvers = _by_pair(content.pop("sizes", {})), _by_pair(content.pop("solvers", {}))
     return Limits(
         known_limits=_entries(KnownLimit, content.pop("known_limits", ())),
+        step_limits=_entries(KnownStepLimit, content.pop("step_limits", ())),
         not_read=_entries(NotRead, content.pop("not_read", ())),
         sizes={pair: Size(**values) for pair, values in sizes.items()},
         solvers={pair: {float(t): e for t, e in held.items()} for pair, held in solvers.items()},

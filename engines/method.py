@@ -12,6 +12,7 @@ from typing import Any, Literal, Protocol, TypeVar
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.stability import Kind
 from plumbob.engines.trajectory import Stepping as Stepping
 from plumbob.engines.trajectory import Timed, Trajectory
 from plumbob.models.registry import added_system, find_system
@@ -140,6 +141,17 @@ class KnownLimit:
 def present(verdict: str) -> str:
     """A verdict by its present name; earlier ones are understood."""
     return _RENAMED.get(verdict, verdict) if isinstance(verdict, str) else verdict
+
+
+@dataclass(frozen=True)
+class KnownStepLimit:
+    """A largest step that is known to differ from its prediction."""
+
+    scenes: Patterns
+    methods: Patterns
+    ratio: float  # measured over predicted
+    reason: str
+    kind: Kind = "unstable"
 
 
 @dataclass(frozen=True)

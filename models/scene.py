@@ -117,6 +117,9 @@ class System:
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     errors: Callable[[Any], ErrorTheory] = no_theory  # theory of fixed steps' errors
     stability: Callable[[Any], StabilityTheory] | None = None  # theory of the largest step
+    start: tuple[str, ...] = ()
+    """Parameters of the start of the motion; where a scene has none of them, the last is zero."""
+
     weight: float = 1.0  # rough cost of a step, in steps of a pendulum
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """The quantities of interest of a case; None: the first observable, over the whole run."""

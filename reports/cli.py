@@ -27,6 +27,7 @@ COMMANDS = (
     "recommend",
     "settings",
     "audit",
+    "stability",
     "compare",
     "sweep",
     "worst",

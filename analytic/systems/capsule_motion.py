@@ -1,4 +1,4 @@
-"""What the motions of the capsule have in common, so that no caller asks for a class."""
+"""Parts that the motions of the capsule have in common, so that no caller asks for a class."""
 
 from __future__ import annotations
 

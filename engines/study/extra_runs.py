@@ -15,6 +15,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
+from plumbob.engines.study.stability import Stability, StabilitySearch, stability
 from plumbob.engines.trajectory import Trajectory, last_sample, lost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -59,15 +60,16 @@ class TrimmingRun:
     repeats: int
 
 
-RunRequest = ExtraRun | ExtraConvergence | TrimmingRun
+RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch
 Request = RunRequest | ModelReading
-Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | None
+Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
         ExtraConvergence: ConvergenceStudy,
         TrimmingRun: Trimming,
         ModelReading: ModelRead,
+        StabilitySearch: Stability,
     }
 )
 
@@ -114,6 +116,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return _recording(request, scene, method)
     if not installed(engine_of(method)) or not meant(method, scene):
         return None
+    if isinstance(request, StabilitySearch):
+        return stability(scene, method)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)
@@ -182,7 +186,7 @@ def _scene(request: RunRequest) -> Scene:
         system, changes = system_of(scene), dict(request.changes)
         known(changes, system.parameters)
         scene = replace(scene, parameters=system.change(scene.parameters, changes))
-    if not isinstance(request, TrimmingRun) and request.duration is not None:
+    if isinstance(request, ExtraRun | ExtraConvergence) and request.duration is not None:
         scene = replace(scene, duration=request.duration)
     return scene
 

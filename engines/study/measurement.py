@@ -140,7 +140,10 @@ def measure(
         return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     if theory:
         second = second or partial(confirming, case, method)
-        errors, drifts = _errors(case, method, step, run, model, second), _drifts(case, run)
+        errors, drifts = (
+            _errors(case, method, step, run, model, second),
+            invariant_drifts(case, run),
+        )
     else:
         errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
@@ -182,7 +185,7 @@ def _differences(case: Case, run: Trajectory) -> Mapping[str, ObservedError]:
     }
 
 
-def _drifts(case: Case, run: Trajectory) -> Mapping[str, float]:
+def invariant_drifts(case: Case, run: Trajectory) -> Mapping[str, float]:
     """The largest relative drifts of the invariants; none where the run leaves out what they are
     made of."""
     try:

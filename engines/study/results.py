@@ -21,6 +21,7 @@ from plumbob.engines.study.extra_runs import (
 )
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.study.stability import Stability, StabilitySearch
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
@@ -133,6 +134,13 @@ class Study:
         leaves nothing out. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Trimming)
+        return found
+
+    def stability_of(self, request: StabilitySearch) -> Stability | None:
+        """A declared search for the largest step; None where the engine is missing, or the method
+        is not meant for the scene. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Stability)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:

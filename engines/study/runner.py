@@ -46,6 +46,7 @@ from plumbob.engines.study.scheduler import (
     study_task,
     worked_out,
 )
+from plumbob.engines.study.stability import StabilitySearch
 from plumbob.engines.workers import Lost, Task, Workers, results, workers_of
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -60,6 +61,7 @@ _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 # from 2 ms on a cold start is a few per cent at most.
 _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
 _READING_WORK = 1e3  # of a model file, roughly
+_SEARCH_WORK = 2e5  # equivalent number of steps for the largest step that holds, roughly
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
@@ -306,6 +308,8 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
     if isinstance(request, TrimmingRun):
         work = float(request.steps * request.repeats * system_of(scene).weight)
         label, where = f"{label}, trimmed", machine()
+    elif isinstance(request, StabilitySearch):
+        label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
     else:
         steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
         if request.duration is not None:

@@ -332,6 +332,7 @@ SYSTEMS = (
         reference=lambda problem: problem.reference,
         errors=errors,
         stability=stability,
+        start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "cone_pendulum.xml",

@@ -181,6 +181,7 @@ SYSTEM = System(
     reference=lambda body: body,
     errors=errors,
     stability=stability,
+    start=("angular_velocity",),
     invariants=invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",

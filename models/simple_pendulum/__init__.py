@@ -345,6 +345,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         reference=reference,
         errors=errors,
         stability=stability,
+        start=("theta", "theta_dot"),
         invariants=invariants,
         facts=facts,
         mjcf=Path(__file__).parent / "simple_pendulum.xml",

@@ -45,6 +45,7 @@ CHECK: Parameters = MappingProxyType(
         "gravity": 9.81,
     }
 )
+START = ("velocity_x", "velocity_y", "heading_rate", "heading")
 LOADS = tuple(Observable(f"normal_force_{i}", "N") for i in (1, 2, 3))
 ALONG = (
     Observable("displacement", "m"),
@@ -101,6 +102,7 @@ def capsule_system(
         problem=problem,
         reference=lambda found: found.in_world,
         errors=errors,
+        start=tuple(name for name in START if name in parameters),
         invariants=invariants,
         facts=facts,
         mjcf=MJCF,

@@ -75,13 +75,13 @@ def _validated(
 
     junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     _replaceable("out", Path(chosen.out) / NAME)
-    out = _writable("out", Path(chosen.out))
+    out = writable("out", Path(chosen.out))
     if junit:
-        _writable("junitxml", junit.parent)
+        writable("junitxml", junit.parent)
     # Arguments may hold bytes that are no UTF-8.
     line = shlex.join(["plumbob", *sys.argv[1:]]).encode("utf-8", "backslashreplace").decode()
     with Workers(jobs) as workers:
-        with measured_into(out / store.FILE, chosen.fresh, _noted) as kept, progress() as show:
+        with measured_into(out / store.FILE, chosen.fresh, noted) as kept, progress() as show:
             try:
                 run_study(
                     scenes,
@@ -100,7 +100,7 @@ def _validated(
                 error.add_note("what is measured is stored: the same command goes on from there")
                 raise
         for what in kept.given_up:
-            _noted(f"given up: {what}; the same command tries it again")
+            noted(f"given up: {what}; the same command tries it again")
         try:
             code = _report(chosen, out, kept.number, junit, judged[0])
             return code or (INCOMPLETE if kept.given_up else 0)
@@ -179,7 +179,8 @@ def _print(study: Study, judged: Judgements, verbose: bool) -> None:
             print("", *table, sep="\n")
 
 
-def _noted(what: str) -> None:
+def noted(what: str) -> None:
+    """Say on stderr what has become of a study."""
     print(f"plumbob: {what}", file=sys.stderr)
 
 
@@ -190,7 +191,7 @@ def _replaceable(name: str, file: Path) -> Path:
     return file.resolve()
 
 
-def _writable(name: str, folder: Path) -> Path:
+def writable(name: str, folder: Path) -> Path:
     """`folder`, made if need be, if a file can be written there; raises ParameterError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)

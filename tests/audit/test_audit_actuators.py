@@ -54,6 +54,7 @@ def arm(actuator: str) -> MujocoModel:
     return own_model(compiled(ARM.format(actuator)), "arm")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ACTUATORS)
 def test_certified_where_small_steps_tend(name: str) -> None:
     own = arm(ACTUATORS[name])
@@ -117,6 +118,7 @@ class EndsSoon(ContinuousField):
         return super().__call__(t, y)
 
 
+@pytest.mark.long
 def test_nothing_moves_is_said_of_a_whole_motion_alone() -> None:
     resting = ARM.replace('"0.002"', '"0.002" gravity="0 0 0"').format("")
     own = own_model(compiled(resting), "arm")

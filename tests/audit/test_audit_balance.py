@@ -24,6 +24,7 @@ def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(steps, "HALVINGS", 1)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few_steps")
 def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
     """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""

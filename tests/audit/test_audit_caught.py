@@ -40,6 +40,7 @@ TOP = """
 """
 
 
+@pytest.mark.long
 def test_tolerance_that_is_spoilt_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     sound = audit_of(pendulum(), duration=0.4, period=0.4)
     assert sound.until == pytest.approx(0.4)
@@ -54,6 +55,7 @@ def test_tolerance_that_is_spoilt_is_caught(monkeypatch: pytest.MonkeyPatch) -> 
     assert truth <= sound.uncertainty + found.uncertainty  # what is claimed is so nevertheless
 
 
+@pytest.mark.long
 def test_both_tolerances_that_are_spoilt_are_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reference_module, "TIGHT", 1e-2)
     monkeypatch.setattr(reference_module, "LOOSE", 1e-2)
@@ -141,6 +143,7 @@ def test_rk4_of_a_free_body_is_of_second_order() -> None:
     assert slopes == pytest.approx(-2.0, abs=0.1)
 
 
+@pytest.mark.long
 def test_rk4_of_a_hinge_is_of_fourth_order() -> None:
     found = audit_of(pendulum("RK4"), duration=0.4).found
     assert found is not None

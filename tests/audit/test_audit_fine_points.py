@@ -117,6 +117,7 @@ def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
             assert len({field.active() for _ in range(ZEROS)}) == 1
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("gap", [1e-6, -1e-4])
 def test_a_gap_that_is_not_zero_is_certified(gap: float) -> None:
     found = audit_of(ON_RAILS.format(height=0.5 + gap), keyframe="moving", duration=0.4)

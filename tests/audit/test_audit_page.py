@@ -39,6 +39,7 @@ def test_page_says_what_the_text_says(found: Audit) -> None:
     assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
 
 
+@pytest.mark.long
 def test_a_bar_in_a_name_ends_no_cell(found: Audit) -> None:
     answer = answered(replace(found, slides="a | b", notes=("c|d",)))
     assert dict(rows(answer))["more"].startswith("a | b rests on a plane")
@@ -77,6 +78,7 @@ def test_contacts_are_looked_for_at_each_own_step() -> None:
     assert found.pairs == {}
 
 
+@pytest.mark.long
 def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:
     answer = answered(found)
     assert "No picture of the model" in page(answer, found, "")
@@ -104,6 +106,7 @@ def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyP
     assert picture_module.picture(model, model.qpos0) is None
 
 
+@pytest.mark.long
 def test_command_writes_the_page_and_names_the_model_as_it_was_given(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -123,6 +126,7 @@ def test_command_writes_the_page_and_names_the_model_as_it_was_given(
     assert capsys.readouterr().err.startswith("plumbob: out = 'arm/rod.xml'")
 
 
+@pytest.mark.long
 def test_pages_of_files_of_one_name_are_two(found: Audit, tmp_path: Path) -> None:
     """A page is written over that of the same file alone, from whatever folder it is audited."""
     names = []

@@ -150,6 +150,7 @@ def test_hostile_input_is_one_line(
     assert sorted(files.rglob("*")) == before
 
 
+@pytest.mark.long
 def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     short = ["audit", "my.xml", "--duration", "0.2", "--budget", "20"]
     assert main([*short, "--absolute", "0.1"]) == 0
@@ -192,6 +193,7 @@ def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) ->
     assert data["error"] > 5 * data["uncertainty"] > 0.0
 
 
+@pytest.mark.long
 def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
     values = 0.3 * np.sin(np.arange(10))[:, None]
     np.savetxt("ctrl.csv", values, delimiter=",", fmt="%.17g")
@@ -213,6 +215,7 @@ def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
         assert np.array_equal(controls_of(Path(file)), values)
 
 
+@pytest.mark.long
 def test_users_model_is_not_changed_anywhere() -> None:
     model = ball(0.12, solref=".0001 1")
     size = mujoco.mj_sizeModel(model)

@@ -108,7 +108,6 @@ def test_any_number_of_times(count: int) -> None:
             assert {v.shape for v in values.values()} == {times.shape}
 
 
-@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("index", range(11))
 def test_time_of_an_angle(index: int) -> None:
     """theta(time_at(x)) = x, and no earlier time has it."""

@@ -150,7 +150,6 @@ HARD = {
 }
 
 
-@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("case", HARD)
 def test_hard_case(case: str) -> None:
     assert_exact(HARD[case].motion, orbit_of(HARD[case]))

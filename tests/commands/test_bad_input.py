@@ -7,7 +7,7 @@ import os
 import shlex
 import sqlite3
 import tomllib
-from contextlib import closing
+from contextlib import chdir, closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,10 +51,16 @@ FILES = {
 }
 
 
-@pytest.fixture
-def inputs(tmp_path: Path, monkeypatch: Patch) -> Path:
-    """A working folder with files of every kind but the right one, and a small stored study."""
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With files of every kind but the right one, and a small stored study."""
+    made = tmp_path_factory.mktemp("inputs")
+    with chdir(made):
+        _fill(made)
+    return made
+
+
+def _fill(made: Path) -> None:
     for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
         Path(folder).mkdir(parents=True)
     Path("folder.html").mkdir()
@@ -62,7 +68,7 @@ def inputs(tmp_path: Path, monkeypatch: Patch) -> Path:
     for pipe in ("pipe", "with-pipes/index.html", f"with-pipes/{store.FILE}", f"pipes/{model}"):
         os.mkfifo(pipe)
     for link in ("dangling", f"links/{model}", "folders/cone_pendulum"):
-        Path(link).symlink_to(tmp_path / "nowhere")
+        Path(link).symlink_to(made / "nowhere")
     with Path("huge.xml").open("wb") as huge:
         huge.truncate(200_000_000)
     for name, text in FILES.items():
@@ -76,7 +82,13 @@ def inputs(tmp_path: Path, monkeypatch: Patch) -> Path:
     run = history.read_text("utf-8")
     Path("cut.jsonl").write_text(run + run[:200], "utf-8")
     Path("negative.jsonl").write_text(run.replace("0.97", "-0.97"), "utf-8")
-    return tmp_path
+
+
+@pytest.fixture
+def inputs(folder: Path, monkeypatch: Patch) -> Path:
+    """The same as the working folder of a test that writes nothing into it."""
+    monkeypatch.chdir(folder)
+    return folder
 
 
 @pytest.mark.parametrize("line", REFUSED)

@@ -84,7 +84,7 @@ def test_an_interrupt_is_one_line(capsys: Capture, monkeypatch: Patch) -> None:
     assert signal.getsignal(signal.SIGINT) == usual
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_in_one_long_call_of_a_library(
     number: signal.Signals, tmp_path: Path, monkeypatch: Patch

@@ -34,7 +34,14 @@ WORDS = tomllib.loads(Path(__file__).with_name("fuzz.toml").read_text("utf-8"))
 ODD = {"BYTE": "\ud800", "LONG": "x" * 3000}  # what stands for them in that file
 VALUES = {name: values for names, values in WORDS["values"].items() for name in names.split()}
 ANY = [*WORDS["texts"], *WORDS["numbers"], *VALUES["changes"], *VALUES["file"]]
-SLOW = ["validate", "audit", "recommend", "worst", "sweep"]  # kept to one small scene and method
+SLOW = [
+    "validate",
+    "audit",
+    "recommend",
+    "stability",
+    "worst",
+    "sweep",
+]  # kept to one small scene and method
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +96,10 @@ def _words(command: str, chosen: random.Random) -> list[str]:
     words = [command]
     for action in _actions()[command]:
         likely = 0.95 if not action.option_strings else 1.0 if action.required else 0.25
-        if action.dest in ("scenes", "methods", "budget", "duration", "jobs") and command in SLOW:
+        if (
+            action.dest in ("scenes", "method", "methods", "budget", "duration", "jobs")
+            and command in SLOW
+        ):
             likely = 1.0
         if chosen.random() > likely or action.dest == "profile":
             continue

@@ -33,6 +33,7 @@ def written(folder: Path, integrator: str) -> str:
     return str(path)
 
 
+@pytest.mark.long
 def test_validate_reports_the_error_and_better_methods(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

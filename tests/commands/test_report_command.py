@@ -59,6 +59,7 @@ def test_any_study_by_its_number(out: Path, tmp_path: Path, capsys: Capture) -> 
         assert capsys.readouterr().err.startswith("plumbob: study = ")
 
 
+@pytest.mark.long
 def test_a_single_file_has_what_the_site_has(out: Path, tmp_path: Path, capsys: Capture) -> None:
     before = {path.name for path in out.iterdir()}
     file = tmp_path / "study.html"

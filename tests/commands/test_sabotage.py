@@ -57,7 +57,7 @@ def red(found: Outcome, scene: str, method: str) -> bool:
     return said
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("scene", "method", "parameter", "factor"),
     [
@@ -82,6 +82,7 @@ def test_a_parameter_that_is_read_wrongly(
     assert red(validate(scene, method), scene, method)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("factor", [1.0, 2.5, 0.4])
 def test_a_known_limit_that_grows_or_shrinks(
     validate: Validate, monkeypatch: Patch, factor: float
@@ -95,6 +96,7 @@ def test_a_known_limit_that_grows_or_shrinks(
     assert red(validate(LINE, "mujoco/rk4"), LINE, "mujoco/rk4") == (factor != 1.0)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("scene", "method", "factor"),
     [
@@ -148,6 +150,7 @@ def right_where_listed(prepare: Prepare, case: Case, method: Method, step: float
     return Changed(own, lambda run: added(run, size))
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
     ("broken", "method"),
     [
@@ -178,6 +181,7 @@ def test_nothing_is_red_without_sabotage(validate: Validate) -> None:
     assert not red(validate(CONE, "mujoco/euler"), CONE, "mujoco/euler")
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("scene", "method", "observable"),
     [
@@ -229,7 +233,7 @@ SABOTAGES: Mapping[str, Callable[[Trajectory], Trajectory]] = MappingProxyType(
 )
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SABOTAGES)
 def test_findings_survive_what_an_engine_returns(
     kind: str,

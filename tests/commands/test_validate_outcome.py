@@ -327,6 +327,7 @@ def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: Patch) ->
     assert as_expected(find_scene(QUICK), how, Judgement("predicted", {}, ""))
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("within", "code"), [("1e-2", 0), ("1e-6", 1)])
 def test_an_accuracy_of_ones_own(validate: Validate, within: str, code: int) -> None:
     """Euler's smallest error on this scene lies between the two; that of RK4 far below."""

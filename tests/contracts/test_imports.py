@@ -29,6 +29,7 @@ FIRST = (  # what people call first: each has an example that runs
     "plumbob.models.scene",
     "plumbob.reports.judge.check",
 )
+SLOW = (f"{PACKAGE}.reports.judge.audit",)  # whose example audits a model
 
 
 def test_every_module_of_ours_has_one_name() -> None:
@@ -48,7 +49,14 @@ def test_a_second_copy_is_seen(name: str, tmp_path: Path) -> None:
     assert second_copies({name: folder}, root) == [name]
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if not name.startswith(ABSENT)])
+EXAMPLES = [
+    pytest.param(name, marks=pytest.mark.long if name in SLOW else ())
+    for name in MODULES
+    if not name.startswith(ABSENT)
+]
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_in_docstrings_run(name: str) -> None:
     found = doctest.testmod(importlib.import_module(name))
     assert found.failed == 0

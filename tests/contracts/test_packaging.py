@@ -79,6 +79,7 @@ def test_package_list_is_the_tree() -> None:
     assert set(listed["packages"]) == found
 
 
+@pytest.mark.long
 def test_wheel_has_the_command_and_the_licence(wheel: zipfile.ZipFile) -> None:
     (entry,) = (name for name in wheel.namelist() if name.endswith("/entry_points.txt"))
     points = configparser.ConfigParser()

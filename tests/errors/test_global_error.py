@@ -13,11 +13,11 @@ from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
-from plumbob.tests.support.linear_response import sensitivity
 from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, Case, motion
 
 NAMES = ("theta", "theta_dot")

@@ -84,7 +84,6 @@ def left(
     }
 
 
-@pytest.mark.long(keep=5)
 @pytest.mark.parametrize("scheme", [EULER, RK4])
 @pytest.mark.parametrize("step", [1e-3, 3.7e-4, 1e-4])
 @pytest.mark.parametrize("line", [LINE, OFF_GRID, replace(LINE, w2=0.3 * LIMIT)])

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 
 from plumbob.analytic.numerics.rotor import lyapunov
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.tests.support.linear_response import (
     condition,
     growth,
     parameter_sensitivity,
-    sensitivity,
 )
 from plumbob.tests.support.pendulum_cases import CASES, Case, cases, endpoint, motion
 

@@ -85,7 +85,6 @@ def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
     assert found[1e-11] == pytest.approx(1e-3 * found[1e-8])
 
 
-@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("integrator", ["Euler", "implicit", "RK4"])
 @pytest.mark.parametrize("system", systems())
 def test_it_runs_on_every_system_that_mujoco_can_do(

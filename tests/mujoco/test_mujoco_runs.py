@@ -191,6 +191,7 @@ def test_controls_are_held_over_each_step(
     assert trajectory.observables["q"][-1] == data.qpos[0]
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     "code",
     [
@@ -209,6 +210,7 @@ def test_adapters_are_imported_without_their_engines(code: str) -> None:
     assert done.stdout.strip() == "set()"
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("chosen", ["", "glfw"])
 def test_a_command_begins_no_process_that_looks_for_windows(
     chosen: str, monkeypatch: pytest.MonkeyPatch

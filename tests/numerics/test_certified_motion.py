@@ -42,6 +42,7 @@ def errors(name: str, system: SmoothSystem) -> tuple[Array, Array]:
     return np.abs(off).T, stacked(motion.uncertainty(times))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", CASES)
 def test_40_digits(name: str) -> None:
     with mp.workdps(45):
@@ -52,6 +53,7 @@ def test_40_digits(name: str) -> None:
     assert (stated.max(axis=1) <= 300 * error.max(axis=1) + 1e-13).all()
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("place", range(5))
 def test_the_record_notices_a_changed_parameter(place: int) -> None:
     constants, start = CASES["unequal"].constants, CASES["unequal"].start
@@ -61,6 +63,7 @@ def test_the_record_notices_a_changed_parameter(place: int) -> None:
     assert (error > stated).any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["large", "unequal"])
 def test_condition_is_the_response_to_changed_inputs(name: str) -> None:
     # Difference quotients of every input, summed; the condition has the rounding of the time and of
@@ -103,6 +106,7 @@ def test_a_fault_in_either_integration_shows(faulty: str, monkeypatch: pytest.Mo
     assert (np.abs(stacked(motion.observe(times)) - exact) <= 1.01 * apart + 1e-13).all()
 
 
+@pytest.mark.long
 def test_chaos_beyond_double_precision_is_refused() -> None:
     motion = CertifiedMotion(double_pendulum())
     with pytest.raises(
@@ -207,6 +211,7 @@ def test_a_driven_chain_moves_as_its_closed_form(damping: float) -> None:
     assert motion.nonlinearity(times, {"a": 1e-3 * np.ones(3)}) < 1e-10
 
 
+@pytest.mark.long
 def test_a_motion_asked_for_in_pieces_is_the_same_to_the_bit() -> None:
     whole, parts = (CertifiedMotion(double_pendulum()) for _ in range(2))
     whole.observe(np.array([6.0]))

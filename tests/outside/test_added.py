@@ -99,6 +99,7 @@ def test_both_are_measured_judged_and_recommended(
     assert "tiny/euler" in capsys.readouterr().out
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
@@ -132,6 +133,7 @@ def limited(limit: str) -> str:
     return OFF.replace("    not_read=", f"    known_limits=({limit},),\n    not_read=")
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("size", "why"),
     [
@@ -175,6 +177,7 @@ their-package = "1.0"
 """
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 @pytest.mark.parametrize("limits", [SHOWN.replace("1.2", "{size}"), FILE + SIZES])
 def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
@@ -189,6 +192,7 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
     assert bool(surprising) == (factor != 1.0)
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize(
     ("limits", "why"),
     [
@@ -222,6 +226,7 @@ def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
     assert wrong_limits(built_in()[name]) == ""
 
 
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DEFECTS["engines"])
 def test_a_broken_engine_costs_a_line(
     kind: str, site: Path, monkeypatch: Patch, capfd: Capture
@@ -294,6 +299,7 @@ WRONG_RUNS = {
 }
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("why", WRONG_RUNS)
 def test_an_engine_that_raises_is_a_verdict(
     why: str,
@@ -312,6 +318,7 @@ def test_an_engine_that_raises_is_a_verdict(
     assert found.failure(SWING, "ode/euler") == ""
 
 
+@pytest.mark.long
 def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
     broken(site, ENGINE.replace("        state = [", "        print('hello')\n        state = ["))
     with seen(site):
@@ -322,6 +329,7 @@ def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
     assert err == ""
 
 
+@pytest.mark.long(keep=3)
 @pytest.mark.parametrize("defect", DEFECTS["systems"].values(), ids=DEFECTS["systems"])
 def test_a_broken_system_costs_a_line(
     defect: dict[str, str], site: Path, capsys: pytest.CaptureFixture[str]

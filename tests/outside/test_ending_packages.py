@@ -94,6 +94,7 @@ def ending(request: pytest.FixtureRequest, site: Path, monkeypatch: Patch) -> Ca
     return installed
 
 
+@pytest.mark.long
 def test_an_engine_that_exits_is_a_verdict(
     ending: Callable[[str], None],
     site: Path,
@@ -111,7 +112,7 @@ def test_an_engine_that_exits_is_a_verdict(
     assert found.failure(SWING, "ode/euler") == ""
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_an_engine_that_ends_the_process_costs_its_runs(
     ending: Callable[[str], None], site: Path
 ) -> None:

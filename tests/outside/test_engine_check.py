@@ -64,7 +64,7 @@ def outcome(site: Path, text: str, capsys: Capture) -> tuple[int, dict[str, dict
     return code, {check["name"]: check for check in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.long(keep=4)
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", CASES)
 def test_a_defect_turns_its_check_red(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -114,6 +114,7 @@ SECOND_ORDER = ENGINE.replace("Scheme(EULER), 1", 'Scheme("own"), 2').replace(
 )
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("late", [False, True])
 def test_a_late_sample_reduces_the_order_of_a_better_method(
     late: bool, tmp_path: Path, capsys: Capture

@@ -62,6 +62,7 @@ def claiming(site: Path, run: str = "run", seconds: str = "timed.seconds") -> No
     install(site, "their-package", points, theirs=text + CLAIMING % (run, seconds))
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", RUNS)
 def test_a_run_is_the_one_that_was_asked_for(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
@@ -80,6 +81,7 @@ def test_a_run_is_the_one_that_was_asked_for(
         assert f"UNEXPECTED {SMALL} tiny/euler: cut-short" in found.out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("factor", "believed"), [(0.1, False), (1.0, True), (10.0, False)])
 def test_a_step_costs_what_it_takes_in_a_whole_run(
     factor: float,

@@ -96,6 +96,7 @@ def test_an_unexpected_verdict_fails_with_a_line(repository: Path) -> None:
     assert "tiny/euler" in (repository / "found.xml").read_text("utf-8")
 
 
+@pytest.mark.long
 def test_a_wrong_name_is_wrong_use(repository: Path) -> None:
     done = session_of(repository, "--plumbob-methods", "none/such")
     assert done.returncode == pytest.ExitCode.USAGE_ERROR

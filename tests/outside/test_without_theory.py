@@ -21,7 +21,7 @@ from plumbob.tests.commands.outcomes import misread
 SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("scene", "method", "factors", "converges"),
     [

@@ -44,7 +44,7 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
     assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("which", [min, max], ids=["shorter slide", "longer slide"])
 @pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-10), (0.9987, 1e-7, 1.0)])
 def test_a_switch_at_the_very_end_of_a_step(

@@ -42,10 +42,8 @@ NAMES = [scene.name for scene in plan().scenes]
 FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", NAMES)
-def test_a_scene_takes_few_bytes(name: str) -> None:
-    assert len(replays()[name].data) < 1e3 * KILOBYTES
+def test_a_scene_takes_few_bytes() -> None:
+    assert [name for name in NAMES if len(replays()[name].data) >= 1e3 * KILOBYTES] == []
 
 
 @pytest.mark.long

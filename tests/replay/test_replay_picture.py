@@ -189,12 +189,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("name", NAMES if full else ONE_OF_EACH)
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=2)
 def test_the_body_is_where_the_exact_answer_puts_it(name: str, page: Page) -> None:
     assert misplaced(stopped(page, name), name) == []
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ONE_OF_EACH)
 def test_a_motion_shifted_by_a_hundredth_is_misplaced(name: str, shifted: Page) -> None:
     assert misplaced(stopped(shifted, name), name) != []

@@ -9,10 +9,10 @@ import pytest
 from plumbob.engines.study.extra_runs import UndeclaredRun
 from plumbob.reports.analyses import requests, section
 from plumbob.reports.view.site.writing import one_file
-from plumbob.tests.site.whole_profile import no_engine, shown, small
+from plumbob.tests.site.whole_profile import shown, small
 from plumbob.tests.support.declared import findings_of, nothing, plan_of
 from plumbob.tests.support.page_document import resolve
-from plumbob.tests.support.studies import measured_quick, quick
+from plumbob.tests.support.studies import measured_quick, no_engine, quick
 
 
 def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:

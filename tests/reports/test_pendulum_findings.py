@@ -84,7 +84,7 @@ def _by_rk4(name: str, linear: bool) -> Array:
     return np.array(angles)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(("label", "name"), notebook.CASES.items())
 def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
     """And the README says them: a recording has every second step."""
@@ -103,6 +103,7 @@ def test_errors_are_the_largest_of_all_steps(label: str, name: str) -> None:
         assert predicted == pytest.approx(error, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_difference_of_runs_is_the_largest_of_all_steps() -> None:
     apart = float(np.abs(_by_rk4("damped-small", False) - _by_rk4("damped-small", True)).max())
     assert apart == pytest.approx(0.0050036, abs=5e-8)
@@ -110,6 +111,7 @@ def test_the_difference_of_runs_is_the_largest_of_all_steps() -> None:
     assert found == pytest.approx(apart, rel=2e-4)  # the cubic between every second step
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "rate", "turns"), [("slow", 200, 28.5536), ("fast", 500, 73.0428)]
 )
@@ -248,6 +250,7 @@ def test_a_known_limit_is_strict() -> None:
     assert not as_expected(scene, how, Judgement("predicted", {}, ""))
 
 
+@pytest.mark.long
 def test_findings_name_commands_that_exist() -> None:
     for command in (command for of in findings_of(SECTION, study()) for command in of.commands):
         words = command.split()

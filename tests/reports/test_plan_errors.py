@@ -51,6 +51,7 @@ def test_the_command_says_where_errors_arise(capsys: pytest.CaptureFixture[str])
     assert set(run["arising"]) >= {"turn", "line"}
 
 
+@pytest.mark.long
 def test_a_method_that_cannot_run_a_plan_says_why(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["plan", "--to", *(str(value) for value in TO), "--step", "1e-3"]
     assert main([*words, "--method", "pymunk/side"]) == 0

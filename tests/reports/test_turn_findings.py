@@ -54,6 +54,7 @@ def test_second_order_of_the_formula() -> None:
     assert found.factor == pytest.approx(-2.3733, rel=2e-3)
 
 
+@pytest.mark.long
 def test_angle_and_the_required_accuracy() -> None:
     given = study("capsule-turn/0.3", (EULER,))
     found = body_angle.angles(given)
@@ -71,6 +72,7 @@ def test_angle_and_the_required_accuracy() -> None:
         assert {EULER, FEET, DEFAULT} <= set(names)
 
 
+@pytest.mark.long
 def test_leak() -> None:
     found = body_angle.leak(study("capsule-turn/0.3", (EULER,)))
     assert found is not None

@@ -29,8 +29,10 @@ TURNED = (
     find_scene("capsule-coast/translation", {"heading": -2.0}),
     find_scene("capsule-train/ten", {"heading": 9.0}),
 )
-ENGINES = tuple(
-    name for name, engine in engines().items() if installed(engine) and pairs(TURNED, methods(name))
+ENGINES = tuple(  # MuJoCo, whose methods are most, last
+    name
+    for name, engine in reversed(list(engines().items()))
+    if installed(engine) and pairs(TURNED, methods(name))
 )
 HIDDEN = (  # where a bound that is 10,000 times as wide hides a hundredth of friction
     ("capsule-coast/spin", "mujoco/euler+coulomb"),
@@ -90,6 +92,7 @@ def judged(scene: Scene, method: Method, found: ConvergenceStudy) -> Judgement:
     return judge_convergence(found, system_of(scene), method, about)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_no_engine_leaves_the_heading_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each run of a scene that is turned is unexpected where the engine's body is not, known limits
@@ -100,6 +103,7 @@ def test_no_engine_leaves_the_heading_out(engine: str, monkeypatch: pytest.Monke
         assert run_surprise(scene, method, verdict), (scene.name, method.name)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_every_engine_turns_its_body(engine: str) -> None:
     for scene, method, verdict in _runs(engine):
@@ -115,6 +119,7 @@ def _runs(engine: str) -> Iterator[tuple[Scene, Method, Judgement]]:
             yield scene, method, judge(found, system_of(scene), method)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("scene", "method"), HIDDEN)
 def test_a_wide_bound_hides_no_friction(
     scene: str, method: str, monkeypatch: pytest.MonkeyPatch
@@ -126,6 +131,7 @@ def test_a_wide_bound_hides_no_friction(
     assert surprise(where, how, verdict)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("scene", "method"), WIDEST)
 def test_what_is_declared_of_a_bound_is_as_little_as_it_needs(scene: str, method: str) -> None:
     """Twice the bound is too much."""

@@ -63,6 +63,7 @@ def test_report_needs_no_engine_and_no_theory(tmp_path: Path) -> None:
     assert len(drawn) > len(quick().scenes)
 
 
+@pytest.mark.long
 def test_report_draws_what_validate_drew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,57 +5,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from plumbob.engines.registry import engines
-from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
+from plumbob.reports.analyses.capsule_plan import legs, poses
+from plumbob.reports.analyses.capsule_plan.plans import plan_of
 from plumbob.reports.judge.sensitivity import Parameter, Sensitivities, Slopes, parameters_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import Content, content
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
-from plumbob.tests.support.studies import quick
-
-
-@dataclass(frozen=True)
-class Asked(Mapping[Request, Result]):
-    """Results of declared requests, with a record of those that were looked up."""
-
-    results: Mapping[Request, Result]
-    looked_up: set[Request] = field(default_factory=set)
-
-    def __getitem__(self, request: Request) -> Result:
-        found = self.results[request]
-        self.looked_up.add(request)
-        return found
-
-    def __iter__(self) -> Iterator[Request]:
-        return iter(self.results)
-
-    def __len__(self) -> int:
-        return len(self.results)
-
-
-@contextmanager
-def no_engine() -> Iterator[None]:
-    """Engines that raise when a run is prepared or timed."""
-
-    def refuses(*arguments: object) -> None:
-        raise AssertionError("an engine was run")
-
-    with pytest.MonkeyPatch.context() as patched:
-        for engine in engines().values():
-            for name in ("prepare", "trimming"):
-                patched.setitem(engine.__dict__, name, refuses)
-        yield
+from plumbob.tests.support.studies import Asked, no_engine, quick
 
 
 @cache
@@ -66,8 +33,19 @@ def study() -> Study:
 
 
 def _invented() -> Study:
-    with no_engine():
+    with no_engine(), one_plan():
         return invented_study(requests)
+
+
+@contextmanager
+def one_plan() -> Iterator[None]:
+    """Findings on plans take one for all: to look for the others takes longer than all the rest."""
+    shown = legs.SCENES[1]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(legs, "SCENES", (shown, shown))
+        patched.setattr(legs, "plans", lambda: (plan_of(shown), plan_of(shown)))
+        patched.setattr(poses, "naive", plan_of)
+        yield
 
 
 @cache
@@ -84,7 +62,7 @@ def findings() -> tuple[Finding, ...]:
 @cache
 def small() -> Content:
     """The same of the small study that is measured."""
-    return shared("small-pages", lambda: _shown(quick()))[0]
+    return shared("small-pages", lambda: _pages(quick()))
 
 
 @cache
@@ -105,8 +83,12 @@ def _even(sensitivities: Sensitivities) -> Mapping[Parameter, Slopes]:
 def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
     """What the pages of a study show, and the findings before it is seen whether they hold."""
     asked = replace(study, extras=Asked(study.extras))
-    with no_engine():
+    with no_engine(), one_plan():
         analysed = analyses_of(asked)
-        pages = content(replace(asked, analyses=analysed))
     kept = [finding for a in analysed if a.place == "finding" for finding in findings_of(a)]
-    return pages, tuple(kept)
+    return _pages(replace(asked, analyses=analysed)), tuple(kept)
+
+
+def _pages(analysed: Study) -> Content:
+    with no_engine():
+        return content(analysed)

@@ -12,7 +12,6 @@ from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.errors.stability.pendulums import pendulum_stability
 from plumbob.analytic.errors.stability.stepped_growth import BELOW, FINE
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.lyapunov import growth
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import StabilityTheory
@@ -23,6 +22,7 @@ from plumbob.models import free_body, simple_pendulum
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support import fixed_step
+from plumbob.tests.support.linear_response import growth
 
 NUDGE = 1e-6
 DAMPED_EULER = Scheme(EULER, implicit_damping=True)

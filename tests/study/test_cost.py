@@ -144,7 +144,7 @@ def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch: Patch) -> No
     assert (one.ns_per_step, one.low, one.high) == pytest.approx((6000.0, 6000.0, 6000.0))
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("method", "step", "scale"),
     [("mujoco/euler", 1e-4, 1.0), ("mujoco/euler", 1e-4, 1e3), ("ode/dop853", 1e-8, 1.0)],

@@ -200,7 +200,7 @@ DIVERGING = {
 }
 
 
-@pytest.mark.long(keep=6)
+@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DIVERGING)
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
 def test_divergence_is_a_result(method: Method, kind: str) -> None:

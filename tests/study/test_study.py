@@ -128,6 +128,7 @@ def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
     assert asked == [2e-4]  # 50 steps of 1 ms are no time: the middle one
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize(
     ("name", "finest"),  # what the quick profile ran without it
     [

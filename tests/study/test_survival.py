@@ -171,7 +171,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("limit", "said"),
     [(30_000, "store = "), (90_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],
@@ -188,6 +188,7 @@ def test_a_full_disk_loses_nothing(
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
+@pytest.mark.long
 def test_a_complete_study_is_measured_anew(undisturbed: Path, tmp_path: Path) -> None:
     shutil.copytree(undisturbed, tmp_path / "again")
     assert main(disturbed.words(tmp_path / "again", 1)) == 0

@@ -32,6 +32,7 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, Predic
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
+from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -128,6 +129,8 @@ def _invented(request: Request) -> Result:
         return ModelRead(
             "1.0", "", (Number("gravity", "", (0.0, 0.0, -9.81)), Number("timestep", "", (1e-3,)))
         )
+    if isinstance(request, StabilitySearch):
+        return Stability((MeasuredLimit("unstable", 0.1, 0.1, 0.101, "lost after 1 s"),))
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)

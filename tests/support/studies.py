@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import pytest
 
 from plumbob.engines.method import Method
+from plumbob.engines.registry import engines
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
@@ -30,6 +33,39 @@ NS = 1000.0  # [ns] of a step, and of an evaluation
 Error = Callable[[float], float]
 
 
+@dataclass(frozen=True)
+class Asked(Mapping[Request, Result]):
+    """Results of declared requests, with a record of those that were looked up."""
+
+    results: Mapping[Request, Result]
+    looked_up: set[Request] = field(default_factory=set)
+
+    def __getitem__(self, request: Request) -> Result:
+        found = self.results[request]
+        self.looked_up.add(request)
+        return found
+
+    def __iter__(self) -> Iterator[Request]:
+        return iter(self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+
+@contextmanager
+def no_engine() -> Iterator[None]:
+    """Engines that raise when a run is prepared or timed."""
+
+    def refuses(*arguments: object) -> None:
+        raise AssertionError("an engine was run")
+
+    with pytest.MonkeyPatch.context() as patched:
+        for engine in engines().values():
+            for name in ("prepare", "trimming"):
+                patched.setitem(engine.__dict__, name, refuses)
+        yield
+
+
 @cache
 def quick() -> Study:
     """The quick scenes of the cone pendulum, with a method of each kind, measured once a run."""
@@ -37,15 +73,13 @@ def quick() -> Study:
 
 
 def measured_quick() -> Study:
-    """The same, measured."""
+    """The same, measured, with a record of the extra runs that its analyses looked up."""
+    scenes = find_scenes("cone-pendulum", "quick")
     methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
-    return run_study(
-        find_scenes("cone-pendulum", "quick"),
-        methods,
-        requests=requests,
-        command=COMMAND,
-        analyse=analyses_of,
-    )
+    study = run_study(scenes, methods, requests=requests, command=COMMAND)
+    asked = replace(study, extras=Asked(study.extras))
+    with no_engine():
+        return replace(asked, analyses=analyses_of(asked))
 
 
 def made_up(

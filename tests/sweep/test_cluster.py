@@ -34,6 +34,7 @@ def workers() -> Iterator[LocalCluster]:
         yield found
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_loses_nothing(workers: LocalCluster) -> None:
     headings = box("capsule-line", {}, [Side("heading", 0.0, 6.0)])
     asked = replace(sweep_of(headings, [40], [method("mujoco/euler")], [1e-3]), chunk=4)
@@ -52,6 +53,7 @@ def test_a_worker_that_is_killed_loses_nothing(workers: LocalCluster) -> None:
     assert np.array_equal(found.errors, alone.errors)
 
 
+@pytest.mark.long
 def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers: LocalCluster) -> None:
     scenes = find_scenes("simple-pendulum/free-small,capsule-hold/0.5", "full")
     tried = find_methods("mujoco/rk4,mujoco/euler+coulomb,ode/dop853")
@@ -66,6 +68,7 @@ def _figures(found: ConvergenceStudy) -> object:
     return [replace(m, seconds=0.0, compile_seconds=0.0) for m in found.measurements]
 
 
+@pytest.mark.long
 def test_workers_with_other_versions_are_refused(
     workers: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:

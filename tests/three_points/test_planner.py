@@ -135,7 +135,7 @@ def parts_of_curve(made: Plan, place: Array) -> tuple[Array, Array]:
     return part, np.select([part == 0, part == 1], [lines[0], 1j * place / radius], lines[1])
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", PLACES)
 def test_the_curve_has_one_degree_of_freedom(name: str) -> None:
     made = planned(name, "curve")

@@ -45,6 +45,7 @@ def test_a_pivot_shorter_than_a_sample_of_its_element(number: int) -> None:
     assert large / small == pytest.approx(1000.0, rel=0.01)  # the next power of the excess
 
 
+@pytest.mark.long
 def test_sensitivity_to_the_shorter_element(monkeypatch: pytest.MonkeyPatch) -> None:
     """If elements are not shortened such a pivot neither begins nor ends, but where rounding lets
     it: in most of these motions."""

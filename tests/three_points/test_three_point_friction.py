@@ -44,7 +44,6 @@ BALANCED: Point = (CENTRE[0] / CHECK.mass_ratio, CENTRE[1] / CHECK.mass_ratio)
 ROUND = 1e-14
 
 
-@pytest.mark.long(keep=6)
 @pytest.mark.parametrize("heading", [0.0, 0.7, 2.1, 5.0])
 @pytest.mark.parametrize(
     ("capsule", "w1", "w2", "t1"),
@@ -164,6 +163,7 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
         assert np.abs(found - pose(motion, time)).max() <= 1e-9, name
 
 
+@pytest.mark.long
 def test_extrapolation_takes_most_of_the_error_away() -> None:
     motion = COAST.motion()
     time = ending(motion)

@@ -52,7 +52,7 @@ def test_a_pose_is_reached_whatever_the_mass_ratio(request: pytest.FixtureReques
         assert np.diff(headings).min() > -1e-3
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("wanted", [0.2, -0.2])
 def test_a_turn_the_wrong_way_is_made_up_for(wanted: float, monkeypatch: Patch) -> None:
     """By turns from one place, where the turns after the first go the other way."""

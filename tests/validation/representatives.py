@@ -19,12 +19,15 @@ Pair = tuple[Scene, Method]
 
 def representatives(chosen: Sequence[Pair]) -> list[Pair]:
     """All `mechanisms` of these pairs, each at least once, and where it takes the least work."""
-    seen, taken = set[Hashable](), set[tuple[str, str]]()
-    for scene, method in sorted(chosen, key=lambda pair: predicted_work(pair[0], pair[1], "quick")):
-        if not seen.issuperset(mechanisms(scene, method)):
-            seen.update(mechanisms(scene, method))
-            taken.add((scene.name, method.name))
-    return [pair for pair in chosen if (pair[0].name, pair[1].name) in taken]
+    of = {(scene.name, method.name): set(mechanisms(scene, method)) for scene, method in chosen}
+    met = Counter(one for own in of.values() for one in own)
+    most_first = sorted(chosen, key=lambda pair: -predicted_work(pair[0], pair[1], "quick"))
+    for scene, method in most_first:
+        own = of[scene.name, method.name]
+        if all(met[one] > 1 for one in own):  # others stand for it
+            met.subtract(own)
+            del of[scene.name, method.name]
+    return [pair for pair in chosen if (pair[0].name, pair[1].name) in of]
 
 
 def mechanisms(scene: Scene, method: Method) -> Iterator[Hashable]:

@@ -82,7 +82,7 @@ def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
     yield from dict.fromkeys(choice for choice in offered if choice is not None)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 def test_a_fresh_run_reaches_it(
     scene: Scene, tmp_path: Path, shared: Shared, pytestconfig: pytest.Config
 ) -> None:
@@ -110,6 +110,7 @@ def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
         assert not row.missed, row
 
 
+@pytest.mark.long
 def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared: Shared) -> None:
     wanted, known = 1e-4, dict[str, Known]()
     (scene,) = scenes("cone-pendulum/rotating-base")

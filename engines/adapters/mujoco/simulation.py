@@ -4,6 +4,7 @@ keeping every k-th state."""
 from __future__ import annotations
 
 import time
+from collections import ChainMap
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -68,8 +69,7 @@ class MujocoSimulation:
             if (probe := self.translation.probe) is not None:
                 readings.append(probe_readings(self.model, self.data, kept.states, held, probe))
         observables, channels = (
-            {name: values for part in parts for name, values in part.items()}
-            for parts in zip(*readings, strict=True)
+            dict(ChainMap(*reversed(parts))) for parts in zip(*readings, strict=True)
         )
         trajectory = replace(trajectory, observables=observables, channels=channels)
         return within(trajectory, self.translation.limits)

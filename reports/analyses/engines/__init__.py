@@ -1,9 +1,10 @@
-"""The page's section on engines side by side, which belongs to no system: what their readers take
-from a model file."""
+"""The page's section on engines side by side, which belongs to no system: the largest steps that
+hold, and what readers take from a model file."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
+from plumbob.reports.analyses.engines.largest_steps import LARGEST_STEPS
 from plumbob.reports.analyses.engines.readers import READERS
 
-SECTION = Section((READERS,))
+SECTION = Section((LARGEST_STEPS, READERS))

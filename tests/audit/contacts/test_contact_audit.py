@@ -92,6 +92,7 @@ def test_a_push_moves_the_default_contacts_only(found: ContactAudit) -> None:
     assert drifts[1] < 1e-6
 
 
+@pytest.mark.long(keep=1)
 def test_the_stiffness_is_one_at_which_the_body_is_stable(found: ContactAudit) -> None:
     assert found.stiffness <= 0.2
     assert (found.stiffness < 0.15) == (len(found.standing.points) == 8)  # wheels: two points each
@@ -118,6 +119,7 @@ def test_higher_bodies_do_not_turn_by_that_theory() -> None:
     assert found.turn < math.radians(23.1) - found.turn_known
 
 
+@pytest.mark.long(keep=1)
 def test_a_turn_on_more_points_is_said_to_be_open(found: ContactAudit) -> None:
     assert found.exact_turn is None
     assert f"{len(found.standing.points)} points share the load" in found.why_turn
@@ -171,6 +173,7 @@ def test_other_contacts_than_those_said_are_seen(
     assert missed(audited(texts()[body])) > 2 * REST
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_joints_are_locked_where_they_are() -> None:
     jointed, rigid = jointed_stand()
@@ -191,6 +194,7 @@ def test_the_posture_is_that_of_the_keyframe() -> None:
     assert missed(wide) < REST
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_a_plane_may_stand_anywhere() -> None:
     """A plane that is tilted with gravity, moved and turned gives the same."""
@@ -210,6 +214,7 @@ def test_a_plane_may_stand_anywhere() -> None:
     assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
 def test_a_mesh_is_a_foot_too() -> None:
     corners = " ".join(f"{x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0, 0.1))

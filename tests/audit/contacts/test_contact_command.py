@@ -160,6 +160,7 @@ def test_settings_pasted_into_the_file_give_what_is_said(found: ContactAudit) ->
     assert own == pytest.approx(there, rel=1e-6)
 
 
+@pytest.mark.long
 def test_an_audit_says_that_there_is_one_of_contacts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

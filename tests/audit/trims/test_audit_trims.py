@@ -68,7 +68,7 @@ def states(path: Path, steps: int = 200) -> Any:
     return np.array(found)
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", MODELS)
 def test_trimmed_file_moves_as_the_complete_one(name: str, tmp_path: Path) -> None:
     source, target = tmp_path / "my.xml", tmp_path / "less.xml"
@@ -157,6 +157,7 @@ def test_same_bits_are_preferred(
     assert (together and together.name) == left_out
 
 
+@pytest.mark.long
 def test_trims_that_change_the_motion_are_not_left_out() -> None:
     """What changes more than a tenth of the error is tried, and stays."""
     model = ready(mujoco.MjModel.from_xml_string(MODELS["gradients"]), 0)

@@ -1,0 +1,327 @@
+"""The largest step at which an engine's own runs keep what the exact motion keeps, by bisection."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import Kind, StabilityTheory, StepLimit
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import engine_of
+from plumbob.engines.study.measurement import invariant_drifts, scheme_of
+from plumbob.engines.trajectory import Trajectory, lost
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
+
+GROWTH = 1e3  # of a nudge, beyond that of the exact motion
+# Of the start, relative to the scales of the state; smaller where a nudge that the exact motion and
+# GROWTH magnify would be as large as the motion, but far above what a double resolves.
+NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
+STEPS, PERIODS = 10_000, 100  # the least that a run lasts: steps, and periods of the fastest mode
+# Of a conserved quantity, in its own scale. Near its limit a symplectic oscillator's energy swings
+# to 1/(1 - h omega/2) of its start: to 200 times that at 0.995 of the limit, half a bracket below.
+BAND = 200.0
+RATIO = 1.01  # of the steps that are tried: the bracket, and the grid that all steps are of
+SMALLEST, LARGEST = 1e-3, 30.0  # steps that are tried, in fastest periods
+COARSER = 4  # the search widens by this factor, in exponents of RATIO
+PILOT = 500  # steps of runs that show most failures, at little cost
+FIRST = 0.3  # in fastest periods: where a search without a prediction begins
+# Exponents of RATIO. Steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too; away from an
+# equilibrium those of 0.78 and more 4 % apart: where a motion becomes chaotic there are steps that
+# fail below others that hold.
+BELOW, NEAR, EVERY = (5, 25, 70, 140), 25, 4
+FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
+Holds = Callable[[int], bool]
+
+
+@dataclass(frozen=True)
+class StabilitySearch:
+    """A search for the largest step of a scene with a method that holds."""
+
+    scene: str
+    method: str
+
+
+@dataclass(frozen=True)
+class MeasuredLimit:
+    """The limit of a kind, as measured and predicted."""
+
+    kind: Kind
+    predicted: float | None  # [s]; infinite where no step is too large, None without theory
+    holds: float | None  # [s] the largest step that holds; None where none that was tried does
+    fails: float | None  # [s] the next step; None where all that were tried hold
+    why: str  # what fails there, or why nothing does
+    reason: str = ""  # of the prediction
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The limits of a scene with a method, unstable first."""
+
+    limits: tuple[MeasuredLimit, ...]
+    equilibrium: bool = False  # by which the motion stays
+    why: str = ""  # there are no limits
+
+
+def stability(scene: Scene, method: Method) -> Stability:
+    """The largest steps of `method` on `scene`, measured by its runs; raises ParameterError."""
+    if method.control == "tolerance":
+        return Stability((), why="it chooses its steps itself, and pays with their number")
+    case = case_of(scene)
+    if not case.system.start:
+        return Stability((), why="no parameter of the scene is its start, to be nudged")
+    theory = case.system.stability(case.problem) if case.system.stability else None
+    try:
+        engine_of(method).prepare(case, method, min(scene.steps[0], scene.duration))
+    except Unsupported as why:
+        return Stability((), why=str(why))
+    predicted = theory.limits(scheme_of(case, method)) if theory else ()
+    return measured(case, method, theory, predicted)
+
+
+def measured(
+    case: Case, method: Method, theory: StabilityTheory | None, predicted: tuple[StepLimit, ...]
+) -> Stability:
+    """The limits of a case, by a search that begins at those `predicted`."""
+    trials = Trials(case, method, theory)
+    by_kind = {limit.kind: limit for limit in predicted}
+    unstable = _limit(trials, "unstable", by_kind.get("unstable"), trials.steady, FIRST)
+    start = (unstable.holds or unstable.fails or 0.0) / trials.fastest
+    changes = _limit(trials, "changes-kind", by_kind.get("changes-kind"), trials.kept, start)
+    if changes.fails and not trials.steady(exponent(changes.fails / trials.fastest)):
+        # The first search may have begun beyond steps that are unstable, too.
+        predicted_step, reason = unstable.predicted, unstable.reason
+        unstable = replace(changes, kind="unstable", predicted=predicted_step, reason=reason)
+    apart = (changes.fails or math.inf) < (unstable.holds or 0.0)
+    several = apart or "changes-kind" in by_kind
+    equilibrium = theory is not None and theory.equilibrium
+    return Stability((unstable, changes) if several else (unstable,), equilibrium)
+
+
+def _limit(
+    trials: Trials, kind: Kind, predicted: StepLimit | None, holds: Holds, start: float
+) -> MeasuredLimit:
+    """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
+    if predicted is not None and math.isfinite(predicted.step):
+        start = predicted.step / trials.fastest
+    low, high = exponent(SMALLEST), exponent(LARGEST)
+    first = min(max(exponent(start), low), high) if start > 0.0 else low
+    held, failed = bracket(holds, first, low, high, trials.monotone)
+    if failed is None:
+        why = "every step that was tried holds"
+    else:
+        outcome = trials.outcome(failed)
+        why = outcome.unstable or outcome.changed
+    return MeasuredLimit(
+        kind,
+        None if predicted is None else predicted.step,
+        None if held is None else trials.step(held),
+        None if failed is None else trials.step(failed),
+        why,
+        "" if predicted is None else predicted.why,
+    )
+
+
+def exponent(periods: float) -> int:
+    """The largest exponent of RATIO at which a step is no larger than so many fastest periods."""
+    return math.floor(math.log(periods) / math.log(RATIO) + 1e-9)
+
+
+def bracket(
+    holds: Holds, first: int, low: int, high: int, monotone: bool = True
+) -> tuple[int | None, int | None]:
+    """The largest number that holds, such that those tried below it do too, and the next one, which
+    does not; None where there is none from `low` to `high`. The search begins at `first`."""
+    held, failed = _widened(holds, first, low, high)
+    if held is None:
+        return None, failed
+    while failed is not None and failed - held > 1:
+        middle = (held + failed) // 2
+        held, failed = (middle, failed) if holds(middle) else (held, middle)
+    below = [held - drop for drop in BELOW]
+    if not monotone:
+        near = [lower for lower in range(held, held - NEAR, -1) if lower % EVERY == 0]
+        below = [*near, *below]
+    for lower in below:
+        if lower >= low and not holds(lower):
+            return bracket(holds, lower, low, lower, monotone)
+    return held, failed
+
+
+def _widened(holds: Holds, first: int, low: int, high: int) -> tuple[int | None, int | None]:
+    """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
+    up, stride, last = holds(first), 1, first
+    while last != (end := high if up else low):
+        following = min(last + stride, end) if up else max(last - stride, end)
+        if holds(following) != up:
+            return (last, following) if up else (following, last)
+        last, stride = following, COARSER * stride
+    return (last, None) if up else (None, last)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """Why runs at a step do not hold; empty where they do."""
+
+    unstable: str = ""
+    changed: str = ""
+
+
+@dataclass
+class Trials:
+    """Runs of a case and of its nudged start, each at a step of a grid, made once."""
+
+    case: Case
+    method: Method
+    theory: StabilityTheory | None
+    outcomes: dict[int, _Outcome] = field(default_factory=dict)
+
+    def steady(self, number: int) -> bool:
+        """Whether a nudge stays small at this step of the grid."""
+        return not self.outcome(number).unstable
+
+    def kept(self, number: int) -> bool:
+        """Whether the motion stays of its kind, too."""
+        return self.outcome(number) == _Outcome()
+
+    def step(self, number: int) -> float:
+        """A step of the grid [s]."""
+        return float(self.fastest * RATIO**number)
+
+    def outcome(self, number: int) -> _Outcome:
+        """What runs at a step of the grid keep."""
+        if number not in self.outcomes:
+            self.outcomes[number] = self._tried(self.step(number))
+        return self.outcomes[number]
+
+    @cached_property
+    def fastest(self) -> float:
+        """The fastest period [s]; without theory, the largest of the scene's own steps."""
+        return self.theory.fastest if self.theory else self.case.scene.steps[0]
+
+    @property
+    def monotone(self) -> bool:
+        """Whether all steps above the first that fails do: eigenvalues set the limit, or friction
+        brings all motions to the same rest."""
+        return self.theory is None or self.theory.equilibrium
+
+    @cached_property
+    def exact(self) -> Mapping[str, Array]:
+        """The exact motion, over the scene's own duration or FOLLOWED periods, where it is known
+        for so long."""
+        longest = max(self.case.scene.duration, FOLLOWED * self.fastest if self.theory else 0.0)
+        try:
+            return self.case.reference.observe(np.linspace(0.0, longest, SAMPLES))
+        except ParameterError:
+            return self.case.reference.observe(np.linspace(0.0, self.case.scene.duration, SAMPLES))
+
+    @cached_property
+    def scales(self) -> Mapping[str, float]:
+        """The largest magnitude of each observable of the state; of an angle one radian at most."""
+        return {
+            o.name: min(float(np.abs(self.exact[o.name]).max()), 1.0 if o.unit == "rad" else np.inf)
+            or 1.0
+            for o in self.case.system.observables
+            if not o.force
+        }
+
+    @cached_property
+    def nudged(self) -> Case:
+        """The case with another start."""
+        system, parameters = self.case.system, self.case.scene.parameters
+        names = [name for name in system.start if name in parameters] or system.start[-1:]
+        changes = {name: self._moved(name, parameters.get(name, 0.0)) for name in names}
+        changed = system.change(parameters, changes)
+        return case_of(replace(self.case.scene, parameters=changed))
+
+    @cached_property
+    def nudge(self) -> float:
+        """Size of the nudge, relative."""
+        growth = self.theory.growth(STEPS * self.fastest * FIRST) if self.theory else 1.0
+        return min(max(SMALL / (GROWTH * growth), SMALLEST_NUDGE), NUDGE)
+
+    def _moved(self, name: str, value: Any) -> Any:
+        """A parameter of the start, moved by the nudge."""
+        values = np.asarray(value, dtype=np.float64)
+        size = self.nudge * self.scales.get(name, float(np.abs(values).max()) or 1.0)
+        return tuple((values + size).tolist()) if values.ndim else float(values) + size
+
+    @cached_property
+    def kind(self) -> str:
+        """The kind of the exact motion."""
+        return self.theory.kind_of(self.exact) if self.theory else ""
+
+    def _tried(self, step: float) -> _Outcome:
+        """What runs at a step [s] keep."""
+        steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
+        early = self._kept(step, PILOT)
+        return early if early.unstable else self._kept(step, steps)
+
+    def _kept(self, step: float, steps: int) -> _Outcome:
+        """What runs of so many steps [s] keep."""
+        run = self._run(self.case, step, steps)
+        if why := _lost(run):
+            return _Outcome(why, why)
+        beyond = {n: d for n, d in invariant_drifts(self.case, run).items() if d > BAND}
+        if beyond:
+            name = next(iter(beyond))
+            why = f"{name.replace('_', ' ')} differs by {beyond[name]:.2g} times its scale"
+            return _Outcome(why, why)
+        grown = self._grown(run, self._run(self.nudged, step, steps))
+        return _Outcome(grown, self._changed(run))
+
+    def _run(self, case: Case, step: float, steps: int) -> Trajectory:
+        """A run of so many steps."""
+        with np.errstate(all="ignore"):
+            lasting = case.lasting(steps * step)
+            return engine_of(self.method).prepare(lasting, self.method, step).run()
+
+    def _grown(self, run: Trajectory, nudged: Trajectory) -> str:
+        """By how much a nudge has grown beyond what the exact motion magnifies it; empty where
+        that is allowed."""
+        if why := _lost(nudged):
+            return f"nudged, it is {why}"
+        apart = np.max(
+            [
+                np.abs(nudged.observables[name] - run.observables[name]) / scale
+                for name, scale in self.scales.items()
+                if name in run.observables
+            ],
+            axis=0,
+        )
+        growth = apart / (apart[0] or self.nudge)
+        if growth.max() <= GROWTH:
+            return ""
+        beyond = growth / self._growth(run.times)
+        if beyond.max() <= GROWTH:
+            return ""
+        first = int(np.argmax(beyond > GROWTH))
+        return f"a nudge grows {GROWTH:.0f}-fold within {run.times[first]:.3g} s"
+
+    def _growth(self, times: Array) -> Array:
+        """The factors by which the exact motion magnifies a nudge until `times` [s]: those of
+        durations that double, each for all times up to it."""
+        if self.theory is None:
+            return np.ones_like(times)
+        lasting = float(times[-1]) * 0.5 ** np.arange(8.0)[::-1]
+        factors = np.array([self.theory.growth(float(t)) for t in lasting])
+        return np.asarray(factors[np.searchsorted(lasting, times).clip(max=7)])
+
+    def _changed(self, run: Trajectory) -> str:
+        """How the motion is of another kind; empty where it is not."""
+        kind = self.theory.kind_of(run.observables) if self.theory else ""
+        return "" if kind == self.kind else f"{self.kind} becomes {kind}"
+
+
+def _lost(run: Trajectory) -> str:
+    """When a run is lost; empty where it is not."""
+    if run.diverged_at is not None:
+        return f"lost after {run.diverged_at:.3g} s"
+    return lost(run)

@@ -1,0 +1,79 @@
+"""The largest steps at which methods hold on smooth motions, measured beside their prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.stability import StabilitySearch
+from plumbob.models.scene import ON_SUPPORTS
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.judge.stability import judged_limits
+from plumbob.reports.view.content import Claim
+
+# In the quick profile: an equilibrium with every method, and a swing with one of each engine.
+EQUILIBRIUM, SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
+OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
+
+
+@dataclass(frozen=True)
+class LargestSteps:
+    """The limits, a record each as `plumbob stability --json` prints them, and why those that are
+    unexpected are."""
+
+    limits: tuple[Mapping[str, Any], ...]
+    surprises: tuple[str, ...]
+
+    @property
+    def predicted(self) -> int:
+        """Limits that theory predicts."""
+        return sum(limit["verdict"] == "predicted" for limit in self.limits)
+
+    @property
+    def known(self) -> int:
+        """Known limits, which it does not."""
+        return sum(bool(limit["known_limit"]) for limit in self.limits)
+
+
+def requests(plan: StudyPlan) -> Sequence[StabilitySearch]:
+    """In the full profile every method that is given a step, on each smooth scene of the quick
+    one."""
+    quick = plan.profile == "quick"
+    return tuple(
+        StabilitySearch(scene.name, method.name)
+        for scene in plan.scenes
+        for method in plan.methods
+        if scene.profile == "quick" and scene.kind != ON_SUPPORTS
+        if method.control == "step" and plan.has(scene.name, method.name)
+        if not quick
+        or scene.name == EQUILIBRIUM
+        or (scene.name == SWING and method.name in OF_SWING)
+    )
+
+
+def numbers(study: Study) -> LargestSteps | None:
+    """The limits that the study holds; None where it holds none."""
+    searches = {request: study.stability_of(request) for request in requests(plan_of(study))}
+    judged = [
+        limit
+        for search, found in searches.items()
+        if found is not None
+        for limit in judged_limits(search, found)
+        if limit.limit is not None
+    ]
+    if not judged:
+        return None
+    surprises = [f"{of.scene} {of.method}: {of.surprise}" for of in judged if of.surprise]
+    return LargestSteps(tuple(limit.record() for limit in judged), tuple(surprises))
+
+
+def claims(numbers: LargestSteps) -> Sequence[Claim]:
+    """That no limit is unexpected."""
+    return tuple(Claim(text, False) for text in numbers.surprises)
+
+
+LARGEST_STEPS = Analysis("engines/largest_steps", numbers, requests, claims)

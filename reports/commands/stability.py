@@ -1,0 +1,103 @@
+"""plumbob stability: the largest step at which methods hold on scenes, beside its prediction."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import methods as find_methods
+from plumbob.engines.study.stability import StabilitySearch
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.judge.stability import JudgedLimit, judged_limits, unexpected
+
+if TYPE_CHECKING:
+    from plumbob.engines.method import Method
+    from plumbob.engines.study.results import Study
+    from plumbob.models.scene import Scene
+
+INCOMPLETE = 3
+FILE = "stability.sqlite3"
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Measure, print and judge the largest steps; 1 where one is not as expected."""
+    many = any(mark in chosen.scene for mark in "*?[,")
+    scenes = find_scenes(chosen.scene) if many else (find_scene(chosen.scene),)
+    methods = find_methods(",".join(chosen.method) or "*")
+    if not chosen.method:
+        methods = tuple(m for m in methods if installed(engine_of(m)))
+    study = _measured(chosen, scenes, methods)
+    judged = list(_judged(study))
+    page = None
+    if chosen.out:
+        from plumbob.reports.view.stability import write_page
+
+        page = write_page(judged, study.provenance, Path(chosen.out))
+    if chosen.json:
+        json.dump(values.plain([limit.record() for limit in judged]), sys.stdout, indent=1)
+        print()
+    else:
+        from plumbob.reports.view.stability import lines
+
+        print(*lines(judged), sep="\n")
+        if page:
+            print(f"page: {page}")
+    if unexpected(judged):
+        return 1
+    return 0 if all(installed(engine_of(m)) for m in methods) else INCOMPLETE
+
+
+def _measured(
+    chosen: argparse.Namespace, scenes: Sequence[Scene], methods: Sequence[Method]
+) -> Study:
+    """A study of these searches, and of nothing else, kept where a folder is given."""
+    from plumbob.engines.study.checkpoint import Unkept, measured_into
+    from plumbob.engines.study.runner import pairs, run_study
+    from plumbob.reports.commands.validate import noted, progress, writable
+
+    searches = [StabilitySearch(s.name, m.name) for s, m in pairs(scenes, methods)]
+    if not searches:
+        given = ",".join(chosen.method) or None
+        raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
+    line, jobs = shlex.join(["plumbob", *sys.argv[1:]]), values.jobs(chosen)
+
+    def made(kept: Unkept) -> Study:
+        with progress() as show:
+            return run_study(
+                (),
+                methods,
+                jobs=min(jobs, max(1, len(searches) // 2)),
+                progress=show,
+                timed=False,
+                requests=lambda plan: searches,
+                command=line,
+                kept=kept,
+            )
+
+    if not chosen.out:
+        return made(Unkept())
+    with measured_into(writable("out", Path(chosen.out)) / FILE, False, noted) as kept:
+        return made(kept)
+
+
+def _judged(study: Study) -> Iterator[JudgedLimit]:
+    """The limits that a study holds; of one whose engine is missing, or whose process was lost,
+    why there is none."""
+    for request in study.extras:
+        if not isinstance(request, StabilitySearch):
+            continue
+        found = study.stability_of(request)
+        if found is not None:
+            yield from judged_limits(request, found)
+        else:
+            why = "its engine is missing, or its process was lost"
+            yield JudgedLimit(request.scene, request.method, None, "measured", why)

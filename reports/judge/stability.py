@@ -1,0 +1,97 @@
+"""Is the largest step of a method that holds the one that theory predicts?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from plumbob.engines.registry import limits_of
+from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
+
+# Chosen, relative, between the prediction and the nearer end of a bracket of 1 %: eigenvalues set
+# the limit at an equilibrium; elsewhere where chaos begins depends on the start, too.
+AT_EQUILIBRIUM, ELSEWHERE = 0.02, 0.1
+KNOWN = 0.02  # of a known limit, about its ratio
+LimitVerdict = Literal["predicted", "off-prediction", "measured"]
+
+
+@dataclass(frozen=True)
+class JudgedLimit:
+    """A limit with its verdict: `measured` where no theory predicts it, or not of this motion."""
+
+    scene: str
+    method: str
+    limit: MeasuredLimit | None  # None: there is none
+    verdict: LimitVerdict
+    why: str  # there is no limit, or what fails beyond it
+    surprise: str = ""  # why the verdict is not as expected
+    known: str = ""  # the reason of a known limit
+
+    def record(self) -> dict[str, Any]:
+        """What `plumbob stability --json` prints of it, in seconds."""
+        found = self.limit
+        return {
+            "scene": self.scene,
+            "method": self.method,
+            "kind": found and found.kind,
+            "predicted": found and found.predicted,
+            "holds": found and found.holds,
+            "fails": found and found.fails,
+            "why": self.why,
+            "verdict": self.verdict,
+            "expected": not self.surprise,
+            "known_limit": self.known,
+        }
+
+
+def judged_limits(search: StabilitySearch, found: Stability) -> Iterator[JudgedLimit]:
+    """The limits of a scene with a method, judged; one without a limit where there is none."""
+    names = search.scene, search.method
+    if not found.limits:
+        yield JudgedLimit(*names, None, "measured", found.why)
+    for limit in found.limits:
+        allowed = AT_EQUILIBRIUM if found.equilibrium else ELSEWHERE
+        ratio = None if _of_another(limit, found) else off_by(limit)
+        off = ratio is not None and abs(ratio - 1.0) > allowed
+        verdict: LimitVerdict = "off-prediction" if off else "predicted"
+        if ratio is None:
+            verdict = "measured"
+        known = limits_of(search.method).step_limit(*names, limit.kind)
+        expected = 1.0 if known is None else known.ratio
+        surprise = ""
+        if off and known is None:
+            surprise = f"{ratio:.3g} of the step that is predicted"
+        elif known is not None and (ratio is None or abs(ratio - expected) > KNOWN * expected):
+            measured = "without a prediction" if ratio is None else f"{ratio:.3g} of it"
+            surprise = f"known as {expected:g} of the step that is predicted, now {measured}"
+        reason = "" if known is None else known.reason
+        yield JudgedLimit(*names, limit, verdict, limit.why, surprise, reason)
+
+
+def _of_another(limit: MeasuredLimit, found: Stability) -> bool:
+    """Whether a limit is one of another motion than the exact one, away from an equilibrium: the
+    motion is of another kind at clearly smaller steps. How long that lasts theory need not know."""
+    if found.equilibrium or limit.kind != "unstable":
+        return False
+    changed = (other.fails for other in found.limits if other.kind == "changes-kind")
+    return any(f is not None and f < (1.0 - ELSEWHERE) * (limit.holds or 0.0) for f in changed)
+
+
+def off_by(limit: MeasuredLimit) -> float | None:
+    """The measured limit over the predicted one: of the bracket the nearer end, 1 inside; None
+    without a prediction."""
+    if limit.predicted is None:
+        return None
+    if limit.fails is not None and limit.fails < limit.predicted:
+        return limit.fails / limit.predicted
+    if limit.holds is not None and limit.holds > limit.predicted and limit.fails is not None:
+        return limit.holds / limit.predicted
+    beyond = limit.fails is None and limit.holds is not None and limit.predicted < limit.holds
+    return math.inf if beyond else 1.0
+
+
+def unexpected(judged: Sequence[JudgedLimit]) -> Sequence[JudgedLimit]:
+    """Those whose verdict is not as expected."""
+    return [limit for limit in judged if limit.surprise]

@@ -1,0 +1,81 @@
+"""`plumbob stability`: records, a table, a page, exit codes, and one line for what it cannot do."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+
+from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.method import Unsupported
+from plumbob.engines.registry import engine_of
+from plumbob.engines.study import stability as measuring
+from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture, Patch
+
+OVERDAMPED = "linear-pendulum/overdamped"
+KEYS = {"scene", "method", "kind", "predicted", "holds", "fails", "why"}
+
+
+def test_json_stands_alone_with_a_record_a_limit(capsys: Capture) -> None:
+    assert main(["stability", OVERDAMPED, "ode/euler", "ode/radau", "--json"]) == 0
+    euler, radau = json.loads(capsys.readouterr().out)
+    assert set(euler) >= KEYS
+    assert (euler["kind"], euler["verdict"]) == ("unstable", "predicted")
+    assert euler["holds"] < euler["fails"] <= 1.011 * euler["holds"]
+    assert euler["predicted"] == pytest.approx(euler["holds"], rel=0.02)
+    assert [radau[name] for name in ("kind", "predicted", "holds", "fails")] == [None] * 4
+    assert "chooses its steps" in radau["why"]
+
+
+def test_a_limit_that_no_step_reaches_is_null(capsys: Capture) -> None:
+    assert main(["stability", OVERDAMPED, "mujoco/discrete", "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert (record["predicted"], record["fails"]) == (None, None)
+    assert record["why"] == "every step that was tried holds"
+
+
+def test_a_page_and_what_is_measured_are_kept(tmp_path: Path, capsys: Capture) -> None:
+    out = tmp_path / "new" / "out"
+    assert main(["stability", OVERDAMPED, "ode/*", "--jobs", "1", "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert printed.splitlines()[-1] == f"page: {out / 'stability.html'}"
+    page = (out / "stability.html").read_text("utf-8")
+    assert "What is the largest step I may take?" in page
+    for method in ("ode/euler", "ode/leapfrog", "ode/rk4"):
+        assert method in printed
+        assert method in page
+    assert (out / "stability.sqlite3").is_file()
+
+
+def test_a_sabotaged_engine_is_exit_code_1(capsys: Capture, monkeypatch: Patch) -> None:
+    monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
+    assert main(["stability", OVERDAMPED, "ode/euler"]) == 1
+    assert f"UNEXPECTED {OVERDAMPED} ode/euler: 1.7 of the step" in capsys.readouterr().out
+
+
+@pytest.mark.long
+def test_on_supports_only_losses_and_nudges_count(capsys: Capture) -> None:
+    scene = "capsule-coast/translation"
+    assert main(["stability", scene, "mujoco/euler+coulomb", "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert (record["kind"], record["verdict"], record["predicted"]) == (
+        "unstable",
+        "measured",
+        None,
+    )
+
+
+def test_what_an_engine_does_not_run_is_one_line(capsys: Capture, monkeypatch: Patch) -> None:
+    def refusing(*_: Any) -> NoReturn:
+        raise Unsupported("it has no hinges")
+
+    monkeypatch.setattr(
+        measuring, "engine_of", lambda method: replace(engine_of(method), prepare=refusing)
+    )
+    assert main(["stability", OVERDAMPED, "ode/euler", "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)
+    assert (record["kind"], record["why"]) == (None, "it has no hinges")

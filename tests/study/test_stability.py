@@ -1,0 +1,261 @@
+"""The largest step that holds, by runs: against closed forms, whatever the prediction, and red for
+what is sabotaged."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.stability import Kind, StabilityTheory, StepLimit
+from plumbob.analytic.tableau import CLASSICAL
+from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.extra_runs import make
+from plumbob.engines.study.results import TaskResult
+from plumbob.engines.study.stability import (
+    RATIO,
+    MeasuredLimit,
+    Stability,
+    StabilitySearch,
+    Trials,
+    bracket,
+    measured,
+    stability,
+)
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.stability import judged_limits
+from plumbob.tests.support.fixture_types import Patch
+
+SWING, OVERDAMPED = "linear-pendulum/free-small", "linear-pendulum/overdamped"
+DAMPED = "linear-pendulum/damped-small"
+OMEGA = math.sqrt(9.8)
+SHARP = 0.02  # of a limit at an equilibrium: a bracket of 1 %, and as much for runs that are finite
+
+
+def euler_limit(damping: float, implicit: bool) -> float:
+    """Where semi-implicit Euler's multiplier passes -1: h^2 omega^2 = 4 - 2 c h with explicit
+    damping c, and 4 + 2 c h with implicit damping."""
+    half = (1.0 if implicit else -1.0) * damping / OMEGA**2
+    return half + math.sqrt(half * half + 4.0 / OMEGA**2)
+
+
+def closed_forms() -> list[tuple[str, str, float]]:
+    """Scenes, methods and limits [s]: RK4's from its stability function, 2.785 on the real axis and
+    2 sqrt(2) on the imaginary one."""
+    fast = 5.0 + math.sqrt(25.0 - OMEGA**2)
+    return [
+        *((SWING, m, 2.0 / OMEGA) for m in ("mujoco/euler", "ode/euler", "pymunk/spring")),
+        (SWING, "ode/leapfrog", 2.0 / OMEGA),
+        (OVERDAMPED, "ode/leapfrog", 2.0 / OMEGA),
+        (SWING, "ode/rk4", math.sqrt(8.0) / OMEGA),
+        (SWING, "mujoco/rk4", math.sqrt(8.0) / OMEGA),
+        (OVERDAMPED, "ode/rk4", 2.785293563405282 / fast),
+        (OVERDAMPED, "ode/euler", euler_limit(10.0, implicit=False)),
+        (OVERDAMPED, "pymunk/spring", euler_limit(10.0, implicit=False)),
+        (OVERDAMPED, "mujoco/euler", euler_limit(10.0, implicit=True)),
+        (DAMPED, "ode/euler", euler_limit(0.08, implicit=False)),
+        (DAMPED, "mujoco/implicitfast", euler_limit(0.08, implicit=True)),
+    ]
+
+
+def at_equilibrium(growth: Callable[[float], float] = lambda duration: 1.0) -> StabilityTheory:
+    """A swing's record, without a limit."""
+    return StabilityTheory(2.0 * math.pi / OMEGA, True, lambda s: (), growth, lambda seen: "swing")
+
+
+def found_by(scene: str, method: str, prediction: float | None) -> MeasuredLimit:
+    """The limit that a search from a prediction finds."""
+    limits = () if prediction is None else (StepLimit("unstable", prediction, ""),)
+    (limit,) = measured(
+        case_of(find_scene(scene)), find_method(method), at_equilibrium(), limits
+    ).limits
+    return limit
+
+
+@pytest.mark.long(keep=4)
+@pytest.mark.parametrize(("scene", "method", "wanted"), closed_forms())
+def test_limits_of_linear_motions_are_those_of_closed_forms(
+    scene: str, method: str, wanted: float
+) -> None:
+    found = found_by(scene, method, None)
+    assert found.holds is not None
+    assert found.fails == pytest.approx(RATIO * found.holds)
+    assert found.holds / wanted == pytest.approx(1.0, abs=SHARP)
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.5, 0.99, 1.01, 2.0, 20.0])
+def test_a_search_does_not_depend_on_the_prediction(factor: float) -> None:
+    alone = found_by(SWING, "ode/euler", None)
+    begun = found_by(SWING, "ode/euler", factor * 2.0 / OMEGA)
+    assert (begun.holds, begun.fails) == (alone.holds, alone.fails)
+
+
+@pytest.mark.parametrize("first", range(-400, 401, 57))
+@pytest.mark.parametrize("monotone", [True, False])
+def test_a_bracket_is_that_of_its_numbers(first: int, monotone: bool) -> None:
+    for last in (-400, -123, 0, 1, 399):
+        found = bracket(partial(operator.ge, last), first, -400, 400, monotone)
+        assert found == (last, last + 1)
+    assert bracket(lambda n: True, first, -400, 400, monotone) == (400, None)
+    assert bracket(lambda n: False, first, -400, 400, monotone) == (None, -400)
+
+
+@pytest.mark.parametrize("first", [-300, -20, 0, 55, 90, 300])
+def test_a_window_that_fails_below_is_seen_from_anywhere(first: int) -> None:
+    def holds(number: int) -> bool:
+        return number <= 90 and number not in range(70, 75)
+
+    assert bracket(holds, first, -400, 400, monotone=False) == (69, 70)
+
+
+def test_a_solver_with_a_tolerance_has_no_limit() -> None:
+    found = stability(find_scene(SWING), find_method("ode/radau"))
+    assert found.limits == ()
+    assert "chooses its steps" in found.why
+
+
+def test_a_step_that_is_implicit_in_the_spring_has_none() -> None:
+    found = found_by(SWING, "mujoco/discrete", None)
+    assert found.holds is not None
+    assert found.fails is None
+    assert found.holds > 10.0 * 2.0 / OMEGA
+
+
+def test_a_motion_changes_its_kind_before_it_is_unstable() -> None:
+    """RK4 takes a swing's energy away: within 10^4 steps all of it from h omega = 0.7 on, where its
+    step holds up to 2.83."""
+    theory = replace(
+        at_equilibrium(),
+        kind_of=lambda seen: "swing" if abs(seen["theta"][-50:]).max() > 1e-4 else "at rest",
+    )
+    case = case_of(find_scene(SWING))
+    unstable, changes = measured(case, find_method("ode/rk4"), theory, ()).limits
+    assert (unstable.kind, changes.kind) == ("unstable", "changes-kind")
+    assert changes.why == "swing becomes at rest"
+    assert changes.fails is not None
+    assert unstable.holds is not None
+    assert 0.5 < changes.fails * OMEGA < 1.0 < unstable.holds * OMEGA
+
+
+def test_the_growth_of_the_exact_motion_is_taken_off() -> None:
+    """Neighbours of a rotation turn at other rates: a nudge grows with time, and more than a
+    thousandfold in 10^4 steps."""
+    case, method = case_of(find_scene("simple-pendulum/rotating-slow")), find_method("ode/leapfrog")
+    theory = replace(at_equilibrium(lambda duration: 1.0 + 20.0 * duration), equilibrium=False)
+    own, without = (
+        measured(case, method, t, (StepLimit("unstable", 0.24, ""),)).limits[0].holds or 0.0
+        for t in (theory, replace(theory, growth=lambda duration: 1.0))
+    )
+    assert own == pytest.approx(0.24, rel=0.1)
+    assert without < 0.5 * own
+
+
+def judged(method: str, limits: Stability, scene: str = SWING) -> list[str]:
+    """Verdicts, with a mark where unexpected."""
+    search = StabilitySearch(scene, method)
+    return [f"{of.verdict}{'!' * bool(of.surprise)}" for of in judged_limits(search, limits)]
+
+
+def rk4_with(second: float, third: float) -> integrators.Advance:
+    """RK4 with another weight of its third stage, and another place of that stage."""
+    matrix = ((), (0.5,), (0.5 - third, third), (0.0, 0.0, 1.0))
+    weights = (1.0, 2.0, second, 5.0 - 2.0 - second + 1.0)
+    return integrators.explicit(replace(CLASSICAL, weights=weights, matrix=matrix, divisor=6.0))
+
+
+SABOTAGED = {
+    "one weight of RK4": ("rk4", "ode/rk4", rk4_with(2.2, 0.5)),
+    "a spring in the wrong stage": ("rk4", "ode/rk4", rk4_with(2.0, 0.6)),
+}
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("what", SABOTAGED)
+def test_a_sabotaged_scheme_is_red(what: str, monkeypatch: Patch) -> None:
+    name, method, wrong = SABOTAGED[what]
+    scene, how = find_scene(OVERDAMPED), find_method(method)
+    assert judged(method, stability(scene, how), OVERDAMPED) == ["predicted"]
+    monkeypatch.setattr(integrators, name, wrong)
+    assert judged(method, stability(scene, how), OVERDAMPED) == ["off-prediction!"]
+
+
+def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted() -> None:
+    promised, kept = euler_limit(10.0, implicit=True), euler_limit(10.0, implicit=False)
+    for limit, wanted in ((kept, ["predicted"]), (promised, ["off-prediction!"])):
+        found = Stability((found_by(OVERDAMPED, "ode/euler", limit),), True)
+        assert judged("ode/euler", found, OVERDAMPED) == wanted
+
+
+@pytest.mark.parametrize(
+    ("predicted", "holds", "fails", "equilibrium", "wanted"),
+    [
+        (1.0, 0.995, 1.005, True, "predicted"),
+        (1.0, 0.96, 0.97, True, "off-prediction!"),
+        (1.0, 1.03, 1.04, True, "off-prediction!"),
+        (1.0, 0.96, 0.97, False, "predicted"),
+        (1.0, 0.88, 0.89, False, "off-prediction!"),
+        (1.0, 1.12, 1.13, False, "off-prediction!"),
+        (math.inf, 20.0, None, True, "predicted"),
+        (math.inf, 20.0, 20.2, True, "off-prediction!"),
+        (1.0, 20.0, None, True, "off-prediction!"),
+        (30.0, 20.0, None, True, "predicted"),
+        (1e-4, None, 1e-3, False, "predicted"),
+        (1.0, None, 1e-3, False, "off-prediction!"),
+        (None, 0.5, 0.505, True, "measured"),
+    ],
+)
+def test_a_limit_is_judged_from_both_sides(
+    predicted: float | None,
+    holds: float | None,
+    fails: float | None,
+    equilibrium: bool,
+    wanted: str,
+) -> None:
+    limit = MeasuredLimit("unstable", predicted, holds, fails, "lost")
+    assert judged("ode/rk4", Stability((limit,), equilibrium)) == [wanted]
+
+
+def test_a_limit_of_another_motion_is_not_judged() -> None:
+    kinds: tuple[Kind, Kind] = ("unstable", "changes-kind")
+    limits = tuple(
+        MeasuredLimit(kind, 1.0, holds, 1.01 * holds, "")
+        for kind, holds in zip(kinds, (2.0, 1.0), strict=True)
+    )
+    assert judged("ode/rk4", Stability(limits)) == ["measured", "predicted"]
+    assert judged("ode/rk4", Stability(limits, True)) == ["off-prediction!", "predicted"]
+
+
+def test_a_search_is_kept_to_the_last_bit() -> None:
+    request = StabilitySearch(OVERDAMPED, "ode/euler")
+    found = make(request, find_method("ode/euler"))
+    kept = from_json(to_json(TaskResult(extras={request: found})), TaskResult)
+    assert kept.extras == {request: found}
+    assert make(StabilitySearch(SWING, "pymunk/feet"), find_method("pymunk/feet")) is None
+
+
+@pytest.mark.parametrize(
+    ("scene", "growth", "size"),
+    [
+        ("capsule-line/ca1", 1.0, 1e-6),
+        ("simple-pendulum/near-top-1e-6", 1.0, 1e-6),
+        ("cone-pendulum/rotating-base", 1e5, 1e-9),
+        ("cone-pendulum/rotating-base", 1e300, 1e-11),
+    ],
+)
+def test_the_nudge_is_another_start_of_the_same_system(
+    scene: str, growth: float, size: float
+) -> None:
+    """Smaller where the exact motion makes much of it."""
+    case = case_of(find_scene(scene))
+    trials = Trials(case, find_method("ode/rk4"), at_equilibrium(lambda duration: growth))
+    begun, moved = (one.reference.observe(np.zeros(1)) for one in (case, trials.nudged))
+    apart = {n: abs(float(moved[n][0] - begun[n][0])) / s for n, s in trials.scales.items()}
+    assert max(apart.values()) == pytest.approx(size, rel=1e-3)
