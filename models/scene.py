@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.theory import ErrorTheory, no_theory
 
+if TYPE_CHECKING:
+    from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
+
 Parameters = Mapping[str, Any]
 Answers = Callable[[Any, Array], Mapping["Observable", Array]]
+Gradients = Callable[[Sequence["Neighbours[Any]"], Array], list["Sensitivity"]]
 # Kinds of system, by which a method says what it can do; a new kind is another string.
 ONE_SMOOTH: Final = "one smooth degree of freedom"
 SMOOTH: Final = "smooth degrees of freedom"
@@ -89,6 +93,10 @@ def nothing_else(problem: Any, places: Array) -> Mapping[Observable, Array]:
     return {}
 
 
+def no_structure(problem: Any) -> None:
+    """Of a problem in which everything changes smoothly."""
+
+
 @dataclass(frozen=True)
 class System:
     """A mechanical system: what it observes, its scenes, and its exact answer."""
@@ -116,6 +124,13 @@ class System:
     interest: Callable[[Case], tuple[Quantity, ...]] | None = None
     """The quantities of interest of a case; None: the first observable, over the whole run."""
 
+    sensitivity: Gradients | None = None
+    """Derivatives of the observables by parameters, of neighbours of a problem at times [s], shape
+    (n,); None: differences of the exact motion."""
+    left_out: Parameters = field(default_factory=dict)
+    """Values of parameters that a scene may leave out, where these are not 0."""
+    structure: Callable[[Any], Any] = no_structure
+    """What a problem consists of that cannot change smoothly with a parameter."""
     also: Answers = nothing_else
     """Exact answers beside the observables, of a problem at times [s], shape (n,)."""
     by_angle: Answers | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
@@ -144,6 +145,13 @@ def errors(problem: ConePendulum) -> ErrorTheory:
     from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
 
     return PendulumErrors(problem.motion)
+
+
+def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
+    """Derivatives of the motion by parameters."""
+    from plumbob.analytic.sensitivities.smooth_systems import cone_pendulum, gradients
+
+    return gradients(cone_pendulum, problems, times)
 
 
 @lru_cache(maxsize=64)  # the same for every method of a scene
@@ -341,6 +349,7 @@ SYSTEMS = (
         kind=ONE_SMOOTH,
         change=change,
         interest=interest,
+        sensitivity=sensitivity,
         also=over_time,
         by_angle=over_angle,
     ),

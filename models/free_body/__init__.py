@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -12,6 +12,7 @@ from typing import Any
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
@@ -50,6 +51,13 @@ def errors(body: FreeBody) -> ErrorTheory:
     from plumbob.analytic.errors.free_body.error_series import free_body_errors
 
     return free_body_errors(body)
+
+
+def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
+    """Derivatives of the rotation by parameters."""
+    from plumbob.analytic.sensitivities.smooth_systems import free_body, gradients
+
+    return gradients(free_body, problems, times)
 
 
 @lru_cache(maxsize=64)  # the same for every method of a scene
@@ -189,6 +197,7 @@ SYSTEM = System(
     family="free_body",
     kind=FREE_ROTATION,
     interest=interest,
+    sensitivity=sensitivity,
     weight=2.0,
 )
 SYSTEMS = (SYSTEM,)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -12,6 +12,7 @@ from typing import Any, Literal
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
@@ -125,6 +126,13 @@ def errors(problem: SimplePendulum) -> ErrorTheory:
     from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
 
     return simple_pendulum_errors(problem)
+
+
+def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
+    """Derivatives of the motion by parameters."""
+    from plumbob.analytic.sensitivities.smooth_systems import gradients, simple_pendulum
+
+    return gradients(simple_pendulum, problems, times)
 
 
 @lru_cache(maxsize=64)  # the same for every method of a scene
@@ -379,6 +387,8 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         kind=ONE_SMOOTH,
         change=change,
         interest=swing,
+        sensitivity=sensitivity,
+        left_out={"mass": MASS},
     )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.systems.capsule import Capsule, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -22,6 +23,7 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     System,
+    no_structure,
     replaced,
 )
 
@@ -63,6 +65,13 @@ def no_invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Map
     return {}
 
 
+def sensitivity(problems: Sequence[Neighbours[CapsuleProblem]], times: Array) -> list[Sensitivity]:
+    """Derivatives of the motion by parameters."""
+    from plumbob.analytic.sensitivities.capsule import capsule_gradients
+
+    return capsule_gradients(problems, times)
+
+
 def capsule_system(
     name: str,
     title: str,
@@ -79,6 +88,8 @@ def capsule_system(
     ] = no_invariants,
     change: Callable[[Parameters, Parameters], Parameters] = replaced,
     interest: Callable[[Case], tuple[Quantity, ...]] = displaced,
+    structure: Callable[[CapsuleProblem], Any] = no_structure,
+    left_out: Parameters = MappingProxyType({}),
 ) -> System:
     """A system that has the capsule's model and family; the arguments as in `System`."""
     return System(
@@ -100,6 +111,9 @@ def capsule_system(
         change=change,
         weight=CONTACTS,
         interest=interest,
+        sensitivity=sensitivity,
+        structure=structure,
+        left_out=left_out,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from functools import cache, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -146,6 +146,13 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     }
 
 
+def structure(problem: CapsuleProblem) -> tuple[str, ...]:
+    """The kinds of its manoeuvres, in order, and of the slider's paths in them."""
+    manoeuvres = problem.motion.manoeuvres
+    pieces = (f"{m.kind} {len(m.path.pieces)}" for m in manoeuvres)
+    return tuple(pieces)
+
+
 def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
     to = (goal.x, goal.y, goal.heading)
     where = "on a free plane" if track == "free" else "along the source's single curve"
@@ -245,4 +252,6 @@ SYSTEM = capsule_system(
     errors=errors,
     facts=facts,
     interest=pose,
+    structure=structure,
+    left_out=asdict(Limits()),
 )

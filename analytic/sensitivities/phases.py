@@ -1,0 +1,105 @@
+"""Sensitivities of a motion whose formula changes at known times: stencils phase by phase.
+
+In phase k, from T_k to T_k+1, an observable o(t; q) is smooth, and beyond it another formula holds,
+so that a difference at a fixed time mixes two of them next to a switch. At a fixed fraction f of
+the phase it does not. With tau(q) = T_k + f (T_k+1 - T_k),
+
+    do/dq at fixed t = d/dq o(tau(q); q) - (do/dt) dtau/dq:                                     (1)
+
+the saltation of every switch, without its equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.collocation import gauss_collocation
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity
+
+NODES = 12  # of a polynomial for do/dt
+WINDOW = 0.125  # its width over the length of the phase
+LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
+
+
+@dataclass(frozen=True)
+class Phased:
+    """A motion and the times at which its formula changes [s], ascending from 0, shape (k,)."""
+
+    reference: Reference
+    switches: Array
+
+    def tau(self, phase: int, fraction: Array, since: Array) -> Array:
+        """Times [s] at a `fraction` of a phase, in the last one those `since` [s] it began."""
+        begin = self.switches[phase]
+        if phase + 1 == len(self.switches):
+            return np.asarray(begin + since)
+        return np.asarray(begin + fraction * (self.switches[phase + 1] - begin))
+
+    def at(self, times: Array) -> Array:
+        """Observables at `times`, shape (observables, n)."""
+        return np.stack(list(self.reference.observe(times).values()))
+
+
+def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> list[Sensitivity]:
+    """Sensitivities at `times` [s], shape (n,), by each parameter, eq. 1."""
+    here = motions[0].here
+    names = list(here.reference.observe(times))
+    phases = np.searchsorted(here.switches, times, side="right") - 1
+    answers = []
+    for one in motions:
+        values, uncertain = np.empty((2, len(names), times.size))
+        for phase in np.unique(phases):
+            inside = phases == phase
+            values[:, inside], uncertain[:, inside] = _within(one, int(phase), times[inside])
+        pairs = zip(names, values, uncertain, strict=True)
+        rows = {name: (value, unsure) for name, value, unsure in pairs}
+        answers.append(
+            Sensitivity(
+                {name: value for name, (value, _) in rows.items()},
+                {name: unsure for name, (_, unsure) in rows.items()},
+            )
+        )
+    return answers
+
+
+def _within(motions: Neighbours[Phased], phase: int, times: Array) -> Derived:
+    """Eq. 1 and its uncertainty at `times` within one phase, shape (observables, n)."""
+    here = motions.here
+    since = times - here.switches[phase]
+    last = phase + 1 == len(here.switches)
+    length = np.inf if last else float(here.switches[phase + 1] - here.switches[phase])
+    fraction = np.minimum(since / length, LATEST)
+
+    def tau(motion: Phased) -> Array:
+        return motion.tau(phase, fraction, since)
+
+    values, uncertain = motions.derivative(lambda motion: motion.at(tau(motion)))
+    shift, unsure = motions.derivative(tau)
+    if not shift.any():
+        return values, uncertain
+    slope, rounding = _slopes(here, float(here.switches[phase]), length, times)
+    return values - slope * shift, uncertain + np.abs(slope) * unsure + rounding * np.abs(shift)
+
+
+def _slopes(motion: Phased, begin: float, length: float, times: Array) -> Derived:
+    """do/dt within a phase, shape (observables, n), and its uncertainty; none in the last phase,
+    where everything has come to rest."""
+    if not np.isfinite(length):
+        zero = np.zeros_like(motion.at(times))
+        return zero, zero
+    width, rule = WINDOW * length, gauss_collocation(NODES)
+    low = np.clip(times - width / 2, begin, begin + length - width)
+    values = motion.at((low[:, None] + width * rule.nodes).ravel())
+    spectra = values.reshape(len(values), times.size, NODES) @ rule.spectrum.T
+    where = np.clip(2.0 * (times - low) / width - 1.0, -1.0, 1.0)
+    slopes = legendre.legder(np.moveaxis(spectra, -1, 0)) * 2.0 / width
+    fewer = legendre.legder(np.moveaxis(spectra[..., :-2], -1, 0)) * 2.0 / width
+    found, coarse = (legendre.legval(where, part, tensor=False) for part in (slopes, fewer))
+    size = np.abs(values).max(axis=1)[:, None]
+    return found, np.abs(found - coarse) + ULP * size * NODES**2 / width

@@ -1,0 +1,114 @@
+"""Sensitivities of a smooth motion by the variational equation.
+
+Of z' = f(t, z; p) from z(0; p), the derivative S = dz/dp at fixed time obeys
+
+    S' = f_z S + f_p,     S(0) = dz(0)/dp,                                                      (1)
+
+(Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I, I.14), and that of an
+observable o(t, z; p) is o_z S + o_p. z(t) is the exact motion, whatever gives it, so that S exists
+on a separatrix too, where a closed form has no derivative: f is smooth, and t finite. It is solved
+with two numbers of stages, whose difference is part of the uncertainty.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
+from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
+from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity, stacked
+
+STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
+RESOLVED, HALVINGS = 1e-11, 4  # relative difference of the two, and halvings of the step for it
+
+
+@dataclass(frozen=True)
+class SmoothMotion:
+    """The equations of a motion with d numbers in its state, and the exact motion itself."""
+
+    start: Any  # state at time 0, shape (d,), of doubles or 34 digits
+    slope: Callable[[Array, Array], Array]  # f of times (n,) and states (d, n), shape (d, n)
+    jacobian: Callable[[Array, Array], Array]  # f_z, shape (d, d, n)
+    state: Callable[[Array], Array]  # the exact motion: times [s], shape (n,) -> (d, n)
+    pace: float  # rate of change [1/s] that the motion does not exceed by much
+    read: Callable[[Array, Array], Mapping[str, Array]]  # observables of times and states
+
+
+def smooth_gradients(
+    motions: Sequence[Neighbours[SmoothMotion]], times: Array
+) -> list[Sensitivity]:
+    """Sensitivities at `times` [s], shape (n,), by each parameter, eq. 1."""
+    found, missed = _resolved(motions, times)
+    states = motions[0].here.state(times)
+    return [
+        read_along(one, times, states, found[..., k].T, missed[..., k].T)
+        for k, one in enumerate(motions)
+    ]
+
+
+def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
+    """S at `times` and its uncertainty, shape (n, d, parameters)."""
+    last, count = float(np.max(times, initial=0.0)) or 1.0, len(motions)
+    steps = 1 + math.ceil(last * motions[0].here.pace)
+    for _ in range(1 + HALVINGS):
+        grid = TimeGrid(np.linspace(0.0, last, steps))
+        fine, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
+        apart, found = np.abs(fine - coarse)[..., :count], fine[..., :count]
+        largest = np.abs(found).max(axis=0)
+        if (apart <= RESOLVED * largest).all():
+            break
+        steps *= 2
+    return found, apart + np.abs(fine[..., count:]) + ROUNDOFF * steps * largest
+
+
+def _response(
+    grid: TimeGrid, motions: Sequence[Neighbours[SmoothMotion]], stages: int, times: Array
+) -> Array:
+    """S at `times`, shape (n, d, 2 parameters): the second half of its columns is the response to
+    the uncertainties of f_p and of the start."""
+    here, rule = motions[0].here, gauss_collocation(stages)
+    nodes = grid.breakpoints[:-1, None] + np.diff(grid.breakpoints)[:, None] * rule.nodes
+    flat = np.minimum(nodes, grid.duration).ravel()
+    states = here.state(flat)
+    matrix = np.moveaxis(here.jacobian(flat, states), -1, 0)
+    forcing = stacked(
+        [one.derivative(lambda motion: motion.slope(flat, states)) for one in motions]
+    )
+    start = stacked([one.derivative(lambda motion: motion.start) for one in motions])
+    flow = LinearFlow(grid, matrix.reshape(*nodes.shape, *matrix.shape[1:]))
+    across = forcing.transpose(1, 0, 2)
+    return flow.respond(start, across.reshape(*nodes.shape, *across.shape[1:])).at(times)
+
+
+def read_along(
+    motions: Neighbours[Any], times: Array, states: Array, change: Array, missed: Array
+) -> Sensitivity:
+    """Sensitivity o_z S + o_p of what neighbours `read` of `times`, shape (n,), and `states`, shape
+    (d, n), whose S is `change`, and its uncertainty `missed`; o_z by imaginary parts."""
+    here: Any = motions.here
+    names = list(here.read(times, states))
+
+    def stacked(motion: Any, moved: Array) -> Array:
+        read = motion.read(times, moved)
+        return np.array([read[name] for name in names])
+
+    def ahead(direction: Array) -> Array:
+        return np.asarray(stacked(here, states + 1j * TINY * direction).imag / TINY)
+
+    direct, uncertain = motions.derivative(lambda motion: stacked(motion, states))
+    values = direct + ahead(change)
+    for row, size in enumerate(missed):
+        alone = np.zeros_like(states)
+        alone[row] = size
+        uncertain = uncertain + np.abs(ahead(alone))
+    return Sensitivity(
+        dict(zip(names, values, strict=True)), dict(zip(names, uncertain, strict=True))
+    )

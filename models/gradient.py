@@ -1,0 +1,207 @@
+"""Exact derivatives of a case's observables by its parameters, the start among them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import (
+    ABOVE,
+    BELOW,
+    CENTRAL,
+    Neighbours,
+    Sensitivity,
+)
+from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
+from plumbob.models.scene import Case, Gradients, Parameters, System
+
+STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
+SHRINK = 0.1  # from one attempt to the next, until all neighbours are possible
+SMALLEST = 1e-10
+SIDES = ("below", "above")
+Beside = tuple[dict[str, Neighbours[Any]], str]
+"""The neighbours on both sides of one number, else on either, and why not on both."""
+
+
+def exact_gradient(
+    case: Case, by: Sequence[str], times: Array, of: Sequence[str] = ()
+) -> Mapping[str, Sensitivity]:
+    """Derivatives of the observables `of` (none named: all) at `times` [s], shape (n,), by each
+    parameter in `by`, at fixed values of the others. A parameter has the name of `--set`, one
+    number of several an index: "supports[0][1]"; without an index all its numbers are meant. At a
+    time at which something switches they are those of the interval that begins there.
+
+    Raises ParameterError for a name that is unknown or that the case leaves out.
+
+    >>> from plumbob.models.registry import case_of, scene
+    >>> case = case_of(scene("capsule-line/heading-030"))
+    >>> found = exact_gradient(case, ["friction"], np.array([0.15]), ["displacement"])
+    >>> print(f"{found['friction'].values['displacement'][0]:.7f} m")
+    0.0196745 m
+    """
+    times = np.asarray(times, dtype=np.float64)
+    names = of or tuple(observable.name for observable in case.system.observables)
+    known(dict.fromkeys(names), [observable.name for observable in case.system.observables])
+    beside = {name: found for wanted in by for name, found in _around(case, wanted)}
+    flat = [one for sides, _ in beside.values() for one in sides.values()]
+    gradients = case.system.sensitivity or _general(case.system)
+    answers = iter(gradients(flat, times) if flat else [])
+    nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
+    return {name: _answer(answers, found, nothing) for name, found in beside.items()}
+
+
+def _around(case: Case, wanted: str) -> Iterator[tuple[str, Beside]]:
+    """Each number that is meant, with what `_beside` finds."""
+    parameters = _complete(case, _parsed(wanted)[0])
+    for name, path in _numbers(parameters, wanted):
+        yield name, _beside(case, parameters, name, path)
+
+
+def _answer(
+    answers: Iterator[Sensitivity], beside: Beside, nothing: Mapping[str, Array]
+) -> Sensitivity:
+    """One parameter's answer from the next ones, on both of its sides or on one; `nothing` has the
+    observables that are wanted."""
+    (sides, why), names = beside, list(nothing)
+    found = {side: next(answers) for side in sides}
+    values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
+    # Where there are both sides apart, the larger of their uncertainties.
+    unsure = [one.uncertainty for one in found.values()] or [nothing]
+    uncertain = {n: np.max([one[n] for one in unsure], axis=0) for n in names}
+    if "both" in found:
+        return Sensitivity(values["both"], uncertain)
+    below, above = (values.get(side, nothing) for side in SIDES)
+    return Sensitivity(nothing, uncertain, why, below, above)
+
+
+def _general(system: System) -> Gradients:
+    """For a system that does not say how: its variational equation where its motion has one, else
+    stencils of the exact motion itself."""
+
+    def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
+        start = np.zeros(1)
+        if isinstance(system.reference(problems[0].here), CertifiedMotion):
+            from plumbob.analytic.sensitivities.smooth_systems import certified, gradients
+
+            return gradients(lambda p: certified(cast(Any, system.reference(p))), problems, times)
+        motions = [one.each(lambda p: Phased(system.reference(p), start)) for one in problems]
+        return phased_gradients(motions, times)
+
+    return gradients
+
+
+def _parsed(name: str) -> tuple[str, tuple[int, ...]]:
+    """A parameter and the indices of one of its numbers."""
+    indices = re.findall(r"\[(\d+)\]", name)
+    return name.partition("[")[0], tuple(int(index) for index in indices)
+
+
+def _complete(case: Case, name: str) -> Parameters:
+    """The case's parameters with the value that `name` has where it is left out: that with which
+    the motion is the same."""
+    system, parameters = case.system, case.scene.parameters
+    known({name: None}, system.parameters)
+    if name in parameters:
+        return parameters
+    # A left out parameter of another description of the case comes with the rest of that.
+    for other in (name, *system.parameters):
+        if other in parameters:
+            continue
+        try:
+            changed = system.change(parameters, {other: system.left_out.get(other, 0.0)})
+            if name in changed and _same(case, changed):
+                return changed
+        except ParameterError:
+            continue
+    raise ParameterError("by", name, f"a parameter that {case.scene.name} has")
+
+
+def _same(case: Case, parameters: Parameters) -> bool:
+    ends = np.array([0.0, 0.3, 1.0]) * case.scene.duration
+    motion = case.system.reference(case.system.problem(parameters)).observe(ends)
+    exact, allowed = case.reference.observe(ends), case.reference.uncertainty(ends)
+    return all(
+        bool((np.abs(motion[name] - values) <= 8 * allowed[name]).all())
+        for name, values in exact.items()
+        if name in allowed
+    )
+
+
+def _numbers(parameters: Parameters, wanted: str) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Each number that is meant, by name, with its indices."""
+    name, path = _parsed(wanted)
+    try:
+        value = _at(parameters[name], path)
+    except (IndexError, TypeError):
+        raise ParameterError("by", wanted, f"a number of {parameters[name]!r}") from None
+    if not isinstance(value, (list, tuple)):
+        yield wanted, path
+        return
+    for index in range(len(value)):
+        yield from _numbers(parameters, f"{wanted}[{index}]")
+
+
+def _at(value: Any, path: tuple[int, ...]) -> Any:
+    for index in path:
+        value = value[index]
+    return value
+
+
+def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
+    """A value with the number at the indices `path` replaced."""
+    if not path:
+        return number
+    changed = list(value)
+    changed[path[0]] = _with(value[path[0]], path[1:], number)
+    return tuple(changed)
+
+
+def _beside(case: Case, parameters: Parameters, wanted: str, path: tuple[int, ...]) -> Beside:
+    """The neighbours on both sides of one number, else on either, and why not on both."""
+    name = _parsed(wanted)[0]
+    number = _at(parameters[name], path)
+    if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
+        return {}, f"{wanted} = {number!r} is not a number that can vary"
+
+    def neighbours(stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
+        step = STEP * (abs(number) or 1.0)
+        while True:
+            values = [number + k * step for k in stencil]
+            try:
+                moved = [_moved(case, parameters, name, path, value) for value in values]
+                return Neighbours(tuple(moved), np.array(values) - number)
+            except ParameterError as error:
+                step *= SHRINK
+                if step < SMALLEST * (abs(number) or 1.0):
+                    return error
+
+    both = neighbours(CENTRAL)
+    if isinstance(both, Neighbours):
+        return {"both": both}, ""
+    found, why = {}, list[str]()
+    for side, stencil in zip(SIDES, (BELOW, ABOVE), strict=True):
+        one = neighbours(stencil)
+        if isinstance(one, Neighbours):
+            found[side] = one
+        else:
+            why.append(str(one))
+    return found, "; ".join(dict.fromkeys(why)) or str(both)
+
+
+def _moved(
+    case: Case, parameters: Parameters, name: str, path: tuple[int, ...], number: float
+) -> Any:
+    """The problem with one number changed; raises ParameterError where it is not one of the same
+    kind."""
+    value = _with(parameters[name], path, number)
+    moved = case.system.problem(case.system.change(parameters, {name: value}))
+    structure = case.system.structure
+    if structure(moved) != structure(case.problem):
+        raise ParameterError(name, value, "one that does not change the sequence of manoeuvres")
+    return moved

@@ -1,0 +1,308 @@
+"""Derivatives of motions by differences of 60-digit solutions; it takes some minutes.
+
+`python -m plumbob.tests.sensitivities.recorded` writes recorded.json anew, with three sets of
+parameters of each system drawn at random: an independent method, from the equations of motion in
+other variables, with neither a variational equation nor a chain rule.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import gmpy2
+import numpy as np
+from gmpy2 import mpfr
+
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.extrapolation import State, states
+
+FILE = Path(__file__).with_suffix(".json")
+STEP = mpfr("1e-12")  # of a parameter: a difference's error is its square
+DIGITS, SETS = 17, 3
+ANGLE = ("theta", "theta_dot")
+Values = Mapping[str, Any]
+Equation = tuple[Callable[[State], State], State, Callable[[State], dict[str, Any]]]
+DRAWN: Mapping[str, Mapping[str, tuple[float, float]]] = {
+    "cone-pendulum": {
+        "density": (500.0, 8000.0),
+        "height": (0.2, 0.5),
+        "apex_angle": (0.4, 1.2),
+        "pivot_x": (0.01, 0.1),
+        "pivot_y": (0.02, 0.15),
+        "pivot_z": (0.01, 0.1),
+        "platform_rate": (2.0, 30.0),
+        "gravity": (5.0, 15.0),
+        "theta": (-1.0, 1.0),
+        "theta_dot": (2.0, 30.0),
+    },
+    "cone-pendulum general": {
+        "mass": (1.0, 5.0),
+        "com_distance": (0.1, 0.2),
+        "inertia_x": (0.26, 0.28),
+        "inertia_y": (0.26, 0.28),
+        "inertia_z": (0.04, 0.06),
+        "inertia_yz": (0.001, 0.009),
+        "pivot_y": (0.02, 0.15),
+        "platform_rate": (2.0, 20.0),
+        "gravity": (5.0, 15.0),
+        "theta": (-1.0, 1.0),
+        "theta_dot": (2.0, 20.0),
+    },
+    "simple-pendulum": {
+        "length": (0.5, 2.0),
+        "gravity": (5.0, 15.0),
+        "damping_rate": (0.02, 0.5),
+        "forcing_amplitude": (0.1, 1.5),
+        "forcing_frequency": (0.5, 3.0),
+        "theta": (-2.0, 2.0),
+        "theta_dot": (-3.0, 3.0),
+        "mass": (0.5, 3.0),
+    },
+    "free-body": {
+        "inertia_x": (1.0, 2.0),
+        "inertia_y": (1.0, 2.0),
+        "inertia_z": (1.0, 2.0),
+        "angular_velocity[0]": (-2.0, 2.0),
+        "angular_velocity[1]": (-2.0, 2.0),
+        "angular_velocity[2]": (-2.0, 2.0),
+    },
+    "capsule-coast": {
+        "body_mass": (0.7, 2.0),
+        "slider_mass": (0.1, 0.5),
+        "inertia": (0.015, 0.04),
+        "supports[0][0]": (0.18, 0.25),
+        "supports[0][1]": (-0.03, 0.03),
+        "supports[1][0]": (-0.15, -0.1),
+        "supports[1][1]": (0.12, 0.18),
+        "supports[2][0]": (-0.15, -0.1),
+        "supports[2][1]": (-0.18, -0.12),
+        "friction": (0.15, 0.6),
+        "gravity": (5.0, 15.0),
+        "slider[0]": (-0.08, 0.08),
+        "slider[1]": (-0.08, 0.08),
+        "velocity_x": (0.2, 0.6),
+        "velocity_y": (0.2, 0.6),
+        "heading_rate": (3.0, 8.0),
+        "heading": (-2.0, 2.0),
+    },
+}
+DRAWN = {**DRAWN, "linear-pendulum": DRAWN["simple-pendulum"]}
+LASTING = {"cone-pendulum": 0.3, "simple-pendulum": 2.0, "linear-pendulum": 2.0, "free-body": 2.0}
+LONGEST = {"cone-pendulum": 0.02, "capsule-coast": 0.01}  # step [s]; else 0.1
+
+
+def cone(p: Values) -> Equation:
+    """The cone pendulum, whose moments about the pivot follow from its shape where these are not
+    given, under gravity and the centrifugal force of every mass element."""
+    if "mass" in p:
+        mass, arm, yz = p["mass"], p["com_distance"], p["inertia_yz"]
+        x, y, z = p["inertia_x"], p["inertia_y"], p["inertia_z"]
+    else:
+        radius = p["height"] * gmpy2.tan(p["apex_angle"] / 2)
+        mass = gmpy2.const_pi() * p["density"] * radius**2 * p["height"] / 3
+        arm, yz = 3 * p["height"] / 4, mpfr(0)
+        z = 3 * mass * radius**2 / 10
+        x = y = 3 * mass * (radius**2 / 4 + p["height"] ** 2) / 5
+    squared = p["platform_rate"] ** 2
+
+    def rates(state: State) -> State:
+        theta, rate = state
+        sine, cosine = gmpy2.sin_cos(theta)
+        moment = squared * (y - z) * sine * cosine - mass * arm * p["gravity"] * sine
+        moment += squared * mass * arm * p["pivot_y"] * cosine
+        moment += squared * yz * (cosine**2 - sine**2)
+        return [rate, moment / x]
+
+    return rates, [p["theta"], p["theta_dot"]], lambda s: dict(zip(ANGLE, s, strict=True))
+
+
+def pendulum(p: Values, linear: bool = False) -> Equation:
+    """The simple pendulum, or its linear companion; the third number of the state is the time."""
+
+    def rates(state: State) -> State:
+        theta, rate, time = state
+        pull = theta if linear else gmpy2.sin(theta)
+        force = p["forcing_amplitude"] * gmpy2.sin(p["forcing_frequency"] * time)
+        return [
+            rate,
+            force - p["damping_rate"] * rate - p["gravity"] / p["length"] * pull,
+            mpfr(1),
+        ]
+
+    def read(state: State) -> dict[str, Any]:
+        theta, rate, _ = state
+        angles = {"theta": theta, "theta_dot": rate}
+        if linear:
+            return angles
+        radial = p["length"] * rate**2 + p["gravity"] * gmpy2.cos(theta)
+        return {**angles, "tension": p["mass"] * radial}
+
+    return rates, [p["theta"], p["theta_dot"], mpfr(0)], read
+
+
+def free(p: Values) -> Equation:
+    """Euler's equations and the attitude's."""
+    a, b, c = (p[f"inertia_{axis}"] for axis in "xyz")
+    spin = [p[f"angular_velocity[{i}]"] for i in range(3)]
+    names = [*(f"angular_velocity_{axis}" for axis in "xyz"), *(f"attitude_{i}" for i in "wxyz")]
+
+    def rates(state: State) -> State:
+        u, v, w, s, x, y, z = state
+        turned = (-x * u - y * v - z * w, s * u + y * w - z * v, s * v + z * u - x * w)
+        last = s * w + x * v - y * u
+        turning = ((b - c) / a * v * w, (c - a) / b * w * u, (a - b) / c * u * v)
+        return [*turning, *(part / 2 for part in (*turned, last))]
+
+    return rates, [*spin, mpfr(1), *[mpfr(0)] * 3], lambda s: dict(zip(names, s, strict=True))
+
+
+def coast(p: Values) -> Equation:
+    """A body on three sliding supports with the slider fixed, from Newton's equations of both in
+    the axes of the ground, which are the body's at the start."""
+    body, slider, arms = p["body_mass"], p["slider_mass"], []
+    arms = [(p[f"supports[{i}][0]"], p[f"supports[{i}][1]"]) for i in range(3)]
+    place = (p["slider[0]"], p["slider[1]"])
+    loads = _loads(body * p["gravity"], slider * p["gravity"], arms, place)
+
+    def rates(state: State) -> State:
+        _, _, psi, vx, vy, omega = state
+        sine, cosine = gmpy2.sin_cos(psi)
+
+        def turned(point: tuple[Any, Any]) -> tuple[Any, Any]:
+            return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
+
+        fx = fy = moment = mpfr(0)
+        for load, arm in zip(loads, arms, strict=True):
+            x, y = turned(arm)
+            sx, sy = vx - omega * y, vy + omega * x
+            size = p["friction"] * load / gmpy2.sqrt(sx**2 + sy**2)
+            fx, fy = fx - size * sx, fy - size * sy
+            moment += size * (y * sx - x * sy)
+        rx, ry = turned(place)
+        # (M + m) a + m alpha k x r = F + m omega^2 r; m r x a + (J + m r^2) alpha = moment.
+        total, both = body + slider, p["inertia"] + slider * (rx**2 + ry**2)
+        gx, gy = fx + slider * omega**2 * rx, fy + slider * omega**2 * ry
+        inner = both - slider**2 * (rx**2 + ry**2) / total
+        alpha = (moment - slider * (rx * gy - ry * gx) / total) / inner
+        return [
+            vx,
+            vy,
+            omega,
+            (gx + slider * alpha * ry) / total,
+            (gy - slider * alpha * rx) / total,
+            alpha,
+        ]
+
+    def read(state: State) -> dict[str, Any]:
+        x, y, psi, vx, vy, omega = state
+        names = ("x", "y", "velocity_x", "velocity_y", "heading", "heading_rate")
+        values = (x, y, vx, vy, p["heading"] + psi, omega)
+        named = dict(zip(names, values, strict=True))
+        return named | {f"normal_force_{i}": load for i, load in enumerate(loads, start=1)}
+
+    zero = mpfr(0)
+    start = [zero, zero, zero, p["velocity_x"], p["velocity_y"], p["heading_rate"]]
+    return rates, start, read
+
+
+def _loads(body: Any, slider: Any, arms: list[tuple[Any, Any]], place: Any) -> list[Any]:
+    """Loads that balance the weights of body and slider, by Cramer's rule."""
+    (x1, y1), (x2, y2), (x3, y3) = arms
+    area = (x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)
+    px, py = (slider * place[k] / (body + slider) for k in (0, 1))
+    corners = (((x2, y2), (x3, y3)), ((x3, y3), (x1, y1)), ((x1, y1), (x2, y2)))
+    return [
+        (body + slider) * ((ax - px) * (by - py) - (bx - px) * (ay - py)) / area
+        for (ax, ay), (bx, by) in corners
+    ]
+
+
+EQUATIONS: Mapping[str, Callable[[Values], Equation]] = {
+    "cone-pendulum": cone,
+    "simple-pendulum": pendulum,
+    "linear-pendulum": lambda p: pendulum(p, linear=True),
+    "free-body": free,
+    "capsule-coast": coast,
+}
+
+
+def nested(values: Mapping[str, float]) -> dict[str, Any]:
+    """Parameters as `--set` takes them, from numbers with indices."""
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        head, *indices = name.replace("]", "").split("[")
+        if not indices:
+            found[head] = value
+            continue
+        inner = found.setdefault(head, {})
+        for index in indices[:-1]:
+            inner = inner.setdefault(int(index), {})
+        inner[int(indices[-1])] = value
+    return {name: _tuples(value) for name, value in found.items()}
+
+
+def _tuples(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return value
+    return tuple(_tuples(value[index]) for index in sorted(value))
+
+
+def scene_of(system: str) -> str:
+    """The scene whose parameters are replaced."""
+    return "capsule-coast/spin" if system == "capsule-coast" else system
+
+
+def _times(system: str, parameters: Mapping[str, float]) -> list[float]:
+    if system in LASTING:
+        return [round(part * LASTING[system], 4) for part in (0.3, 0.7, 1.0)]
+    case = case_of(scene(scene_of(system), nested(parameters)))
+    stop = case.problem.motion.events[1].time
+    return [round(part * stop, 4) for part in (0.3, 0.7, 0.95)]
+
+
+def _derived(system: str, parameters: Mapping[str, float], times: list[float]) -> Iterator[Any]:
+    """Each parameter with the derivatives of every observable at all times."""
+    longest = LONGEST.get(system, 0.1)
+    exact = {name: mpfr(value) for name, value in parameters.items()}
+    for name, value in exact.items():
+        step = STEP * (abs(value) or 1)
+        ends = []
+        for sign in (1, -1):
+            rates, start, read = EQUATIONS[system]({**exact, name: value + sign * step})
+            ends.append([read(state) for state in states((rates, start, times), longest)])
+        yield (
+            name,
+            {
+                observable: [
+                    f"{(above[observable] - below[observable]) / (2 * step):.{DIGITS}g}"
+                    for above, below in zip(*ends, strict=True)
+                ]
+                for observable in ends[0][0]
+            },
+        )
+
+
+def write() -> None:
+    """Draw the parameters and record the derivatives."""
+    rng, table = np.random.default_rng(28), []
+    with gmpy2.context(gmpy2.get_context(), precision=200):
+        for drawn, ranges in DRAWN.items():
+            system = drawn.partition(" ")[0]
+            for _ in range(SETS):
+                parameters = {
+                    name: float(f"{rng.uniform(*ends):.3g}") for name, ends in ranges.items()
+                }
+                times = _times(system, parameters)
+                derived = dict(_derived(system, parameters, times))
+                table.append(
+                    {"system": system, "parameters": parameters, "times": times, "by": derived}
+                )
+                print(drawn, flush=True)
+    FILE.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    write()

@@ -1,0 +1,269 @@
+"""Exact derivatives against differences of 40 and 60 digits, and where there are none."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.capsule import phased
+from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours, Sensitivity
+from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
+from plumbob.analytic.sensitivities.smooth_systems import certified, gradients
+from plumbob.models.gradient import exact_gradient
+from plumbob.models.registry import case_of, scene, systems
+from plumbob.tests.numerics.double_pendulum import double_pendulum
+from plumbob.tests.sensitivities.recorded import FILE, nested, scene_of
+from plumbob.tests.support.derivatives import scaled
+
+SMOOTH = 1e-9  # of scale
+RECORDED = json.loads(FILE.read_text("utf-8"))
+mpmath.mp.dps = 40
+
+
+def agrees(found: Sensitivity, name: str, exact: Array, scale: float, within: float) -> str:
+    """Why a derivative is not the exact one, within its uncertainty and within the accuracy asked
+    for; empty where it is."""
+    off, unsure = np.abs(found.values[name] - exact), found.uncertainty[name]
+    if not (off <= unsure + 1e-16 * scale).all():
+        return f"{name} off by {off.max()} of {scale}, uncertainty {unsure}"
+    if not (off <= within * scale).all() or not (unsure <= within * scale).all():
+        return f"{name} off by {off.max()}, uncertainty {unsure.max()}, of {scale}"
+    return ""
+
+
+@pytest.mark.long(keep=12)
+@pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["system"])
+def test_recorded_derivatives(record: Mapping[str, Any]) -> None:
+    """Pendulums, the free body, and a body sliding before its first stop, by every parameter at
+    three random sets of them."""
+    case = case_of(scene(scene_of(record["system"]), nested(record["parameters"])))
+    times = np.array(record["times"])
+    found = exact_gradient(case, list(record["by"]), times)
+    observed = case.reference.observe(times)
+    for name, exact in record["by"].items():
+        for observable, text in exact.items():
+            values = np.array(text, dtype=float)
+            number = record["parameters"][name]
+            scale = scaled(values, observed[observable], number)
+            wrong = agrees(found[name], observable, values, scale, SMOOTH)
+            assert not wrong, (name, wrong)
+
+
+def line_in_40_digits(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+    """Displacement, velocity, stroke and forces along a line, eqs. 11-14 of Chernousko 2020,
+    integrated phase by phase."""
+    total = p["body_mass"] + p["slider_mass"]
+    mu, limit = p["slider_mass"] / total, p["friction"] * p["gravity"]
+    rest = p["t1"] * mu * (p["w1"] + p["w2"]) / (mu * p["w2"] + limit)
+    stop = p["t1"] * (p["w1"] + p["w2"]) / p["w2"]
+    x = v = xi = rate = now = w = mpmath.mpf(0)
+    sliding = 0
+    for end, push, slides in ((p["t1"], p["w1"], 1), (rest, -p["w2"], 1), (stop, -p["w2"], 0)):
+        span = min(end, time) - now
+        if span <= 0:
+            break
+        w, sliding = push, slides
+        a = (limit - mu * w) * sliding
+        x, v = x + v * span + a * span**2 / 2, v + a * span
+        xi, rate = xi + rate * span + w * span**2 / 2, rate + w * span
+        now += span
+    if time >= stop:
+        w, sliding = mpmath.mpf(0), 0
+    friction = total * limit if sliding else p["slider_mass"] * w
+    driving = p["slider_mass"] * (w + (friction - p["slider_mass"] * w) / total)
+    return {
+        "displacement": x,
+        "velocity": v,
+        "stroke": xi,
+        "stroke_rate": rate,
+        "friction_force": friction,
+        "driving_force": driving,
+    } | _loads(p, p["start"] + xi)
+
+
+def _loads(p: Mapping[str, Any], reach: Any) -> dict[str, Any]:
+    """Normal forces with the slider at `reach` along its line."""
+    arms = p["supports"]
+    along = p["slider_mass"] * p["gravity"] * reach
+    total = (p["body_mass"] + p["slider_mass"]) * p["gravity"]
+    moments = [along * mpmath.cos(p["direction"]), along * mpmath.sin(p["direction"])]
+    matrix = mpmath.matrix([[1, 1, 1], [a[0] for a in arms], [a[1] for a in arms]])
+    loads = mpmath.lu_solve(matrix, mpmath.matrix([total, *moments]))
+    return {f"normal_force_{i}": load for i, load in enumerate(loads, start=1)}
+
+
+def _exactly(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    def exact(value: Any) -> Any:
+        return [exact(v) for v in value] if isinstance(value, tuple) else mpmath.mpf(value)
+
+    return {name: exact(value) for name, value in parameters.items()}
+
+
+def _nudged(p: Mapping[str, Any], name: str, step: Any) -> dict[str, Any]:
+    head, *indices = name.replace("]", "").split("[")
+    changed = {**p, "supports": [list(arm) for arm in p["supports"]]}
+    if indices:
+        changed[head][int(indices[0])][int(indices[1])] += step
+    else:
+        changed[head] += step
+    return changed
+
+
+def drawn_line(number: int) -> dict[str, Any]:
+    """A random line manoeuvre, not along the axis of a support."""
+    rng = np.random.default_rng(number)
+    parameters = dict(scene("capsule-line").parameters)
+    parameters.pop("support")
+    for name in ("body_mass", "slider_mass", "friction", "gravity", "w1", "w2", "t1"):
+        parameters[name] *= float(rng.uniform(0.9, 1.1))
+    start, direction, heading = (float(v) for v in rng.uniform(-0.02, 2.0, 3))
+    return {**parameters, "start": start / 100, "direction": direction, "heading": heading}
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_line_derivatives(number: int) -> None:
+    """A line manoeuvre by every parameter, in each of its phases, against 40 digits."""
+    parameters = drawn_line(number)
+    case = case_of(replace(scene("capsule-line"), parameters=parameters))
+    switches = phased(case.problem).switches
+    times = np.concatenate([(switches[1:] + switches[:-1]) / 2, [switches[-1] * 1.1]])
+    by = [name for name in parameters if name not in ("inertia", "heading")]
+    found = exact_gradient(case, [*by, "inertia", "heading"], times)
+    exact, observed = _exactly(parameters), case.reference.observe(times)
+    step = mpmath.mpf(10) ** -14
+    for name, answer in found.items():
+        if name in ("inertia", "heading"):
+            for observable, values in answer.values.items():
+                turned = name == observable == "heading"
+                assert values == pytest.approx(float(turned), abs=1e-10)
+            continue
+        ends = [
+            [line_in_40_digits(_nudged(exact, name, s * step), mpmath.mpf(t)) for t in times]
+            for s in (1, -1)
+        ]
+        for observable in ends[0][0]:
+            pairs = zip(*ends, strict=True)
+            slopes = [float((a[observable] - b[observable]) / (2 * step)) for a, b in pairs]
+            values, number_here = np.array(slopes), 1.0 if "[" in name else parameters[name]
+            scale = scaled(values, observed[observable], number_here)
+            wrong = agrees(answer, observable, values, scale, SMOOTH)
+            assert not wrong, (name, wrong)
+
+
+@pytest.mark.long
+def test_two_degrees_of_freedom() -> None:
+    """A double pendulum by its variational equation, against differences of certified motions."""
+    constants, times = (1.0, 0.5, 0.8, 0.6, 9.81), np.array([0.5, 1.0, 2.0])
+    for index in range(len(constants)):
+        values = [constants[index] * (1.0 + 1e-3 * k) for k in CENTRAL]
+        moved = [(*constants[:index], value, *constants[index + 1 :]) for value in values]
+        motions = tuple(CertifiedMotion(double_pendulum(each)) for each in moved)
+        beside = Neighbours(motions, np.array(values) - constants[index])
+        found = gradients(certified, [beside], times)[0]
+        wanted = phased_gradients([beside.each(lambda m: Phased(m, np.zeros(1)))], times)[0]
+        for name, exact in wanted.values.items():
+            off, scale = np.abs(found.values[name] - exact), float(np.abs(exact).max())
+            assert (off <= found.uncertainty[name] + wanted.uncertainty[name]).all()
+            assert (found.uncertainty[name] <= SMOOTH * scale).all()
+
+
+def test_the_known_derivative() -> None:
+    """The final displacement of the line at 30 degrees by the friction coefficient."""
+    case = case_of(scene("capsule-line/heading-030"))
+    found = exact_gradient(case, ["friction"], np.array([0.15]), ["displacement"])["friction"]
+    assert found.values["displacement"][0] == pytest.approx(0.0196745, abs=5e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "side", "reason"),
+    [
+        ("simple-pendulum/free-large", "damping_rate", "above", "must be 0 or greater"),
+        ("capsule-line/w2-threshold", "w2", "below", "must be at most f g/mu"),
+        ("capsule-line/w2-threshold", "friction", "above", "must be at most f g/mu"),
+        ("capsule-line/frictionless", "friction", "", "must be 0 or greater; w2 ="),
+        ("capsule-line/ca1", "support", "", "must be 1, 2 or 3"),
+        ("capsule-train/ten", "count", "", "must be a whole number"),
+    ],
+)
+def test_where_there_is_no_derivative(name: str, parameter: str, side: str, reason: str) -> None:
+    """A reason, and the one-sided derivative where it exists."""
+    case = case_of(scene(name))
+    times = np.array([case.scene.duration])
+    found = exact_gradient(case, [parameter], times)[parameter]
+    assert reason in found.why
+    assert all(np.isnan(values).all() for values in found.values.values())
+    for each, values in (("below", found.below), ("above", found.above)):
+        exists = all(np.isfinite(v).all() for v in values.values())
+        assert exists == (each == side)
+
+
+@pytest.mark.long
+def test_a_switch_of_plan_has_no_derivative() -> None:
+    """Another sequence of manoeuvres is another motion."""
+    system = systems()["capsule-plan"]
+    near, half = (case_of(scene(f"capsule-plan/{c}-free")).problem for c in ("near", "half-turn"))
+    assert system.structure(near) != system.structure(half)
+
+
+def test_derivatives_exist_on_a_separatrix() -> None:
+    """The closed form has none, but at finite times the equations do: by the angular velocity, on
+    the separatrix and 1e-9 off it they are nearly the same, and grow."""
+    times = np.array([1.0, 3.0])
+    on, off = (
+        exact_gradient(case_of(scene(f"free-body/{c}")), ["inertia_x", "angular_velocity"], times)
+        for c in ("separatrix", "separatrix-1e-9")
+    )
+    for name, found in on.items():
+        for observable, values in found.values.items():
+            assert values == pytest.approx(off[name].values[observable], rel=1e-5, abs=1e-5)
+    growth = on["angular_velocity[0]"].values["angular_velocity_x"]
+    assert abs(growth[1]) > 5 * abs(growth[0])
+
+
+@pytest.mark.parametrize(
+    ("by", "shown"),
+    [
+        ("freedom", "freedom"),
+        ("supports[3]", "supports[3]"),
+        ("excess", "excess"),
+        ("theta[0]", "theta[0]"),
+    ],
+)
+def test_refused_parameters(by: str, shown: str) -> None:
+    """A parameter that is unknown, or that the case leaves out."""
+    name = "capsule-line" if by.startswith("supports") else "cone-pendulum"
+    case = case_of(scene(name))
+    with pytest.raises(ParameterError) as refused:
+        exact_gradient(case, [by], np.array([0.1]))
+    assert shown in str(refused.value)
+
+
+def test_left_out_parameters_have_derivatives() -> None:
+    """The heading that a scene leaves out is 0; a cone has the moments that its shape gives."""
+    line = case_of(scene("capsule-line/ca1"))
+    found = exact_gradient(line, ["heading"], np.array([0.1]), ["heading"])
+    assert found["heading"].values["heading"][0] == pytest.approx(1.0, abs=1e-12)
+    cone = case_of(scene("cone-pendulum"))
+    shape = exact_gradient(cone, ["density"], np.array([0.4]))["density"]
+    body = exact_gradient(
+        cone, ["mass", "inertia_x", "inertia_y", "inertia_z", "inertia_yz"], np.array([0.4])
+    )
+    moments = cone.problem.body
+    names = ("mass", "inertia_x", "inertia_y", "inertia_z")
+    through = (
+        sum(getattr(moments, n) * body[n].values["theta"][0] for n in names)
+        / cone.scene.parameters["density"]
+    )
+    size = moments.mass * abs(body["mass"].values["theta"][0])
+    assert abs(through - shape.values["theta"][0]) <= 1e-9 * size
+    assert math.isfinite(body["inertia_yz"].values["theta"][0])
