@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,10 +23,9 @@ from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
-    fixed_steps,
+    FixedStepSimulation,
     solved,
 )
-from plumbob.engines.adapters.stepping import SteppedSimulation
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, THETA_DOT, scene
@@ -173,9 +171,7 @@ def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
     terms = leading_error(rotor, 0.7, 1.0, end, method.scheme)
     for steps in (800, 1600):
         equation, step = driven(rotor, 0.7, 1.0), 4.0 / steps
-        simulation = SteppedSimulation(
-            partial(fixed_steps, equation, advance(method), step), steps, step, 0.0
-        )
+        simulation = FixedStepSimulation(equation, advance(method), steps, step, 0.0)
         found = simulation.run().observables["theta"][-1] - exact
         wanted = sum(float(values["theta"][0]) * step**p for p, values in terms.items())
         assert found == pytest.approx(wanted, rel=0.01, abs=1e-13)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import System
@@ -43,6 +44,15 @@ class Equation:
         if len(self.names) == 1:
             return self.position, self.rate
         return np.array(self.position, dtype=np.float64), np.array(self.rate, dtype=np.float64)
+
+    def observed(self, states: Sequence[State]) -> Mapping[str, Array]:
+        """The observables of `states`, each of shape (len(states),)."""
+        positions, rates = (
+            np.array(part, dtype=np.float64).reshape(len(states), -1).T
+            for part in zip(*states, strict=True)
+        )
+        observables = dict(zip(self.names, positions, strict=True))
+        return observables | dict(zip(self.rate_names, rates, strict=True))
 
 
 class Builder(Protocol):

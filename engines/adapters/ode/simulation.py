@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,15 +14,14 @@ from scipy.integrate import DOP853, LSODA, Radau
 from scipy.linalg.lapack import dgetrs, zgetrs
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State, builder
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
-from plumbob.engines.adapters.stepping import Built, relative_tolerance, stepped
-from plumbob.engines.method import Method, Simulation, Stepping
+from plumbob.engines.method import Method, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -31,24 +30,25 @@ SOLVERS: tuple[type[Any], ...] = (DOP853, Radau, LSODA)
 HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 
 
-def prepared(case: Case, method: Method, step: float) -> Simulation:
+def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | AdaptiveSimulation:
     """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
     if method.control == "step":
-        return stepped(case, step, partial(_built, case, method, step))
-    relative_tolerance(step, SMALLEST)
+        steps = sampling.step_count(case.scene.duration, step)
+        equation = builder(case.system).build(case.problem, method)
+        name = method.scheme.integrator
+        advance = (
+            turning_integrator(name) if isinstance(equation, TurningEquation) else integrator(name)
+        )
+        elapsed = time.perf_counter() - begin
+        return FixedStepSimulation(equation, advance, steps, step, elapsed)
+    if not SMALLEST <= positive("step", step) < 1.0:
+        raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
     equation = builder(case.system).build(case.problem, method)
     solver = solver_called(method.settings["method"])
     elapsed = time.perf_counter() - begin
     return AdaptiveSimulation(equation, solver, step, case.scene.duration, elapsed)
-
-
-def _built(case: Case, method: Method, step: float) -> Built:
-    equation, name = builder(case.system).build(case.problem, method), method.scheme.integrator
-    turning = isinstance(equation, TurningEquation)
-    advance = turning_integrator(name) if turning else integrator(name)
-    return fixed_steps(equation, advance, step)
 
 
 def solver_called(name: str) -> type[Any]:
@@ -60,19 +60,46 @@ def solver_called(name: str) -> type[Any]:
     raise ParameterError("method", name, f"one of {names}")
 
 
-def fixed_steps(equation: Equation, advance: Advance, step: float) -> Built:
-    """An equation at its start, advanced by an integrator in steps of `step` [s]."""
-    state, names = equation.start, (*equation.names, *equation.rate_names)
+@dataclass
+class FixedStepSimulation:
+    """An equation with an integrator and a step [s]; every `run` starts afresh."""
 
-    def take(first: int, last: int) -> None:
-        nonlocal state
-        with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off later
-            state = advance(equation, state, first, last, step)
+    equation: Equation
+    advance: Advance
+    steps: int
+    step: float
+    compile_seconds: float
 
-    def read() -> Mapping[str, float]:
-        return dict(zip(names, np.hstack(state).tolist(), strict=True))
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges."""
+        marks = [int(mark) for mark in sampling.sampled(self.steps)]
+        states = [self.equation.start]
+        diverged, begin = None, time.perf_counter()
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off below
+                for first, last in pairwise(marks):
+                    states.append(self.advance(self.equation, states[-1], first, last, self.step))
+        except (ValueError, OverflowError):  # math.sin of infinity
+            diverged = marks[len(states)] * self.step
+        seconds = time.perf_counter() - begin
+        trajectory = Trajectory(
+            times=np.array(marks[: len(states)]) * self.step,
+            observables=self.equation.observed(states),
+            steps=marks[len(states) - 1],
+            seconds=seconds,
+            diverged_at=diverged,
+        )
+        return within(trajectory, self.equation.limits)
 
-    return Built(take, read, equation.limits)
+    def stepped(self, fraction: float) -> Stepping:
+        """The steps of the first `fraction` of the duration alone."""
+        steps, begin = sampling.first_steps(self.steps, fraction), time.thread_time()
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.advance(self.equation, self.equation.start, 0, steps, self.step)
+        except (ValueError, OverflowError):
+            return Stepping(0, 0.0)
+        return Stepping(steps, time.thread_time() - begin)
 
 
 @dataclass
@@ -94,18 +121,19 @@ class AdaptiveSimulation:
             begin = time.perf_counter()
             failure = self._follow(slope, times, states, solved)
             seconds = time.perf_counter() - begin
-        reached, names = times[-1], (*equation.names, *equation.rate_names)
+        reached = times[-1]
         kept = sampling.sampled(len(times) - 1)  # its own steps: interpolants are less accurate
         messages = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
         trajectory = Trajectory(
             times=np.array(times)[kept],
-            observables=dict(zip(names, np.array(states)[kept].T, strict=True)),
+            observables=equation.observed([_parts(equation, states[k]) for k in kept]),
             steps=slope.evaluated,
             seconds=seconds,
             diverged_at=None if reached == self.duration else reached,
             warnings=tuple(dict.fromkeys(messages)),
         )
-        return within(trajectory, {**dict.fromkeys(names, HUGE), **equation.limits})
+        far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
+        return within(trajectory, {**far, **equation.limits})
 
     def stepped(self, fraction: float) -> Stepping:
         """The evaluations of the first `fraction` of the duration alone."""
