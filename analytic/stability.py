@@ -10,8 +10,8 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 
 Kind = Literal["unstable", "changes-kind"]
-"""What a step beyond the limit does: it magnifies a nudge that the exact motion does not, or its
-motion becomes one of another kind (a swing turns over, a well is left)."""
+"""Consequence of a step beyond the limit: it magnifies a nudge that the exact motion does not, or
+its motion becomes one of another kind (a swing turns over, a well is left)."""
 
 
 @dataclass(frozen=True)

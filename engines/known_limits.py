@@ -48,7 +48,7 @@ class Limits:
         return next((k for k in self.known_limits if _covers(k, scene, method)), None)
 
     def step_limit(self, scene: str, method: str, kind: Kind) -> KnownStepLimit | None:
-        """What is known of the largest step of a scene with a method, or None."""
+        """The known limit of the largest step of a scene with a method, or None."""
         held = (k for k in self.step_limits if k.kind == kind and _covers(k, scene, method))
         return next(held, None)
 

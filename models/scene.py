@@ -130,7 +130,7 @@ class System:
     left_out: Parameters = field(default_factory=dict)
     """Values of parameters that a scene may leave out, where these are not 0."""
     structure: Callable[[Any], Any] = no_structure
-    """What a problem consists of that cannot change smoothly with a parameter."""
+    """The parts of a problem that cannot change smoothly with a parameter."""
     also: Answers = nothing_else
     """Exact answers beside the observables, of a problem at times [s], shape (n,)."""
     by_angle: Answers | None = None

@@ -52,8 +52,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Neighbours(Generic[T]):
-    """What a parameter's value determines, at that value and at `offsets` from it: `moved`, where
-    the offset 0 is the value itself."""
+    """All that a parameter's value determines, at it and at `offsets` from it: `moved`, where the offset 0 is the value itself."""
 
     moved: tuple[T, ...]
     offsets: Array
@@ -64,7 +63,7 @@ class Neighbours(Generic[T]):
         return self.moved[int(np.flatnonzero(self.offsets == 0.0)[0])]
 
     def each(self, change: Callable[[T], S]) -> Neighbours[S]:
-        """What `change` makes of it at every offset."""
+        """The results of `change` at every offset."""
         return Neighbours(tuple(change(one) for one in self.moved), self.offsets)
 
     @cached_property

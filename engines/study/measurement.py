@@ -39,8 +39,8 @@ class Prediction:
     open: float = 0.0  # what theory leaves open of that, the largest over the samples
     beyond: float = 0.0  # the most by which a sample differs by more than is open there
     uncertainty: float | None = None
-    """What double precision allows the stepped motion, largest over the samples; None where what it
-    allows the exact answer applies."""
+    """Response of the stepped motion to rounding, largest over the samples; None where that of the
+    exact answer applies."""
 
     @property
     def for_this_step(self) -> bool:

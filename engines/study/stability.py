@@ -196,7 +196,7 @@ class Trials:
         return float(self.fastest * RATIO**number)
 
     def outcome(self, number: int) -> _Outcome:
-        """What runs at a step of the grid keep."""
+        """The outcome of runs at a step of the grid."""
         if number not in self.outcomes:
             self.outcomes[number] = self._tried(self.step(number))
         return self.outcomes[number]
@@ -259,13 +259,13 @@ class Trials:
         return self.theory.kind_of(self.exact) if self.theory else ""
 
     def _tried(self, step: float) -> _Outcome:
-        """What runs at a step [s] keep."""
+        """The outcome of runs at a step [s]."""
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
         early = self._kept(step, PILOT)
         return early if early.unstable else self._kept(step, steps)
 
     def _kept(self, step: float, steps: int) -> _Outcome:
-        """What runs of so many steps [s] keep."""
+        """The outcome of runs of so many steps [s]."""
         run = self._run(self.case, step, steps)
         if why := _lost(run):
             return _Outcome(why, why)

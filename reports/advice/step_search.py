@@ -271,8 +271,8 @@ def _next(
     low, high = evidence.worst(method, chosen), evidence.worst(method, failing)
     if number % 2 == 0 and 0.0 < low < high < math.inf:
         slope = math.log(high / low) / math.log(failing / chosen)
-        there = chosen * (0.99 * wanted / low) ** (1.0 / slope)
-        middle = min(max(there, chosen * 1.03), failing / 1.03)
+        ratio = min(math.log(0.99 * wanted / low) / slope, math.log(failing / chosen))
+        middle = min(max(chosen * math.exp(ratio), chosen * 1.03), failing / 1.03)
     step = _rounded(middle)
     return step if chosen < step < failing else None
 

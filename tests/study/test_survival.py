@@ -99,10 +99,11 @@ def test_a_study_goes_on_after_a_signal(
     assert ("goes on: " in err) == (moment > 1)
     counts = Counter(disturbed.logged(out))
     assert set(counts.values()) == {1}
-    assert len(counts) == 9  # two pairs, two extra runs, two readings of models, three costs
+    # Two pairs, two extra runs, two readings of models, three costs, three largest steps.
+    assert len(counts) == 12
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
-    # with an analysis, and what pages take
-    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 12]
+    # with two analyses, and what pages take
+    assert [disturbed.rows(out, table) for table in ("study", "result")] == [1, 16]
     assert (out / "index.html").read_text() != OLD
 
 

@@ -1,4 +1,4 @@
-"""What stiffness costs a solver that chooses its own steps: it never becomes unstable, and pays."""
+"""Cost of stiffness for a solver that chooses its own steps, which never becomes unstable."""
 
 from __future__ import annotations
 

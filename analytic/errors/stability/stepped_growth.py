@@ -1,4 +1,4 @@
-"""What becomes of a nudge, and of the kind of motion, along steps of many sizes at once."""
+"""Growth of a nudge, and changes of the kind of motion, along steps of many sizes at once."""
 
 from __future__ import annotations
 

@@ -174,7 +174,7 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
 
 
 def _hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
-    """What is hard of a scene, and what it costs in digits."""
+    """The hard part of a scene, and its cost in digits."""
     digits = hard_cases.of_scene(study, scene)
     return (*hard_case(study, scene.system, scene.name), *((digits,) if digits else ()))
 
