@@ -52,7 +52,8 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Neighbours(Generic[T]):
-    """All that a parameter's value determines, at it and at `offsets` from it: `moved`, where the offset 0 is the value itself."""
+    """All that a parameter's value determines, at `offsets` from it: `moved`, where the offset 0 is
+    the value itself."""
 
     moved: tuple[T, ...]
     offsets: Array
