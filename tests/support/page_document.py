@@ -111,7 +111,8 @@ def resolve(command: str, folder: Path) -> None:
         pattern = chosen.scene if any(c in chosen.scene for c in "*?[") else ""
         assert find_scenes(pattern) if pattern else find_scene(chosen.scene, changed), command
     if given.get("method"):
-        find_method(chosen.method)
+        several = isinstance(chosen.method, list)
+        assert find_methods(",".join(chosen.method)) if several else find_method(chosen.method)
     for name in ("step", "error"):
         if given.get(name) is not None:
             values.positive_number(name, given[name])
