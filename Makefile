@@ -6,6 +6,8 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 LAYERS := analytic engines models reports
 # Bytecode, pytest's rewritten tests too, is kept for the processes that tests start.
 CACHED := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/.venv/pycache
+# Each process of the tests has a processor: threads of linear algebra would wait for one another.
+ALONE := OPENBLAS_NUM_THREADS=1
 # Neighbours run in one process, which share what is measured once; who is done takes over some.
 PARALLEL := --numprocesses auto --dist worksteal
 ARGS ?=
@@ -23,7 +25,7 @@ validate: .venv/.run  ## run the validation and write its page (ARGS go to `plum
 	$(BIN)/plumbob validate $(ARGS)
 
 test: .venv/.develop  ## run the tests but those that take seconds (those too: ARGS='--suite whole')
-	$(CACHED) $(BIN)/python -m pytest $(PARALLEL) --suite short $(ARGS)
+	$(CACHED) $(ALONE) $(BIN)/python -m pytest $(PARALLEL) --suite short $(ARGS)
 
 test-long: .venv/.develop  ## mutations, the full profile, and a longer search by hypothesis: hours
 	$(BIN)/python -m plumbob.tests.validation.mutations

@@ -4,7 +4,7 @@ the folder `limits`, those of other packages where these say; README.md explains
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -42,6 +42,8 @@ class Limits:
     """Relative errors of solvers that choose their steps: at each tolerance at which it is above
     the round-off level."""
     measured_with: Mapping[str, str] = field(default_factory=dict)  # versions, by distribution
+    loosely_known: Sequence[str] = ()
+    """Patterns of methods whose errors differ between machines: known within a factor of two."""
 
     def limit(self, scene: str, method: str) -> KnownLimit | None:
         """The limit that a scene with a method has, or None."""

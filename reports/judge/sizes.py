@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from statistics import median
 
 from plumbob.engines.known_limits import Size
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, fits
 from plumbob.engines.registry import engine_of, limits_of
 from plumbob.engines.study.provenance import packages_of, versions_of
 
@@ -70,8 +70,11 @@ def known_within(method: Method, versions: Mapping[str, str] | None) -> float:
     `versions` of packages (None: those that are installed)."""
     packages = packages_of(engine_of(method))
     now = versions_of(method) if versions is None else versions
-    held = limits_of(method.name).measured_with
-    return SAME if all(now.get(p, "") == held.get(p) for p in packages) else FACTOR
+    limits = limits_of(method.name)
+    if fits(method.name, tuple(limits.loosely_known)):
+        return FACTOR
+    same = all(now.get(p, "") == limits.measured_with.get(p) for p in packages)
+    return SAME if same else FACTOR
 
 
 def differs_from(size: float, errors: Mapping[float, float]) -> str:

@@ -285,6 +285,26 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
     assert as_expected(changed, how, study)  # no size is known of it
 
 
+@pytest.mark.parametrize(
+    ("name", "factor", "accepted"),
+    [
+        ("ode/radau", 1.12, True),  # by one thread of LAPACK in place of two
+        ("ode/radau", 2.1, False),
+        ("ode/dop853", 1.01, True),
+        ("ode/dop853", 1.12, False),
+    ],
+)
+def test_sizes_that_differ_between_machines_are_known_loosely(
+    name: str, factor: float, accepted: bool
+) -> None:
+    how, scene = registry.method(name), find_scene("simple-pendulum/rotating-slow")
+    limits = registry.limits_of(name)
+    known = limits.solvers[scene.name, name]
+    errors = {tolerance: factor * error for tolerance, error in known.items()}
+    found = Judgement("predicted", {}, "", errors=errors, versions=limits.measured_with)
+    assert as_expected(scene, how, found) == accepted
+
+
 def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: Patch) -> None:
     monkeypatch.setattr(
         expectations, "limits_of", lambda name: replace(registry.limits_of(name), sizes={})
