@@ -30,7 +30,7 @@ class JudgedLimit:
     known: str = ""  # the reason of a known limit
 
     def record(self) -> dict[str, Any]:
-        """What `plumbob stability --json` prints of it, in seconds."""
+        """The record that `plumbob stability --json` prints, in seconds."""
         found = self.limit
         return {
             "scene": self.scene,
