@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -21,6 +22,9 @@ class StepLimit:
     kind: Kind
     step: float  # [s]; infinite where no step is too large
     why: str  # "h omega < 2 of the swing at 3.13 rad/s"
+
+
+NO_STEP = StepLimit("unstable", math.inf, "no step is given: the method chooses its own")
 
 
 @dataclass(frozen=True)

@@ -168,12 +168,12 @@ def convergence_with(
 
 
 def is_of(request: Request, scene: Scene, method: Method) -> bool:
-    """Whether a request is one more run of this very scene with this very method."""
+    """Whether a request is one more run of this very scene with this very method, kept whole."""
     if not isinstance(request, ExtraRun) or request.changes or request.settings:
         return False
-    if request.end_alone:
+    if request.duration is not None or request.end_alone:
         return False
-    if request.duration is not None or (request.scene, request.method) != (scene.name, method.name):
+    if (request.scene, request.method) != (scene.name, method.name):
         return False
     usual = find_scene(scene.name)
     return (usual.parameters, usual.duration) == (scene.parameters, scene.duration)

@@ -10,6 +10,7 @@ from plumbob.reports.judge.stability import JudgedLimit
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.tables import table as table_of
+from plumbob.reports.view.terminal import aligned
 
 NAME = "stability.html"
 
@@ -17,11 +18,7 @@ NAME = "stability.html"
 def lines(judged: Sequence[JudgedLimit]) -> Iterator[str]:
     """A table, and below it what is unexpected."""
     shown = table(judged)
-    rows = [shown.heads, *(tuple(cell.text for cell in row) for row in shown.rows)]
-    widths = [max(len(text) for text in column) for column in zip(*rows, strict=True)]
-    for texts in rows:
-        padded = (f"{text:<{width}}" for text, width in zip(texts, widths, strict=True))
-        yield "  ".join(padded).rstrip()
+    yield from aligned([shown.heads, *([cell.text for cell in row] for row in shown.rows)])
     for limit in judged:
         if limit.surprise:
             yield f"UNEXPECTED {limit.scene} {limit.method}: {limit.surprise}"

@@ -52,11 +52,11 @@ def scene_lines(
         *(["cost of a step", "smallest", "at"] if verbose else []),
     ]
     rows = [_row(scene, m, ran[m.name], study, judged, about, verbose) for m in chosen]
-    widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
+    lines = aligned([heads, *rows])
     yield f"{scene.name}: {scene.summary}" if verbose else scene.name
-    yield _line(heads, widths)
-    for method, cells in zip(chosen, rows, strict=True):
-        yield _line(cells, widths)
+    yield f"  {next(lines)}"
+    for method, line in zip(chosen, lines, strict=True):
+        yield f"  {line}"
         if verbose:
             judgement = judged[scene.name, method.name].whole
             yield from (f"      {reason}" for reason in (judgement.reason,) if reason)
@@ -120,6 +120,9 @@ def _error(run: Measurement, about: Sequence[Quantity]) -> str:
     return f"{notation.number(error, 2)}{of}" if math.isfinite(error) else "–"
 
 
-def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
-    padded = (f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True))
-    return f"  {'  '.join(padded)}".rstrip()
+def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Rows of cells as lines whose columns are below one another."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for cells in rows:
+        padded = (f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True))
+        yield "  ".join(padded).rstrip()

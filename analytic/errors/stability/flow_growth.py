@@ -10,6 +10,8 @@ import numpy as np
 from plumbob.analytic.reference import Array
 
 EXPONENTIAL = 3.0  # e-folds in the second half of a motion that make its growth one
+LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
+PERIODS = 30  # of the fastest mode, for which a motion without a period of its own is followed
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.stability.flow_growth import FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.largest_step import LEAST_PERIODS, largest_step
 from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, first_failures
@@ -30,17 +30,15 @@ from plumbob.analytic.schemes import (
     TABLEAUX,
     Scheme,
 )
-from plumbob.analytic.stability import StabilityTheory, StepLimit
+from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
-from plumbob.analytic.tableau import Tableau, order_8
+from plumbob.analytic.tableau import Tableau, along, order_8
 
 Rates = Sequence[Any]  # the three parts of an angular velocity [rad/s]
-PERIODS = 30  # turns for which a rotation without a period is followed
 SAMPLES = 257
 STEPS = 40  # in a turn, of the method of order 8 that linearises the exact rotation: 1e-9
 DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: beyond, a run is lost
-LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
 
 
 @dataclass(frozen=True)
@@ -96,11 +94,8 @@ class RateSteps:
         """A Runge-Kutta method."""
 
         def of_step(h: Any) -> Callable[..., Rates]:
-            def moved(part: Any, slope: Any, multiple: float, divisor: float) -> Any:
-                return part + multiple * h / divisor * slope
-
             return lambda time, *state: tableau.advanced(
-                lambda _, stage: self.slopes(stage), state, moved
+                lambda _, stage: self.slopes(stage), state, along(h)
             )
 
         return of_step
@@ -190,9 +185,7 @@ class FreeRotationStability:
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
-            return (
-                StepLimit("unstable", math.inf, "no step is given: the method chooses its own"),
-            )
+            return (NO_STEP,)
         if scheme.integrator == LEAPFROG:
             why = "the implicit half step's fixed-point iteration no longer contracts at"
             return (self._limit("unstable", self._contracting, why),)

@@ -12,7 +12,7 @@ import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.flow_growth import FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.largest_step import (
     LEAST_PERIODS,
     largest_lasting_step,
@@ -25,11 +25,9 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
-from plumbob.analytic.stability import StabilityTheory, StepLimit
+from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 
 STRAIGHT = 1e-3  # by which the curvature of the potential may change along a motion by equilibrium
-LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
-PERIODS = 30  # of the fastest mode, for which a motion without a period of its own is followed
 SAMPLES = 512
 
 
@@ -107,9 +105,7 @@ class PendulumStability:
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
-            return (
-                StepLimit("unstable", math.inf, "no step is given: the method chooses its own"),
-            )
+            return (NO_STEP,)
         jointed = scheme.joint_closing_rate is not None
         if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
             return ()
