@@ -13,7 +13,7 @@ import numpy as np
 from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, refined
 from plumbob.engines.audit.stability import Stability, stability
-from plumbob.engines.audit.steps import (
+from plumbob.engines.audit.step_errors import (
     Balance,
     Compared,
     balances,

@@ -11,10 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
 from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
 from plumbob.analytic.reference import Array, Reference, answering
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
-from plumbob.analytic.shared import Same, as_stepped, exactly, expected
 from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.abilities import SchemeOfCase, SecondRun
 from plumbob.engines.method import Method, Unsupported, meant

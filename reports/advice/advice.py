@@ -16,7 +16,7 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.measurement import Measurement, measure
-from plumbob.engines.study.merged import merged
+from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.results import Quantities, Study
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Quantity, Scene

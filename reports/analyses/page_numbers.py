@@ -21,12 +21,11 @@ from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.advice.work_precision import points
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing
-from plumbob.reports.judge.sensitivity import Sensitivities
+from plumbob.reports.judge.smallest_change import Sensitivities
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tightness import slacks, tightness
 from plumbob.reports.judge.tolerance import exceeded
 from plumbob.reports.judge.verdict import Judged, Judgement
-from plumbob.reports.view.overview import ERRORS
 from plumbob.reports.view.records import (
     Budget,
     ExactRecord,
@@ -40,6 +39,7 @@ from plumbob.reports.view.records import (
     Verdicts,
 )
 from plumbob.reports.view.settings import SHOWN
+from plumbob.reports.view.top_tables import ERRORS
 
 PERIODS = 15  # of a motion that a plot can show
 SAMPLES = 240  # of it

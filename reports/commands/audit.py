@@ -25,7 +25,7 @@ from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.audit import BUDGET, audit, audit_contacts
+from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.view.audit.page import answered, lines, rows, write_page
 from plumbob.reports.view.content import Finding
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study import store
-from plumbob.engines.study.merged import SEARCH, LeftOut, merged, searched_runs
-from plumbob.engines.study.merged import with_installed_versions as current
+from plumbob.engines.study.merged_studies import SEARCH, LeftOut, merged, searched_runs
+from plumbob.engines.study.merged_studies import with_installed_versions as current
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values

@@ -15,7 +15,7 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.advice.records import record
+from plumbob.reports.advice.json_records import record
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import own_method
 from plumbob.reports.judge.expectations import run_surprise

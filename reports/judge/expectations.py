@@ -15,7 +15,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import find_system
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.sizes import (
+from plumbob.reports.judge.known_sizes import (
     differs,
     differs_at,
     differs_from,

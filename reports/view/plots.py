@@ -17,9 +17,7 @@ from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import COLOURS, GREY, Style
-from plumbob.reports.view.records import Motion, PairVerdict
-from plumbob.reports.view.tables import figures
-from plumbob.reports.view.traces import (
+from plumbob.reports.view.plotly_figure import (
     Trace,
     curve,
     figure,
@@ -28,6 +26,8 @@ from plumbob.reports.view.traces import (
     positive,
     rounded,
 )
+from plumbob.reports.view.records import Motion, PairVerdict
+from plumbob.reports.view.tables import figures
 
 SEEN = 0.01  # of a tolerance: smaller terms are drawn together
 GREEK = (

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from plumbob.reports.view import notation, palette, traces
+from plumbob.reports.view import notation, palette, plotly_figure
 from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
 from plumbob.reports.view.records import PairVerdict
 from plumbob.reports.view.sources import as_printed
@@ -176,14 +176,14 @@ def _functions(parts: Parts) -> dict[str, Any]:
         "verdict": held(verdict_cell),
         "method": held(lambda name: Cell(name, "method")),
         "plain_method": held(lambda name: Cell(name, "name")),
-        "figure": held(traces.figure),
-        "over_time": held(traces.over_time),
+        "figure": held(plotly_figure.figure),
+        "over_time": held(plotly_figure.over_time),
         "as_printed": held(as_printed),
-        "curve": traces.curve,
-        "marks": traces.marks,
-        "heat": traces.heat,
-        "linear": traces.linear,
-        "logarithmic": traces.logarithmic,
-        "positive": traces.positive,
+        "curve": plotly_figure.curve,
+        "marks": plotly_figure.marks,
+        "heat": plotly_figure.heat,
+        "linear": plotly_figure.linear,
+        "logarithmic": plotly_figure.logarithmic,
+        "positive": plotly_figure.positive,
         "colours": palette,  # colours.BLUE, colours.OF_METHODS[name]
     }

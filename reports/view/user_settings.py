@@ -10,11 +10,11 @@ from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.records import Verdicts
 from plumbob.reports.view.tables import lines as lines_of
 from plumbob.reports.view.tables import table as written
 from plumbob.reports.view.tables import verdict_cell
+from plumbob.reports.view.top_tables import anchor
 
 
 def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:

@@ -18,7 +18,7 @@ from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import PIECE, TURNS, Ratio, timed_periods
 from plumbob.engines.audit.reference import OUT_OF_TIME, certified
-from plumbob.engines.audit.steps import (
+from plumbob.engines.audit.step_errors import (
     Cheapest,
     StepError,
     cheapest,

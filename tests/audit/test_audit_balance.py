@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
-from plumbob.engines.audit import steps
+from plumbob.engines.audit import step_errors
 from plumbob.engines.audit.controls import script
 from plumbob.tests.audit.contacts.bodies_on_planes import texts
 from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
@@ -21,7 +21,7 @@ LIMITED = """<mujoco><option timestep="0.002"/><compiler angle="radian"/><worldb
 @pytest.fixture
 def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Audits at the own step and a half of it: balances are those of the own step."""
-    monkeypatch.setattr(steps, "HALVINGS", 1)
+    monkeypatch.setattr(step_errors, "HALVINGS", 1)
 
 
 @pytest.mark.long

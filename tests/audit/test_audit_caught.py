@@ -15,7 +15,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_mod
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import Certificate, certified
-from plumbob.engines.audit.steps import HALVINGS
+from plumbob.engines.audit.step_errors import HALVINGS
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import (
     PENDULUM,

@@ -20,7 +20,7 @@ from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import _joined, certified
-from plumbob.engines.audit.steps import compared, halved, unlike
+from plumbob.engines.audit.step_errors import compared, halved, unlike
 from plumbob.engines.audit.trims import strictest, trims
 from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.arguments.values import plain

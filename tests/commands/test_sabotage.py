@@ -21,7 +21,7 @@ from plumbob.engines.study import measurement
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
-from plumbob.reports.judge import sizes
+from plumbob.reports.judge import known_sizes
 from plumbob.tests.commands.outcomes import (
     Changed,
     Outcome,
@@ -111,7 +111,7 @@ def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
     misread(monkeypatch, "mujoco", {"friction": factor})
     found = validate(scene, method)
     assert red(found, scene, method)
-    monkeypatch.setattr(sizes, "SAME", sizes.FACTOR)
+    monkeypatch.setattr(known_sizes, "SAME", known_sizes.FACTOR)
     assert not red(validate(scene, method), scene, method)
 
 

@@ -27,9 +27,9 @@ FIRST = (  # what people call first: each has an example that runs
     "plumbob.analytic.systems.simple_pendulum",
     "plumbob.models.registry",
     "plumbob.models.scene",
-    "plumbob.reports.judge.check",
+    "plumbob.reports.judge.assertion",
 )
-SLOW = (f"{PACKAGE}.reports.judge.audit",)  # whose example audits a model
+SLOW = (f"{PACKAGE}.reports.judge.audit_from_python",)  # whose example audits a model
 
 
 def test_every_module_of_ours_has_one_name() -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser
 
-from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.site.writing import one_file, site
+from plumbob.reports.view.top_tables import anchor
 from plumbob.tests.replay.in_browser import found, opened, set_time
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import site_files

@@ -7,7 +7,7 @@ from dataclasses import replace
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
-from plumbob.engines.study.merged import merged
+from plumbob.engines.study.merged_studies import merged
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import Judged, judged

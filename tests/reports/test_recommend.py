@@ -20,7 +20,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity, step_sizes
 from plumbob.reports.advice.recommend import cheapest
 from plumbob.reports.judge.verdict import Judged, Judgement, Verdict
-from plumbob.reports.view.overview import ERRORS
+from plumbob.reports.view.top_tables import ERRORS
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)

@@ -23,7 +23,7 @@ from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge, judged
-from plumbob.reports.view import notation, overview, scene_tables, sources
+from plumbob.reports.view import notation, scene_tables, sources, top_tables
 from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
 from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
@@ -155,7 +155,7 @@ def findings() -> list[Finding]:
 def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     findings: list[Finding],
 ) -> None:
-    table = overview.sources(findings)
+    table = top_tables.sources(findings)
     assert table is not None
     assert table.folded
     known = {finding.name: finding.title for finding in findings}
@@ -176,7 +176,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     assert len(texts) == len(set(texts))
     links = {line[6].link for line in table.rows}
     assert {"uniformity", "special-functions", "no-symmetry", "generating-solution"} <= links
-    assert overview.sources([]) is None
+    assert top_tables.sources([]) is None
 
 
 def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings() -> None:
@@ -185,7 +185,7 @@ def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findin
         return Finding(name, name, "", "", statements=tuple(made))
 
     late, early = (NOTEBOOK, "case 1"), (SUDAKOV, "(1)")
-    table = overview.sources([stating("a", late, (CHERNOUSKO, "elsewhere")), stating("b", early)])
+    table = top_tables.sources([stating("a", late, (CHERNOUSKO, "elsewhere")), stating("b", early)])
     assert table is not None
     assert [line[1].text for line in table.rows] == ["(1)", "case 1", "elsewhere"]
     assert [line[6].link for line in table.rows] == ["b", "a", "a"]
@@ -195,7 +195,7 @@ def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
     findings: list[Finding],
 ) -> None:
     (claims,) = (finding for finding in findings if finding.name == "claims")
-    table = overview.sources([claims])
+    table = top_tables.sources([claims])
     assert table is not None
     assert {line[6].link for line in table.rows} == {"claims"}
 

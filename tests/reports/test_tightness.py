@@ -6,9 +6,9 @@ import pytest
 
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tightness import Slack, slacks, spread, tightness
-from plumbob.reports.view.overview import tightness_tables
 from plumbob.reports.view.records import records_of
 from plumbob.reports.view.tables import table
+from plumbob.reports.view.top_tables import tightness_tables
 from plumbob.tests.support.studies import SCENE, quick
 from plumbob.tests.validation.tightness import loosest
 

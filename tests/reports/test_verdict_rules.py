@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.shared import Same, expected
+from plumbob.analytic.answer_cache import Same, expected
 from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of, limits_of, methods
 from plumbob.engines.registry import method as find_method

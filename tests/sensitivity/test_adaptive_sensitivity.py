@@ -7,7 +7,7 @@ import copy
 import numpy as np
 import pytest
 
-from plumbob.analytic.shared import Same, exactly
+from plumbob.analytic.answer_cache import Same, exactly
 from plumbob.engines.registry import engine_of, installed, method
 from plumbob.engines.study.measurement import confirming, measure
 from plumbob.models.registry import case_of, scene

@@ -14,7 +14,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy, convergence_stud
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.sensitivity import Sensitivities, changed, parameters_of
+from plumbob.reports.judge.smallest_change import Sensitivities, changed, parameters_of
 from plumbob.reports.judge.verdict import Judged, judge, judged
 
 MANY = 10_000  # steps of a run, at most

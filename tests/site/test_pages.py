@@ -25,10 +25,10 @@ from plumbob.reports.view import page as filled_pages
 from plumbob.reports.view.content import Cell, Table
 from plumbob.reports.view.page import figure_json
 from plumbob.reports.view.palette import styles
+from plumbob.reports.view.plotly_figure import MOST, curve, figure, linear, logarithmic
 from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.writing import render, site, write_page
-from plumbob.reports.view.traces import MOST, curve, figure, linear, logarithmic
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import (
     Document,

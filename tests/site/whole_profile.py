@@ -16,7 +16,7 @@ from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.capsule_plan import legs, poses
 from plumbob.reports.analyses.capsule_plan.plans import plan_of
-from plumbob.reports.judge.sensitivity import Parameter, Sensitivities, Slopes, parameters_of
+from plumbob.reports.judge.smallest_change import Parameter, Sensitivities, Slopes, parameters_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import Content, content

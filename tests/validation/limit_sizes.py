@@ -32,7 +32,7 @@ from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.sizes import measured
+from plumbob.reports.judge.known_sizes import measured
 
 Errors = Mapping[float, float]
 Sizes = Mapping[tuple[str, str], Size | Errors]

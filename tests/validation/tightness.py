@@ -14,7 +14,7 @@ from pathlib import Path
 from plumbob.engines.study.store import FILE, load
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tightness import Slack, slacks, tightness
-from plumbob.reports.view.overview import tightness_tables
+from plumbob.reports.view.top_tables import tightness_tables
 
 
 def loosest(every: Iterable[Slack], count: int) -> list[Slack]:

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.answer_cache import Same
 from plumbob.analytic.errors.contact_models.soft_contact import (
     NormalContact,
     SoftContact,
@@ -26,7 +27,6 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4
-from plumbob.analytic.shared import Same
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.models.registry import unknown
 

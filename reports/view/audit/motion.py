@@ -15,7 +15,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
 from plumbob.engines.audit.stability import Limit
-from plumbob.engines.audit.steps import TARGETS, Cheapest, Compared, StepError, horizon
+from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError, horizon
 from plumbob.reports.advice.work_precision import front
 
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned

@@ -13,8 +13,8 @@ from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.notation import number, plural
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.palette import GREY, OTHERS
+from plumbob.reports.view.plotly_figure import Trace, curve, figure, logarithmic, marks
 from plumbob.reports.view.tables import table, table_or_none
-from plumbob.reports.view.traces import Trace, curve, figure, logarithmic, marks
 
 Change = Mapping[str, Any]  # scene, method, what, old, new, and growth, relative to the old one
 FEW = 25  # rows of a table that is not folded

@@ -14,13 +14,13 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
 from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.tables import table
+from plumbob.reports.view.top_tables import anchor
 
 WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
 WITHOUT = ("mujoco/euler", "mujoco/rk4")

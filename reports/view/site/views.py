@@ -13,10 +13,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
-from plumbob.reports.view import hard_cases, notation, overview, scene_tables
+from plumbob.reports.view import hard_cases, notation, scene_tables, top_tables
 from plumbob.reports.view.about import Description, described
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.reports.view.overview import anchor
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
 from plumbob.reports.view.records import (
@@ -30,6 +29,7 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.tables import table
+from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
 ORDER: tuple[Verdict, ...] = (
@@ -126,7 +126,7 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
     observables = study.observables(scene.name)
     first = (
         scene_tables.summary(observables, convergence, judged, methods),
-        overview.scene_recommendations(record.recommendations),
+        top_tables.scene_recommendations(record.recommendations),
     )
     noticed = exact.sensitivity
     tables_below = (

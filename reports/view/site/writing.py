@@ -16,7 +16,7 @@ from typing import Any
 
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
-from plumbob.reports.view import notation, overview
+from plumbob.reports.view import notation, top_tables
 from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.records import Records, records_of
@@ -144,9 +144,9 @@ def _common(
         "user_settings": own_table(records.study.user, records.verdicts),
         "matrix": matrix.by_engine(study, every, scenes),
         "of_engines": matrix.of_engines(study, every, scenes),
-        "recommendations": overview.recommendations(study, advice),
-        "sources": overview.sources(findings),
-        "tightness": overview.tightness_tables(records.study.tightness),
+        "recommendations": top_tables.recommendations(study, advice),
+        "sources": top_tables.sources(findings),
+        "tightness": top_tables.tightness_tables(records.study.tightness),
         "styles": styles(study.methods),
         "provenance": study.provenance,
         "number": notation.number,

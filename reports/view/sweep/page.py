@@ -17,9 +17,17 @@ from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.notation import number, plural
 from plumbob.reports.view.notation import step as step_text
 from plumbob.reports.view.page import filled, shared_files, written
+from plumbob.reports.view.plotly_figure import (
+    ZERO,
+    curve,
+    figure,
+    linear,
+    logarithmic,
+    positive,
+    rounded,
+)
 from plumbob.reports.view.sweep.text import place, rows, sides, size
 from plumbob.reports.view.tables import table
-from plumbob.reports.view.traces import ZERO, curve, figure, linear, logarithmic, positive, rounded
 
 MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")

@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.stability import ABOVE, BELOW, BEYOND, Course, Limit, limited
-from plumbob.engines.audit.steps import known
+from plumbob.engines.audit.step_errors import known
 from plumbob.engines.own_motion import NotCertifiable, OwnModel
 from plumbob.reports.view.notation import duration
 from plumbob.tests.audit.robots.certificates import files
