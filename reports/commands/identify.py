@@ -37,9 +37,8 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed):
         true = case_of(find_scene(chosen.scene, changed))
         sides = list(_sides(true, chosen))
-        around = box(
-            chosen.scene, {n: v for n, v in changed.items() if n not in _names(sides)}, sides
-        )
+        sought = [one.name for one in sides]
+        around = box(chosen.scene, {n: v for n, v in changed.items() if n not in sought}, sides)
     runnable(around, [method])
     budget = len(sides) * BUDGET if chosen.budget is None else values.count("budget", chosen.budget)
     with progress() as show:
@@ -85,10 +84,6 @@ def records(found: Identification) -> list[dict[str, Any]]:
         }
         for one in found.parameters
     ]
-
-
-def _names(sides: list[Side]) -> list[str]:
-    return [side.name for side in sides]
 
 
 def _sides(true: Case, chosen: argparse.Namespace) -> Iterator[Side]:
