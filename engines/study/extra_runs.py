@@ -13,6 +13,7 @@ from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.stability import Stability, StabilitySearch, stability
@@ -60,9 +61,9 @@ class TrimmingRun:
     repeats: int
 
 
-RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch
+RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | LongRunSearch
 Request = RunRequest | ModelReading
-Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | None
+Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | MeasuredLongRun | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -70,6 +71,7 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         TrimmingRun: Trimming,
         ModelReading: ModelRead,
         StabilitySearch: Stability,
+        LongRunSearch: MeasuredLongRun,
     }
 )
 
@@ -118,6 +120,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return None
     if isinstance(request, StabilitySearch):
         return stability(scene, method)
+    if isinstance(request, LongRunSearch):
+        return long_run(scene, method, request)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)

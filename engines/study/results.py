@@ -19,6 +19,7 @@ from plumbob.engines.study.extra_runs import (
     TrimmingRun,
     looked_up,
 )
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.stability import Stability, StabilitySearch
@@ -141,6 +142,12 @@ class Study:
         is not meant for the scene. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Stability)
+        return found
+
+    def long_run_of(self, request: LongRunSearch) -> MeasuredLongRun | None:
+        """A declared long run; None as for `stability_of`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, MeasuredLongRun)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:
