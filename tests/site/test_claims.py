@@ -78,6 +78,7 @@ MEASURED = (
     "energy",
     "free-body-rk4-second-order",
     "largest-steps",
+    "long-runs",
     "model-readers",
     "notebook-rk4",
     "orders",
