@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.study.extra_runs import ExtraRun, Request, Result
+from plumbob.engines.study.long_runs import MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import Stability
@@ -128,6 +129,8 @@ def _far(found: Result | None) -> Result | None:
         return replace(found, numbers=tuple(rest))
     if isinstance(found, Stability):
         return replace(found, limits=tuple(replace(x, predicted=1.0) for x in found.limits))
+    if isinstance(found, MeasuredLongRun):
+        return replace(found, times={level: 3.0 * time for level, time in found.times.items()})
     if not isinstance(found, Trajectory):
         return found
     gone = FAR * (found.times / found.times[-1]) ** 2
