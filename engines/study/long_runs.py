@@ -88,9 +88,9 @@ def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLo
             break
     except Unsupported as why:
         return MeasuredLongRun(why=str(why))
-    energy, rate = _energy(theory, longest, "lost" in stopped)
+    energy = _energy(theory, longest, "lost" in stopped)
     followed = 0.0 if longest is None else float(longest.times[-1])
-    return MeasuredLongRun(step, theory.fastest, predicted, times, followed, stopped, energy, rate)
+    return MeasuredLongRun(step, theory.fastest, predicted, times, followed, stopped, *energy)
 
 
 def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:
