@@ -15,6 +15,7 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.identification import Identification, identify
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.stability import Stability, StabilitySearch, stability
@@ -76,9 +77,20 @@ class ParameterFit:
     changes: Changes = ()
 
 
-RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | ParameterFit
+RunRequest = (
+    ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | LongRunSearch | ParameterFit
+)
 Request = RunRequest | ModelReading
-Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | Identification | None
+Answer = (
+    Trajectory
+    | ConvergenceStudy
+    | Trimming
+    | ModelRead
+    | Stability
+    | MeasuredLongRun
+    | Identification
+)
+Result = Answer | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -87,6 +99,7 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         ModelReading: ModelRead,
         StabilitySearch: Stability,
         ParameterFit: Identification,
+        LongRunSearch: MeasuredLongRun,
     }
 )
 
@@ -137,6 +150,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return stability(scene, method)
     if isinstance(request, ParameterFit):
         return _fit(request, scene, method)
+    if isinstance(request, LongRunSearch):
+        return long_run(scene, method, request)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)
