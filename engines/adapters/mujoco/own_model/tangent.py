@@ -81,8 +81,9 @@ class TangentMaps:
             derivative[2 * nv :] = activation - other_activation
         return derivatives.T / (2.0 * difference)
 
-    def _moved(self) -> Array:
-        """What a step changes, in the tangent space."""
+    def _moved(self, integrator: str, step: float) -> Array:
+        """What a step [s] changes, in the tangent space."""
+        self.model.opt.timestep, self.model.opt.integrator = step, kind(integrator)
         position, *others = self._stepped(np.zeros(self.size))
         moved = np.zeros(self.model.nv)
         mujoco.mj_differentiatePos(self.model, moved, 1.0, self.about[0], position)
@@ -108,14 +109,15 @@ class TangentMaps:
         """See `StepMaps`: by Newton's method; a body that nothing holds may be anywhere."""
         maps, before = self, math.inf
         while True:
-            jacobian = maps(integrator, step, DIFFERENCE)
-            moved = maps._moved()
+            moved = maps._moved(integrator, step)
             size = float(np.abs(moved).max())
-            if not np.isfinite(jacobian).all() or not size < before:
+            if not size < before:
                 return None
             if size < AT_REST:
                 return maps
-            free = np.eye(self.size) - jacobian
+            free = np.eye(self.size) - maps(integrator, step, DIFFERENCE)
+            if not np.isfinite(free).all():
+                return None
             shift, before = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float), size
             state = np.concatenate(maps._shifted(shift))
             maps = TangentMaps(self.model, self.data, state, self.control)
