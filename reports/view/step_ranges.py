@@ -42,14 +42,14 @@ class StepRange:
     @property
     def text(self) -> str:
         """The range in words."""
-        within = "1 % at no step run"
+        within = "within 1 % at no step run"
         if self.accurate is not None:
-            within = f"1 % up to {notation.short(self.accurate)} s"
+            within = f"within 1 % up to {notation.number(self.accurate, 3)} s"
         if self.limit is None:
             return within
         stable = "no step unstable"
         if math.isfinite(self.limit.step):
-            stable = f"stable up to {notation.short(self.limit.step)} s"
+            stable = f"stable up to {notation.number(self.limit.step, 3)} s"
         return f"{within}, {stable} ({'measured' if self.limit.measured else 'predicted'})"
 
 

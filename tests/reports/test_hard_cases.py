@@ -12,8 +12,10 @@ from plumbob.analytic.stability import StepLimit
 from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.view import hard_cases
+from plumbob.reports.view.site import largest_step as of_index
 from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import StepRange, step_ranges
+from plumbob.tests.support.fixture_types import Patch
 from plumbob.tests.support.studies import quick
 
 SADDLE = "cone-pendulum/above-barrier-1e-6"
@@ -92,7 +94,22 @@ def test_bars_stay_inside_their_figure_and_move_with_the_limit() -> None:
             assert x >= 0.0
             assert x + across <= width
             assert y + high <= height
-        assert f"1 % up to 0.002 s, stable up to {step} s (predicted)" in svg.attrib["aria-label"]
+        assert (
+            f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
+            in svg.attrib["aria-label"]
+        )
     stable = [float(list(svg.iter("rect"))[1].attrib["width"]) for svg in drawn.values()]
     assert stable[0] != stable[1]
     assert step_bars([limited(math.inf)[0]]) == ""
+
+
+@pytest.mark.parametrize("step", [0.1, 0.4])
+def test_the_first_screen_says_the_stored_limit(step: float, monkeypatch: Patch) -> None:
+    monkeypatch.setattr(of_index, "SCENES", (SWING,))
+    assert of_index.largest_step(replace(quick(), extras={})) is None
+    prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
+    study = replace(quick(), extras={StepPrediction(SWING, EULER): prediction})
+    shown = of_index.largest_step(study)
+    assert shown is not None
+    assert shown.default.text == f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
+    assert f"{step:g}; 0.002" in [cell.text for cell in shown.table.rows[0]]
