@@ -14,11 +14,13 @@ from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
     ExtraRun,
+    ParameterFit,
     Request,
     Result,
     TrimmingRun,
     looked_up,
 )
+from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.stability import (
@@ -157,6 +159,12 @@ class Study:
         assert predicted is None or isinstance(predicted, PredictedLimits)
         assert measured is None or isinstance(measured, Stability)
         return known_limit(predicted, measured)
+
+    def fit(self, request: ParameterFit) -> Identification | None:
+        """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Identification)
+        return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:
         """The result of a declared reading of a model; None where the engine was not installed.

@@ -24,6 +24,7 @@ from plumbob.engines.study.convergence import (
 from plumbob.engines.study.cost import costs
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
+    ParameterFit,
     Request,
     Requests,
     StudyPlan,
@@ -305,6 +306,8 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
         label, where = f"{label}, trimmed", machine()
     elif isinstance(request, StabilitySearch | StepPrediction):
         label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
+    elif isinstance(request, ParameterFit):
+        work = request.budget * _work(scene, method, (request.step,))
     else:
         steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
         if request.duration is not None:
