@@ -24,7 +24,14 @@ from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.stability import Stability, StabilitySearch
+from plumbob.engines.study.stability import (
+    KnownLimit,
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+    known_limit,
+)
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
@@ -57,7 +64,7 @@ class TaskResult:
     cost: Cost | None = None
     reference_step: float = math.nan
     analysis: Analysed | None = None
-    pair: Key = ("", "")  # scene and method of a convergence study or a cost
+    pair: Key = ("", "")  # scene and method of a convergence study, a cost or limits of the step
     label: str = ""
     lost: str = ""
     seconds: float = 0.0
@@ -145,6 +152,14 @@ class Study:
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Stability)
         return found
+
+    def step_limit(self, scene: str, method: str) -> KnownLimit | None:
+        """The smallest limit of the step that is stored of a scene with a method, or None."""
+        predicted = self.extras.get(StepPrediction(scene, method))
+        measured = self.extras.get(StabilitySearch(scene, method))
+        assert predicted is None or isinstance(predicted, PredictedLimits)
+        assert measured is None or isinstance(measured, Stability)
+        return known_limit(predicted, measured)
 
     def fit(self, request: ParameterFit) -> Identification | None:
         """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""

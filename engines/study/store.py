@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
+from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -188,8 +189,8 @@ def history(file: Path) -> dict[int, Provenance]:
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
-    """Each study in `file` that ran a scene, without other scenes and without extra runs, the
-    oldest first; raises as above."""
+    """Each study in `file` that ran a scene, without other scenes, and of extra runs with its
+    limits of the step alone, the oldest first; raises as above."""
     if not os.path.lexists(file):
         return ()
     found = []
@@ -207,7 +208,11 @@ def _of(study: Study, scene: str) -> Study:
         scenes=tuple(s for s in study.scenes if s.name == scene),
         observed={scene: study.observables(scene)},
         interest={scene: study.quantities(scene)},
-        extras={},
+        extras={
+            of: limits
+            for of, limits in study.extras.items()
+            if isinstance(of, StabilitySearch | StepPrediction)
+        },
     )
 
 

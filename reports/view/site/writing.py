@@ -23,6 +23,7 @@ from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.claims import formed
+from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
 from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
@@ -140,6 +141,7 @@ def _common(
         "counts": first_screen.counts(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
+        "largest_step": largest_step(study),
         "settings": [choice for choice in settings if choice.settings.method not in shown],
         "user_settings": own_table(records.study.user, records.verdicts),
         "matrices": matrix.matrices(study, every, scenes),
