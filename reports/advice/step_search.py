@@ -14,13 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import Choice, rounded_down
+from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
 
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
@@ -59,7 +60,7 @@ class Evidence:
     quantities: Mapping[str, Quantities]  # by scene
     costs: Mapping[Key, float]  # [ns of a step]
     runs: dict[Key, dict[float, Measurement]]
-    run: Callable[[Scene, Method, float], Measurement] | None  # None: nothing more is run
+    run: Callable[[Scene, Method, float], Measurement] | None = None  # None: nothing more is run
     seconds: float = math.inf  # [s] of computing that may still be spent
     taken: dict[Key, list[Measurement]] = field(default_factory=dict)  # what was run
 
@@ -71,10 +72,20 @@ class Evidence:
         """The relative error of a run that is there."""
         return error_of(self.of(scene, method)[step], self.quantities[scene.name])
 
+    @property
+    def scale(self) -> float:
+        """The largest scale of the first quantity of interest, in its unit."""
+        return max(about[0].scale for about in self.quantities.values())
+
     def worst(self, method: Method, step: float) -> float:
         """The largest error over the scenes that this step was run on."""
         ran = [s for s in self.scenes if step in self.of(s, method)]
         return max((self.error(s, method, step) for s in ran), default=math.nan)
+
+    def largest(self, method: Method, step: float) -> float:
+        """The largest error at a step or below, over all scenes."""
+        runs = ((s, h) for s in self.scenes for h in self.of(s, method) if h <= step)
+        return max(self.error(s, method, h) for s, h in runs)
 
     def cost(self, method: Method, step: float) -> float:
         """[ns] of wall time per simulated second, over the family; 0 where it is not known."""
@@ -112,6 +123,31 @@ class Evidence:
         every = [set(self.of(scene, method)) for scene in self.scenes]
         return sorted(h for h in set.intersection(*every) if h < below)
 
+    def choice(self, method: Method, step: float, error: float) -> Choice:
+        """A step that was run, with the relative `error` that is said of it."""
+        return Choice(
+            method.name,
+            method.control,
+            step,
+            error,
+            error * self.scale,
+            self.cost(method, step),
+            surrogate=method.surrogate,
+        )
+
+    def at(self, method: Method, step: float) -> Choice | None:
+        """A method at a step [s], with the error of that run; None where it has not run there on
+        every scene to the end."""
+        if method.control == "tolerance" or step not in self.common(method, math.inf):
+            return None
+        error = self.worst(method, step)
+        return self.choice(method, step, error) if math.isfinite(error) else None
+
+    def choices(self, method: Method) -> list[Choice]:
+        """The runs of a method on every scene that ended."""
+        errors = {h: self.worst(method, h) for h in self.common(method, math.inf)}
+        return [self.choice(method, h, e) for h, e in errors.items() if math.isfinite(e)]
+
     def reaches(self, method: Method, step: float, wanted: float) -> bool:
         """Whether a step is within the wanted error on every scene, the hardest first; runs what
         is missing."""
@@ -142,13 +178,12 @@ def searched(
     methods: Sequence[Method],
     wanted: float,
     trusted: Callable[[Method], bool],
-    scale: float,
     best: float = math.inf,
 ) -> list[Choice]:
     """The cheapest steps that reach the error, the cheapest first, at most one a method: those that
     could be the cheapest by far are searched, of others what was run before counts.
-    `trusted` is asked before a method is chosen; `scale` is the first quantity's; `best` [ns per
-    simulated second] is what others cost."""
+    `trusted` is asked before a method is chosen; `best` [ns per simulated second] is what others
+    cost."""
     choices: list[Choice] = []
     family = len(evidence.scenes) > 1
     bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
@@ -160,30 +195,9 @@ def searched(
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
-            choices.append(_choice(evidence, method, step, scale))
+            choices.append(evidence.choice(method, step, evidence.largest(method, step)))
             best = min(best, choices[-1].ns_per_second)
     return sorted(choices, key=lambda choice: choice.ns_per_second)
-
-
-def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
-    """A step as a choice: its error is the largest at it or below."""
-    error = max(
-        evidence.error(s, method, h)
-        for s in evidence.scenes
-        for h in evidence.of(s, method)
-        if h <= step
-    )
-    return as_choice(evidence, method, step, scale, error)
-
-
-def as_choice(
-    evidence: Evidence, method: Method, step: float, scale: float, error: float
-) -> Choice:
-    """A step that was run, with the relative `error` that is said of it."""
-    cost = evidence.cost(method, step)
-    return Choice(
-        method.name, method.control, step, error, error * scale, cost, True, method.surrogate
-    )
 
 
 def _may(evidence: Evidence, method: Method, wanted: float, best: float) -> bool:
@@ -214,7 +228,8 @@ def _largest(
     and the largest that holds; without `refine` the largest that was run; None if there is none."""
     if not refine:
         good = evidence.common(method, evidence.failing(method, wanted))
-        return good[-1] if good else None
+        # A looser tolerance need not be the cheaper one.
+        return min(good, key=partial(evidence.cost, method), default=None)
     known = replace(evidence, run=None)
     good = evidence.common(method, evidence.failing(method, wanted))
     chosen = next((h for h in reversed(good) if _holds(known, method, h, wanted)), None)
@@ -350,4 +365,6 @@ def _fractions(step: float, fractions: Iterable[float]) -> list[float]:
 
 
 def _rounded(step: float) -> float:
-    return rounded_down(step, _DIGITS)
+    """A step rounded down to so many significant digits."""
+    exponent = math.floor(math.log10(step)) - _DIGITS + 1
+    return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")
