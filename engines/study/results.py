@@ -21,7 +21,14 @@ from plumbob.engines.study.extra_runs import (
 )
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.stability import Stability, StabilitySearch
+from plumbob.engines.study.stability import (
+    KnownLimit,
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+    known_limit,
+)
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
@@ -54,7 +61,7 @@ class TaskResult:
     cost: Cost | None = None
     reference_step: float = math.nan
     analysis: Analysed | None = None
-    pair: Key = ("", "")  # scene and method of a convergence study or a cost
+    pair: Key = ("", "")  # scene and method of a convergence study, a cost or limits of the step
     label: str = ""
     lost: str = ""
     seconds: float = 0.0
@@ -113,7 +120,7 @@ class Study:
         )
 
     def of_scene(self, scene: str) -> Study:
-        """The part of this that is about one scene, without extra runs."""
+        """The part of this that is about one scene, of extra runs with its limits alone."""
         return replace(
             self,
             scenes=tuple(s for s in self.scenes if s.name == scene),
@@ -121,7 +128,11 @@ class Study:
             costs={key: cost for key, cost in self.costs.items() if key[0] == scene},
             observed={scene: self.observables(scene)},
             interest={scene: self.quantities(scene)},
-            extras={},
+            extras={
+                of: limits
+                for of, limits in self.extras.items()
+                if isinstance(of, StabilitySearch | StepPrediction) and of.scene == scene
+            },
         )
 
     def of_methods(self, names: Collection[str]) -> Study:
@@ -163,6 +174,14 @@ class Study:
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Stability)
         return found
+
+    def step_limit(self, scene: str, method: str) -> KnownLimit | None:
+        """The smallest limit of the step that is stored of a scene with a method, or None."""
+        predicted = self.extras.get(StepPrediction(scene, method))
+        measured = self.extras.get(StabilitySearch(scene, method))
+        assert predicted is None or isinstance(predicted, PredictedLimits)
+        assert measured is None or isinstance(measured, Stability)
+        return known_limit(predicted, measured)
 
     def reading(self, request: ModelReading) -> ModelRead | None:
         """The result of a declared reading of a model; None where the engine was not installed.

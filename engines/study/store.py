@@ -187,8 +187,8 @@ def history(file: Path) -> dict[int, Provenance]:
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
-    """Each study in `file` that ran a scene, without other scenes and without extra runs, the
-    oldest first; raises as above."""
+    """Each study in `file` that ran a scene, without other scenes, and of extra runs with its
+    limits of the step alone, the oldest first; raises as above."""
     if not os.path.lexists(file):
         return ()
     found = []

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from plumbob.analytic.stability import StepLimit
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
@@ -32,7 +33,13 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, Predic
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
-from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
+from plumbob.engines.study.stability import (
+    MeasuredLimit,
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+)
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -131,6 +138,8 @@ def _invented(request: Request) -> Result:
         )
     if isinstance(request, StabilitySearch):
         return Stability((MeasuredLimit("unstable", 0.1, 0.1, 0.101, "lost after 1 s"),))
+    if isinstance(request, StepPrediction):
+        return PredictedLimits((StepLimit("unstable", 0.1, "of h omega = 2"),))
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)
