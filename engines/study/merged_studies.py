@@ -78,6 +78,7 @@ def merged(studies: Sequence[Study], scene: Scene | None = None) -> Study | None
         convergence=tuple(together.values()),
         costs=_median_costs(same, methods, unit),
         reference_step=unit,
+        extras={of: found for study in same for of, found in study.extras.items()},
     )
 
 

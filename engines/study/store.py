@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
+from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -46,7 +47,10 @@ def save(study: Study, file: Path) -> int:
         for c in study.convergence
     }
     for request, result in study.extras.items():
-        results[str(request)] = TaskResult(extras={request: result})
+        pair = ("", "")
+        if isinstance(request, StabilitySearch | StepPrediction):
+            pair = request.scene, request.method
+        results[str(request)] = TaskResult(extras={request: result}, pair=pair)
     with writing(file) as store, transaction(store):
         number, _ = begun(store, None)
         keep(store, number, results)

@@ -18,6 +18,7 @@ from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.results import Quantities, Study
+from plumbob.engines.study.stability import KnownLimit
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import (
@@ -188,7 +189,9 @@ class _Gathering:
 
     def evidence(self) -> Evidence:
         """What is known now, and no means to run more."""
-        return Evidence(self.asked.scenes, self.quantities, self.costs(), self.runs())
+        return Evidence(
+            self.asked.scenes, self.quantities, self.costs(), self.runs(), limits=self.limits()
+        )
 
     def methods(self, evidence: Evidence, surrogate: bool) -> list[Method]:
         """Methods that simulate all scenes and were timed: surrogates, or full models."""
@@ -245,6 +248,7 @@ class _Gathering:
                 return False
         for key, runs in self.runs().items():
             evidence.runs[key] = runs | evidence.runs.get(key, {})
+        evidence.limits = self.limits()
         return True
 
     def _good(self, scene: str, method: str) -> bool:
@@ -265,6 +269,15 @@ class _Gathering:
             for known in self.known.values()
             for key, cost in known.study.costs.items()
             if cost.believed
+        }
+
+    def limits(self) -> dict[Key, KnownLimit]:
+        """The stored limits of each pair's step."""
+        return {
+            (scene, m.name): limit
+            for scene, known in self.known.items()
+            for m in known.study.methods
+            if (limit := known.study.step_limit(scene, m.name)) is not None
         }
 
     def runs(self) -> dict[Key, dict[float, Measurement]]:

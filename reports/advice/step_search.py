@@ -20,6 +20,7 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
+from plumbob.engines.study.stability import KnownLimit
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
@@ -29,6 +30,7 @@ RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
 # Below a step that fails, the next that is tried, of the many that checks leave; its square after
 # two that fail, and so on, so that a few lead from where errors scatter to where they hold.
 STRIDE = 1.04
+ALLOWED = 0.8  # of a limit of stability: the largest step that is named is smaller
 CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
 # Fractions of a step that are run beside it, none a multiple of another.
 FEW = (0.931, 0.787)
@@ -63,6 +65,7 @@ class Evidence:
     run: Callable[[Scene, Method, float], Measurement] | None = None  # None: nothing more is run
     seconds: float = math.inf  # [s] of computing that may still be spent
     taken: dict[Key, list[Measurement]] = field(default_factory=dict)  # what was run
+    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
 
     def of(self, scene: Scene, method: Method) -> dict[float, Measurement]:
         """The runs of a pair by step."""
@@ -106,7 +109,30 @@ class Evidence:
         )
         return prices[len(prices) // 2] if prices else math.inf
 
+    def limit(self, method: Method) -> KnownLimit | None:
+        """The smallest limit of a method's step on any scene; None where none is known."""
+        if method.control == "tolerance":
+            return None
+        known = [x for s in self.scenes if (x := self.limits.get((s.name, method.name)))]
+        finite = [limit for limit in known if math.isfinite(limit.step)]
+        return min(finite, key=lambda limit: limit.step, default=None)
+
+    def allowed(self, method: Method) -> float:
+        """The step that all steps that are named are below; infinite without a limit."""
+        limit = self.limit(method)
+        return math.inf if limit is None else ALLOWED * limit.step
+
+    def limited(self, method: Method, step: float, wanted: float) -> bool:
+        """Whether the limit alone keeps a step from being larger, as far as is known."""
+        allowed, missing = self.allowed(method), self.missing(method, wanted)
+        larger = [RESOLVED * step, *self.common(method, missing)]
+        return allowed < missing and allowed <= max(larger)
+
     def failing(self, method: Method, wanted: float) -> float:
+        """The smallest step that is not to be named; infinite if there is none."""
+        return min(self.allowed(method), self.missing(method, wanted))
+
+    def missing(self, method: Method, wanted: float) -> float:
         """The smallest step with an error above the wanted one on any scene; infinite if none."""
         return min(
             (
@@ -123,8 +149,12 @@ class Evidence:
         every = [set(self.of(scene, method)) for scene in self.scenes]
         return sorted(h for h in set.intersection(*every) if h < below)
 
-    def choice(self, method: Method, step: float, error: float) -> Choice:
-        """A step that was run, with the relative `error` that is said of it."""
+    def choice(
+        self, method: Method, step: float, error: float, wanted: float | None = None
+    ) -> Choice:
+        """A step that was run, with the relative `error` that is said of it, as an answer to the
+        one `wanted`."""
+        limit = self.limit(method)
         return Choice(
             method.name,
             method.control,
@@ -133,6 +163,9 @@ class Evidence:
             error * self.scale,
             self.cost(method, step),
             surrogate=method.surrogate,
+            limit=limit,
+            margin=None if limit is None else limit.step / step,
+            limited=wanted is not None and self.limited(method, step, wanted),
         )
 
     def at(self, method: Method, step: float) -> Choice | None:
@@ -144,8 +177,8 @@ class Evidence:
         return self.choice(method, step, error) if math.isfinite(error) else None
 
     def choices(self, method: Method) -> list[Choice]:
-        """The runs of a method on every scene that ended."""
-        errors = {h: self.worst(method, h) for h in self.common(method, math.inf)}
+        """The runs of a method on every scene that ended, at steps that may be named."""
+        errors = {h: self.worst(method, h) for h in self.common(method, self.allowed(method))}
         return [self.choice(method, h, e) for h, e in errors.items() if math.isfinite(e)]
 
     def reaches(self, method: Method, step: float, wanted: float) -> bool:
@@ -185,6 +218,7 @@ def searched(
     `trusted` is asked before a method is chosen; `best` [ns per simulated second] is what others
     cost."""
     choices: list[Choice] = []
+    methods = [m for m in methods if evidence.allowed(m) > 0.0]
     family = len(evidence.scenes) > 1
     bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
     for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
@@ -195,7 +229,7 @@ def searched(
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
-            choices.append(evidence.choice(method, step, evidence.largest(method, step)))
+            choices.append(evidence.choice(method, step, evidence.largest(method, step), wanted))
             best = min(best, choices[-1].ns_per_second)
     return sorted(choices, key=lambda choice: choice.ns_per_second)
 

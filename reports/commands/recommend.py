@@ -23,6 +23,7 @@ from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
     from plumbob.engines.study.scheduler import Progress
+    from plumbob.engines.study.stability import KnownLimit
     from plumbob.reports.advice.advice import Answer, Known, Question, RunStudies
     from plumbob.reports.advice.recommend import Choice, Recommendation
     from plumbob.reports.advice.user_settings import UserResult
@@ -273,8 +274,18 @@ def _print(answer: Recommendation, asked: Question) -> None:
     rows = [(c, name) for c, name in named.items() if c]
     for choice, name in [*rows, *((c, "at 0.002 s") for c in answer.defaults)]:
         print(f"  {name:<10} {_text(choice, answer.unit, asked.absolute)}")
+        if name == "use" and choice.limit:
+            print(f"  {'':<10} {_stability(choice, choice.limit)}")
         if name == "surrogate":
             print(f"  {'':<10} ({choice.surrogate})")
+
+
+def _stability(choice: Choice, limit: KnownLimit) -> str:
+    known = "measured" if limit.measured else "predicted"
+    return (
+        f"{'limited by stability: ' if choice.limited else ''}loses the motion from "
+        f"{limit.step:.3g} s on ({limit.kind}, {known}), {choice.margin:.3g} times this step"
+    )
 
 
 def _text(choice: Choice, unit: str, absolute: bool) -> str:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -13,15 +14,28 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.analytic.stability import StepLimit
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study import store
+from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.results import Study
+from plumbob.engines.study.stability import (
+    MeasuredLimit,
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+)
 from plumbob.models.scene import Quantity, step_sizes
 from plumbob.reports.advice.advice import from_study
-from plumbob.reports.advice.recommend import Recommendation
+from plumbob.reports.advice.recommend import Choice, Recommendation
+from plumbob.reports.cli import main
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Judged, Judgement, Verdict
 from plumbob.reports.view.top_tables import ERRORS
+from plumbob.tests.site import whole_profile
+from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
@@ -191,3 +205,64 @@ def test_the_heads_of_the_page_say_the_errors_that_are_looked_up() -> None:
     for error, head in ERRORS:
         percent = head.endswith("%")
         assert float(head.rstrip(" %")) == pytest.approx(error * (100.0 if percent else 1.0))
+
+
+def _limited(study: Study, step: float, measured: bool = False) -> Study:
+    """A study whose methods have a limit at a step [s], or one that holds up to it at least."""
+    bound = Stability((MeasuredLimit("unstable", None, step, None, ""),))
+    predicted = PredictedLimits((StepLimit("unstable", step, ""),))
+    pairs = [(c.scene, c.method) for c in study.convergence]
+    extras: dict[Request, Result] = {StepPrediction(*pair): predicted for pair in pairs}
+    if measured:
+        extras = {StabilitySearch(*pair): bound for pair in pairs}
+    return replace(study, extras=extras)
+
+
+def _named(found: Recommendation) -> list[Choice]:
+    every = (found.choice, found.runner_up, *found.by_engine, found.surrogate, found.best)
+    return [choice for choice in every if choice is not None]
+
+
+def test_a_limit_of_stability_limits_the_step() -> None:
+    study = one(FOURTH, lambda h: 1e6 * h**4)
+    near, far = (cheapest(_limited(study, step), 1e6).choice for step in (6e-3, 1.0))
+    assert near is not None
+    assert (near.step, near.limited) == (2e-3, True)
+    assert near.margin == pytest.approx(3.0)
+    assert far is not None
+    assert (far.step, far.limited) == (5e-3, False)
+    assert far.margin == pytest.approx(200.0)
+    never, bound = (
+        cheapest(_limited(study, step, measured), 1e6).choice
+        for step, measured in ((math.inf, False), (6e-3, True))
+    )
+    for free in (never, bound):
+        assert free is not None
+        assert (free.step, free.limit, free.limited) == (5e-3, None, False)
+    none = cheapest(_limited(study, 0.0), 1e6)
+    assert (none.choice, none.best) == (None, None)
+
+
+def test_the_command_says_what_limits_the_step(tmp_path: Path, capsys: Capture) -> None:
+    study = made_up([(find_method("mujoco/rk4"), STEPS, lambda h: 1e6 * h**4)])
+    store.save(_limited(study, 6e-3), tmp_path / store.FILE)
+    assert main(["recommend", SCENE, "--error", "1", "--stored", "--out", str(tmp_path)]) == 0
+    text = "limited by stability: loses the motion from 0.006 s on (unstable, predicted), 3 times"
+    assert text in capsys.readouterr().out
+
+
+@pytest.mark.long
+def test_no_step_of_the_quick_profile_is_within_a_fifth_of_a_limit() -> None:
+    """Over every pair, with the limits that are stored, and with one at the step that is named."""
+    study = whole_profile.study()
+    moved = 0
+    for scene in study.scenes:
+        of_scene = study.of_scene(scene.name)
+        first = cheapest(of_scene, 1e-1)
+        assert all(c.limit is None or c.step < 0.8 * c.limit.step for c in _named(first))
+        if first.choice is not None and first.choice.control == "step":
+            again = cheapest(_limited(of_scene, first.choice.step), 1e-1)
+            assert again.choice != first.choice
+            assert all(c.limit and c.step < 0.8 * c.limit.step for c in _named(again))
+            moved += 1
+    assert moved > 10
