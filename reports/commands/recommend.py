@@ -159,8 +159,10 @@ def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tu
 
 
 def _runner(show: Progress) -> RunStudies:
-    """A runner of convergence studies: a few runs in this process, many in others too."""
+    """A runner of convergence studies, with predicted limits of the step: a few runs in this
+    process, many in others too."""
     from plumbob.engines.study.runner import run_study
+    from plumbob.reports.analyses.engines.largest_steps import predictions
 
     def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
         what = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
@@ -168,7 +170,10 @@ def _runner(show: Progress) -> RunStudies:
         if sys.stderr.isatty():
             print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
         jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
-        return run_study(scenes, methods, jobs=jobs, progress=show, timed=len(scenes) == 1)
+        timed = len(scenes) == 1
+        return run_study(
+            scenes, methods, jobs=jobs, progress=show, timed=timed, requests=predictions
+        )
 
     return run
 
