@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -120,6 +120,31 @@ class Study:
             self,
             observed={name: self.observables(name) for name in names},
             interest={name: self.quantities(name) for name in names},
+        )
+
+    def of_scene(self, scene: str) -> Study:
+        """The part of this that is about one scene, of extra runs with its limits alone."""
+        return replace(
+            self,
+            scenes=tuple(s for s in self.scenes if s.name == scene),
+            convergence=tuple(c for c in self.convergence if c.scene == scene),
+            costs={key: cost for key, cost in self.costs.items() if key[0] == scene},
+            observed={scene: self.observables(scene)},
+            interest={scene: self.quantities(scene)},
+            extras={
+                of: limits
+                for of, limits in self.extras.items()
+                if isinstance(of, StabilitySearch | StepPrediction) and of.scene == scene
+            },
+        )
+
+    def of_methods(self, names: Collection[str]) -> Study:
+        """The part of this that these methods ran."""
+        return replace(
+            self,
+            methods=tuple(m for m in self.methods if m.name in names),
+            convergence=tuple(c for c in self.convergence if c.method in names),
+            costs={key: cost for key, cost in self.costs.items() if key[1] in names},
         )
 
     def leading(self, scene: str) -> Observable:
