@@ -6,7 +6,7 @@ import argparse
 import json
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from plumbob.engines.study.stability import StabilitySearch
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.stability import JudgedLimit, judged_limits, unexpected
+from plumbob.reports.judge.stability import study_limits, unexpected
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -36,7 +36,7 @@ def command(chosen: argparse.Namespace) -> int:
     if not chosen.method:
         methods = tuple(m for m in methods if installed(engine_of(m)))
     study = _measured(chosen, scenes, methods)
-    judged = list(_judged(study))
+    judged = list(study_limits(study))
     page = None
     if chosen.out:
         from plumbob.reports.view.stability import write_page
@@ -87,17 +87,3 @@ def _measured(
         return made(Unkept())
     with measured_into(writable("out", Path(chosen.out)) / FILE, False, noted) as kept:
         return made(kept)
-
-
-def _judged(study: Study) -> Iterator[JudgedLimit]:
-    """The limits that a study holds; of one whose engine is missing, or whose process was lost,
-    why there is none."""
-    for request in study.extras:
-        if not isinstance(request, StabilitySearch):
-            continue
-        found = study.stability_of(request)
-        if found is not None:
-            yield from judged_limits(request, found)
-        else:
-            why = "its engine is missing, or its process was lost"
-            yield JudgedLimit(request.scene, request.method, None, "measured", why)
