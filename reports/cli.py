@@ -31,6 +31,7 @@ COMMANDS = (
     "compare",
     "sweep",
     "worst",
+    "identify",
     "plan",
     "models",
     "check-engine",

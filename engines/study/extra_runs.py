@@ -9,10 +9,13 @@ from typing import Any
 
 from plumbob.analytic.parameters import known
 from plumbob.engines.abilities import Ablation, Trimming
+from plumbob.engines.box import Side, box
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.identification import Identification, identify
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.stability import Stability, StabilitySearch, stability
@@ -60,9 +63,34 @@ class TrimmingRun:
     repeats: int
 
 
-RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch
+@dataclass(frozen=True)
+class ParameterFit:
+    """A search for the value of a parameter with which a run fits the exact motion best."""
+
+    scene: str
+    method: str
+    step: float
+    parameter: str
+    low: float  # ends of the interval that is searched
+    high: float
+    budget: int  # runs
+    changes: Changes = ()
+
+
+RunRequest = (
+    ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | LongRunSearch | ParameterFit
+)
 Request = RunRequest | ModelReading
-Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | None
+Answer = (
+    Trajectory
+    | ConvergenceStudy
+    | Trimming
+    | ModelRead
+    | Stability
+    | MeasuredLongRun
+    | Identification
+)
+Result = Answer | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -70,6 +98,8 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         TrimmingRun: Trimming,
         ModelReading: ModelRead,
         StabilitySearch: Stability,
+        ParameterFit: Identification,
+        LongRunSearch: MeasuredLongRun,
     }
 )
 
@@ -118,6 +148,10 @@ def make(request: RunRequest, method: Method) -> Result:
         return None
     if isinstance(request, StabilitySearch):
         return stability(scene, method)
+    if isinstance(request, ParameterFit):
+        return _fit(request, scene, method)
+    if isinstance(request, LongRunSearch):
+        return long_run(scene, method, request)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)
@@ -126,6 +160,16 @@ def make(request: RunRequest, method: Method) -> Result:
     try:
         case = case_of(scene)
         return ablation.measure(case, method, request.step, request.steps, request.repeats)
+    except Unsupported:
+        return None
+
+
+def _fit(request: ParameterFit, scene: Scene, method: Method) -> Identification | None:
+    """The best fit; None where the method does not support the scene."""
+    side = Side(request.parameter, request.low, request.high)
+    around = box(request.scene, dict(request.changes), [side])
+    try:
+        return identify(around, case_of(scene), method, request.step, request.budget)
     except Unsupported:
         return None
 
@@ -182,7 +226,7 @@ def is_of(request: Request, scene: Scene, method: Method) -> bool:
 def _scene(request: RunRequest) -> Scene:
     """The scene of a request, with its parameters and its duration; raises ParameterError."""
     scene = find_scene(request.scene)
-    if isinstance(request, ExtraRun) and request.changes:
+    if isinstance(request, ExtraRun | ParameterFit) and request.changes:
         system, changes = system_of(scene), dict(request.changes)
         known(changes, system.parameters)
         scene = replace(scene, parameters=system.change(scene.parameters, changes))

@@ -14,11 +14,14 @@ from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
     ExtraRun,
+    ParameterFit,
     Request,
     Result,
     TrimmingRun,
     looked_up,
 )
+from plumbob.engines.study.identification import Identification
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.stability import Stability, StabilitySearch
@@ -141,6 +144,18 @@ class Study:
         is not meant for the scene. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Stability)
+        return found
+
+    def fit(self, request: ParameterFit) -> Identification | None:
+        """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Identification)
+        return found
+
+    def long_run_of(self, request: LongRunSearch) -> MeasuredLongRun | None:
+        """A declared long run; None as for `stability_of`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, MeasuredLongRun)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:

@@ -99,12 +99,8 @@ def study_limits(study: Study) -> Iterator[JudgedLimit]:
     for request in study.extras:
         if not isinstance(request, StabilitySearch):
             continue
-        found = study.stability_of(request)
-        if found is not None:
-            yield from judged_limits(request, found)
-        else:
-            why = "its engine is missing, or its process was lost"
-            yield JudgedLimit(request.scene, request.method, None, "measured", why)
+        why = "its engine is missing, or its process was lost"
+        yield from judged_limits(request, study.stability_of(request) or Stability((), why=why))
 
 
 def unexpected(judged: Iterable[JudgedLimit]) -> Sequence[JudgedLimit]:
