@@ -234,18 +234,22 @@ class Trials:
 
     @cached_property
     def scales(self) -> Mapping[str, float]:
-        """The largest magnitude of each observable of the state; of an angle one radian at most,
-        of its rate what the fastest mode makes of that at least."""
-        largest = {
+        """The largest magnitude of each observable of the state; of an angle one radian at most."""
+        return {
             o.name: min(float(np.abs(self.exact[o.name]).max()), 1.0 if o.unit == "rad" else np.inf)
             or 1.0
             for o in self.case.system.observables
             if not o.force
         }
+
+    @cached_property
+    def grown_scales(self) -> Mapping[str, float]:
+        """The same where a nudge is looked at later: of a rate at least what the fastest mode makes
+        of the angle."""
         if self.theory is None:
-            return largest
-        rates = {f"{n}_dot": size * math.tau / self.fastest for n, size in largest.items()}
-        return {n: max(size, rates.get(n, 0.0)) for n, size in largest.items()}
+            return self.scales
+        rates = {f"{n}_dot": size * math.tau / self.fastest for n, size in self.scales.items()}
+        return {n: max(size, rates.get(n, 0.0)) for n, size in self.scales.items()}
 
     @cached_property
     def nudged(self) -> Case:
@@ -305,7 +309,7 @@ class Trials:
         apart = np.max(
             [
                 np.abs(nudged.observables[name] - run.observables[name]) / scale
-                for name, scale in self.scales.items()
+                for name, scale in self.grown_scales.items()
                 if name in run.observables
             ],
             axis=0,
