@@ -13,6 +13,7 @@ from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.gradient import Gradients, GradientSearch, gradients
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.stability import Stability, StabilitySearch, stability
@@ -60,9 +61,9 @@ class TrimmingRun:
     repeats: int
 
 
-RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch
+RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | GradientSearch
 Request = RunRequest | ModelReading
-Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | None
+Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | Gradients | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -70,6 +71,7 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         TrimmingRun: Trimming,
         ModelReading: ModelRead,
         StabilitySearch: Stability,
+        GradientSearch: Gradients,
     }
 )
 
@@ -118,6 +120,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return None
     if isinstance(request, StabilitySearch):
         return stability(scene, method)
+    if isinstance(request, GradientSearch):
+        return gradients(case_of(scene), method, request)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)
@@ -182,7 +186,7 @@ def is_of(request: Request, scene: Scene, method: Method) -> bool:
 def _scene(request: RunRequest) -> Scene:
     """The scene of a request, with its parameters and its duration; raises ParameterError."""
     scene = find_scene(request.scene)
-    if isinstance(request, ExtraRun) and request.changes:
+    if isinstance(request, ExtraRun | GradientSearch) and request.changes:
         system, changes = system_of(scene), dict(request.changes)
         known(changes, system.parameters)
         scene = replace(scene, parameters=system.change(scene.parameters, changes))

@@ -19,6 +19,7 @@ from plumbob.engines.study.extra_runs import (
     TrimmingRun,
     looked_up,
 )
+from plumbob.engines.study.gradient import Gradients, GradientSearch
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.stability import Stability, StabilitySearch
@@ -141,6 +142,13 @@ class Study:
         is not meant for the scene. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Stability)
+        return found
+
+    def gradients_of(self, request: GradientSearch) -> Gradients | None:
+        """Declared derivatives; None where the engine is missing, or the method is not meant for
+        the scene. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Gradients)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:
