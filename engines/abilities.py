@@ -163,3 +163,4 @@ class OwnDerivative:
 
     way: str
     of: Callable[[Number, Method, float], Mapping[str, float]]
+    precision: float = 0.0  # relative, a step: what its own differences leave, a bound

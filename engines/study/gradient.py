@@ -45,6 +45,7 @@ NEAR = 1e-4  # likewise: the difference that the derivative of a predicted error
 POWER = 4.0
 # Calibrated, by tests/gradients: what rounding does to runs, of its bound.
 TYPICAL = 3e-3
+SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
 LEAST = 4  # differences that show a best one
 BRANCH = 3  # differences on either side of the best that show how it comes about
 
@@ -277,9 +278,7 @@ def _of_number(
         return
     runs = _Runs(number, method, step, search.of)
     try:
-        begin = time.thread_time()
         found = runs.at(value)
-        seconds = time.thread_time() - begin
     except Unsupported as why_not:
         yield from (replace(record, why=str(why_not)) for record in blank)
         return
@@ -296,7 +295,7 @@ def _of_number(
             if here.way in SIDES:
                 yield _by_differences(runs, here, search.eps)
             else:
-                yield _by_own(runs, here, engine, seconds)
+                yield _by_own(runs, here, engine)
         except Unsupported as why_not:
             yield replace(here, why=str(why_not))
 
@@ -353,23 +352,26 @@ def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float
     return float(ratio ** (1.0 / (order + 1)))
 
 
-def _by_own(runs: _Runs, record: Gradient, engine: Engine, seconds: float) -> Gradient:
+def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     """A record of a way of the engine's own; raises Unsupported."""
     number, method, step = runs.number, runs.method, runs.step
     own = next((w for w in own_ways(engine) if w.way == record.way), None)
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     begin = time.thread_time()
+    engine.prepare(number.case, method, step).run()
+    between = time.thread_time()
     computed = _asked(own, number, method, step, record.of)
-    taken = time.thread_time() - begin
+    taken, usual = time.thread_time() - between, between - begin
     eps = NEAR * number.size
     near = runs.difference(record.of, (number.value - eps, number.value + eps), record.exact)
-    found = replace(near, computed=computed, truncation=0.0)
+    remainder = near.remainder + own.precision * abs(computed) * record.at / step
+    found = replace(near, computed=computed, truncation=0.0, remainder=remainder)
     second = engine.ability(SecondRun)
     if method.control == "tolerance" and second is not None:
         other = _asked(own, number, *second.of(method), record.of)
         found = replace(found, slope=0.0, rounding=SURE * abs(computed - other))
-    return replace(record, tried=(found,), cost=taken / seconds)
+    return replace(record, tried=(found,), cost=taken / max(usual, SHORTEST))
 
 
 def _asked(own: OwnDerivative, number: Number, method: Method, step: float, name: str) -> float:
