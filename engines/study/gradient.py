@@ -40,7 +40,7 @@ SIDES = MappingProxyType({"central": (-1, 1), "forward": (0, 1)})
 ORDERS = MappingProxyType({"central": 2, "forward": 1})  # of the difference, in eps
 SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 10))
 """Of a parameter, or of its unit where that is 0: the differences that are tried."""
-NEAR = 1e-4  # likewise: the difference that the derivative of a predicted error is taken by
+NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
 # Calibrated: with a parameter the bound of a model's error changes as its power 4 at most.
 POWER = 4.0
 # Calibrated, by tests/gradients: what rounding does to runs, of its bound.
@@ -296,7 +296,7 @@ def _of_number(
                 yield _by_differences(runs, here, search.eps)
             else:
                 yield _by_own(runs, here, engine)
-        except Unsupported as why_not:
+        except (ParameterError, Unsupported) as why_not:
             yield replace(here, why=str(why_not))
 
 
@@ -320,7 +320,7 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
             tried.append(
                 replace(runs.difference(record.of, (low, high), record.reference), eps=eps)
             )
-        except ParameterError as error:
+        except (ParameterError, Unsupported) as error:
             why = str(error)
     if not tried:
         raise Unsupported(why)
@@ -363,9 +363,12 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     between = time.thread_time()
     computed = _asked(own, number, method, step, record.of)
     taken, usual = time.thread_time() - between, between - begin
-    eps = NEAR * number.size
-    near = runs.difference(record.of, (number.value - eps, number.value + eps), record.exact)
-    remainder = near.remainder + own.precision * abs(computed) * record.at / step
+    near, wider = (
+        runs.difference(record.of, (number.value - eps, number.value + eps), record.exact)
+        for eps in (NEAR * number.size, 2 * NEAR * number.size)
+    )
+    remainder = near.remainder + abs((near.slope or 0.0) - (wider.slope or 0.0))
+    remainder += own.precision * abs(computed) * record.at / step
     found = replace(near, computed=computed, truncation=0.0, remainder=remainder)
     second = engine.ability(SecondRun)
     if method.control == "tolerance" and second is not None:

@@ -141,7 +141,12 @@ def test_a_slightly_wrong_engine_is_off_its_prediction(part: float, monkeypatch:
 
 def test_where_no_derivative_exists_the_one_sided_ones_stand_beside() -> None:
     search = GradientSearch(
-        "simple-pendulum/free-small", "ode/rk4", ("theta",), "damping_rate", at=5.0
+        "simple-pendulum/free-small",
+        "ode/rk4",
+        ("theta",),
+        "damping_rate",
+        ("central", "forward"),
+        at=5.0,
     )
     central, forward = _judged(search)
     assert central.verdict == "unsupported"
