@@ -64,10 +64,6 @@ class GradientSearch:
     at: float | None = None  # [s]; None: the end
     changes: tuple[tuple[str, Any], ...] = ()  # parameters changed
 
-    def by_number(self, name: str) -> GradientSearch:
-        """The same by another number."""
-        return replace(self, by=name)
-
     def check(self, case: Case) -> None:
         """Raises ParameterError where an observable, a way or a time is none of the case."""
         allowed = (
@@ -358,23 +354,35 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     own = next((w for w in own_ways(engine) if w.way == record.way), None)
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
-    begin = time.thread_time()
-    engine.prepare(number.case, method, step).run()
-    between = time.thread_time()
-    computed = _asked(own, number, method, step, record.of)
-    taken, usual = time.thread_time() - between, between - begin
-    near, wider = (
-        runs.difference(record.of, (number.value - eps, number.value + eps), record.exact)
-        for eps in (NEAR * number.size, 2 * NEAR * number.size)
-    )
-    remainder = near.remainder + abs((near.slope or 0.0) - (wider.slope or 0.0))
-    remainder += own.precision * abs(computed) * record.at / step
-    found = replace(near, computed=computed, truncation=0.0, remainder=remainder)
+    computed, cost = _timed(own, engine, runs, record.of)
+    tried = replace(_near(runs, record), computed=computed, truncation=0.0)
+    left = tried.remainder + own.precision * abs(computed) * record.at / step
     second = engine.ability(SecondRun)
     if method.control == "tolerance" and second is not None:
         other = _asked(own, number, *second.of(method), record.of)
-        found = replace(found, slope=0.0, rounding=SURE * abs(computed - other))
-    return replace(record, tried=(found,), cost=taken / max(usual, SHORTEST))
+        tried = replace(tried, slope=0.0, rounding=SURE * abs(computed - other))
+    return replace(record, tried=(replace(tried, remainder=left),), cost=cost)
+
+
+def _timed(own: OwnDerivative, engine: Engine, runs: _Runs, name: str) -> tuple[float, float]:
+    """The derivative of one observable, and its cost in runs; raises Unsupported."""
+    number, method, step = runs.number, runs.method, runs.step
+    begin = time.thread_time()
+    engine.prepare(number.case, method, step).run()
+    between = time.thread_time()
+    computed = _asked(own, number, method, step, name)
+    return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
+
+
+def _near(runs: _Runs, record: Gradient) -> Difference:
+    """The derivative of the predicted error, with what two differences of it leave open."""
+    value, size = runs.number.value, NEAR * runs.number.size
+    near, wider = (
+        runs.difference(record.of, (value - eps, value + eps), record.exact)
+        for eps in (size, 2 * size)
+    )
+    apart = abs((near.slope or 0.0) - (wider.slope or 0.0))
+    return replace(near, remainder=near.remainder + apart)
 
 
 def _asked(own: OwnDerivative, number: Number, method: Method, step: float, name: str) -> float:

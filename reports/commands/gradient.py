@@ -6,6 +6,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method, meant
@@ -55,9 +56,10 @@ def _searches(
     by = chosen.by.split(",") if chosen.by else _usual(case)
     for name in by:
         next(numbers(case, name))
-    eps = chosen.eps.split(",") if chosen.eps else []
-    step = None if chosen.step is None else values.positive_number("step", chosen.step)
-    at = None if chosen.at is None else values.positive_number("at", chosen.at)
+    step, at = (
+        None if text is None else values.positive_number(name, text)
+        for name, text in (("step", chosen.step), ("at", chosen.at))
+    )
     search = GradientSearch(
         scene.name,
         method.name,
@@ -65,12 +67,12 @@ def _searches(
         "",
         tuple(dict.fromkeys(chosen.way or ())),
         step,
-        tuple(values.positive_number("eps", text) for text in eps),
+        tuple(values.positive_number("eps", e) for e in (chosen.eps or "").split(",") if e),
         at,
         _hashable(changed),
     )
     search.check(case)
-    return [search.by_number(name) for name in dict.fromkeys(by)]
+    return [replace(search, by=name) for name in dict.fromkeys(by)]
 
 
 def _hashable(changed: dict[str, object]) -> tuple[tuple[str, object], ...]:

@@ -11,7 +11,8 @@ import pytest
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method
 from plumbob.engines.study import gradient as measuring
-from plumbob.engines.study.gradient import Gradient, GradientSearch, best_eps, gradients
+from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, best_eps, gradients
 from plumbob.engines.study.order import fit_order
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
@@ -155,3 +156,10 @@ def test_where_no_derivative_exists_the_one_sided_ones_stand_beside() -> None:
     assert forward.gradient.one_sided
     assert forward.tried
     assert forward.tried.computed == pytest.approx(forward.gradient.one_sided[1], rel=1e-4)
+
+
+def test_derivatives_are_stored_as_they_are() -> None:
+    search = GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", eps=(1e-3,))
+    found = gradients(case_of(scene(CONE)), method("ode/rk4"), search)
+    assert from_json(to_json(found), Gradients).records[0] == found.records[0]
+    assert from_json(to_json(search), GradientSearch) == search

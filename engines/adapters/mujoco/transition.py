@@ -20,6 +20,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method, Unsupported
 from plumbob.models.gradient import Number
 
@@ -61,12 +62,8 @@ def _multiplied(
         here.held_controls(indices),
         (high.held_controls(indices) - low.held_controls(indices)) / apart,
     )
-    size = 2 * model.nv + model.na
-    by_state, by_control = np.zeros((size, size)), np.zeros((size, model.nu))
-    along = np.zeros(size)
-    begun = low.translation, high.translation
-    mujoco.mj_differentiatePos(model, along[: model.nv], apart, *(t.qpos for t in begun))
-    along[model.nv : 2 * model.nv] = (begun[1].qvel - begun[0].qvel) / apart
+    along = _at_start(model, low.translation, high.translation, apart)
+    by_state, by_control = np.zeros((along.size,) * 2), np.zeros((along.size, model.nu))
     mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = translation.qpos, translation.qvel
     for control, change in zip(held, changes, strict=True):
@@ -75,6 +72,14 @@ def _multiplied(
         along = by_state @ along + by_control @ change
         mujoco.mj_step(model, data)
     return _read(here, along)
+
+
+def _at_start(model: mujoco.MjModel, low: Translation, high: Translation, apart: float) -> Array:
+    """The derivative of the state that runs start in."""
+    along = np.zeros(2 * model.nv + model.na)
+    mujoco.mj_differentiatePos(model, along[: model.nv], apart, low.qpos, high.qpos)
+    along[model.nv : 2 * model.nv] = (high.qvel - low.qvel) / apart
+    return along
 
 
 def _read(here: MujocoSimulation, along: Array) -> Mapping[str, float]:
