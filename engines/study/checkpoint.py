@@ -13,7 +13,7 @@ from sqlite3 import Connection
 from typing import Any
 
 from plumbob.engines.study import store
-from plumbob.engines.study.codec import to_json
+from plumbob.engines.study.codec import plain
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store_file import writing
 
@@ -111,7 +111,7 @@ def _alone(folder: Path, note: Note) -> Iterator[None]:
 
 def key_of(*what: Any) -> str:
     """The hash of what defines a result: dataclasses, and what JSON knows."""
-    text = json.dumps([json.loads(to_json(one)) for one in what], sort_keys=True)
+    text = json.dumps([plain(one) for one in what], sort_keys=True)
     return hashlib.sha256(f"{_source()}{text}".encode()).hexdigest()
 
 

@@ -30,29 +30,33 @@ def to_json(item: Any) -> str:
     return json.dumps(_converter().unstructure(item))
 
 
+def plain(item: Any) -> Any:
+    """The plain JSON values of an item, as `restored` takes them."""
+    return json.loads(to_json(item))
+
+
 def from_json(text: str, kind: type[T]) -> T:
     """The item of this kind that `to_json` made the text of; raises ValueError where it is none."""
     try:
-        plain = json.loads(text)
+        values = json.loads(text)
     except Exception as error:  # a damaged text may raise anything
         raise ValueError(f"no {kind.__name__}: {error}") from None
-    return restored(plain, kind)
+    return restored(values, kind)
 
 
-def restored(plain: Any, kind: type[T]) -> T:
+def restored(values: Any, kind: type[T]) -> T:
     """The item of this kind that plain JSON values are those of; raises ValueError."""
     try:
-        return _converter().structure(plain, kind)
+        return _converter().structure(values, kind)
     except Exception as error:  # damaged ones may raise anything
-        first = getattr(error, "exceptions", (error,))[0]
-        raise ValueError(f"no {kind.__name__}: {first}") from None
+        raise ValueError(f"no {kind.__name__}: {error}") from None
 
 
 @cache
 def _converter() -> cattrs.Converter:
     """A converter for what is stored: beside dataclasses, read-only mappings, numbers and arrays of
     numpy, the answers to requests, and studies without their results."""
-    made = cattrs.Converter()
+    made = cattrs.Converter(detailed_validation=False)
     made.register_unstructure_hook(MappingProxyType, lambda m: made.unstructure(dict(m)))
     made.register_unstructure_hook(np.generic, lambda value: value.item())
     made.register_structure_hook_func(lambda kind: kind is Any, lambda value, _: _hashable(value))
@@ -61,7 +65,7 @@ def _converter() -> cattrs.Converter:
     apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
     made.register_unstructure_hook(Study, make_dict_unstructure_fn(Study, made, **apart))
     made.register_structure_hook(Study, make_dict_structure_fn(Study, made, **apart))
-    plain = make_dict_unstructure_fn(TaskResult, made, extras=APART)
+    forth = make_dict_unstructure_fn(TaskResult, made, extras=APART)
     back = make_dict_structure_fn(TaskResult, made, extras=APART)
 
     def with_extras(result: TaskResult) -> dict[str, Any]:
@@ -69,7 +73,7 @@ def _converter() -> cattrs.Converter:
             (type(request).__name__, made.unstructure(request), made.unstructure(answer))
             for request, answer in result.extras.items()
         ]
-        return {**plain(result), "extras": extras}
+        return {**forth(result), "extras": extras}
 
     def of_extras(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
         kinds = {request.__name__: (request, answer) for request, answer in ANSWERS.items()}

@@ -7,14 +7,13 @@ has. The module `engines` holds what is about all systems.
 from __future__ import annotations
 
 import importlib
-import json
 import pickle
 import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from plumbob.engines.study.codec import to_json
+from plumbob.engines.study.codec import plain
 from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
@@ -74,7 +73,7 @@ def analyses_of(
     results |= {part: _analysed(study, part, judged) for part in parts if part not in results}
     every = (analysis for part in parts for analysis in results[part])
     about = page_numbers.study_record(study, judged)
-    return (*every, Analysed("", STUDY, "", "", json.loads(to_json(about))))
+    return (*every, Analysed("", STUDY, "", "", plain(about)))
 
 
 def _analysed(study: Study, part: Part, judged: Judgements) -> tuple[Analysed, ...]:
@@ -82,7 +81,7 @@ def _analysed(study: Study, part: Part, judged: Judgements) -> tuple[Analysed, .
     if kind == "scene":
         scene = next(scene for scene in study.scenes if scene.name == name)
         record = page_numbers.scene_record(study, judged, scene)
-        return (Analysed("", SCENE, scene.system, name, json.loads(to_json(record))),)
+        return (Analysed("", SCENE, scene.system, name, plain(record)),)
     of = section(name)
     assert of is not None
     return analysed(study, of, name, judged)

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from plumbob.reports.view import compiled_templates
 from plumbob.reports.view.content import Figure
 
 if TYPE_CHECKING:
@@ -42,16 +43,9 @@ def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
 @cache
 def _environment() -> Environment:
     """The environment that reads the templates and caches them."""
-    import jinja2
     from markupsafe import Markup
 
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = compiled_templates.environment(TEMPLATES, autoescape=True)
     environment.filters["kept"] = _kept
     environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
     return environment

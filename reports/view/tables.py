@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from plumbob.reports.view import notation, palette, plotly_figure
+from plumbob.reports.view import compiled_templates, notation, palette, plotly_figure
 from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
 from plumbob.reports.view.records import PairVerdict
 from plumbob.reports.view.sources import as_printed
@@ -103,16 +103,7 @@ def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Ce
 @cache
 def environment() -> Environment:
     """The environment that reads the templates, with the filters for numbers and names."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        undefined=jinja2.StrictUndefined,
-        extensions=["jinja2.ext.do"],
-        trim_blocks=True,
-        lstrip_blocks=True,
-        optimized=False,  # most are filled once: folding constants takes longer than it saves
-    )
+    environment = compiled_templates.environment(TEMPLATES, extensions=("jinja2.ext.do",))
     environment.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %

@@ -17,7 +17,7 @@ import pytest
 from plumbob.engines.method import Engine
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
-from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.codec import from_json, plain
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
@@ -268,7 +268,7 @@ def test_an_unknown_field_in_a_store_is_left_out(
 
 
 def test_a_damaged_recording_is_no_recording() -> None:
-    held = json.loads(to_json(Trajectory(np.zeros(1), {"theta": np.zeros(1)})))
+    held = plain(Trajectory(np.zeros(1), {"theta": np.zeros(1)}))
     shape, numbers = held["times"]
     for times in ([shape, numbers[:-8]], [shape, ""], [[7], numbers], [shape], numbers, None):
         with pytest.raises(ValueError, match="no Trajectory"):
