@@ -32,6 +32,7 @@ COMMANDS = (
     "compare",
     "sweep",
     "worst",
+    "identify",
     "plan",
     "models",
     "check-engine",

@@ -9,11 +9,13 @@ from typing import Any
 
 from plumbob.analytic.parameters import known
 from plumbob.engines.abilities import Ablation, Trimming
+from plumbob.engines.box import Side, box
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.gradient import Gradients, GradientSearch, gradients
+from plumbob.engines.study.identification import Identification, identify
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.stability import Stability, StabilitySearch, stability
@@ -61,9 +63,26 @@ class TrimmingRun:
     repeats: int
 
 
-RunRequest = ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | GradientSearch
+@dataclass(frozen=True)
+class ParameterFit:
+    """A search for the value of a parameter with which a run fits the exact motion best."""
+
+    scene: str
+    method: str
+    step: float
+    parameter: str
+    low: float  # ends of the interval that is searched
+    high: float
+    budget: int  # runs
+    changes: Changes = ()
+
+
+RunRequest = (
+    ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | GradientSearch | ParameterFit
+)
 Request = RunRequest | ModelReading
-Result = Trajectory | ConvergenceStudy | Trimming | ModelRead | Stability | Gradients | None
+Measured = Trajectory | ConvergenceStudy | Trimming | Stability | Gradients | Identification
+Result = Measured | ModelRead | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -72,6 +91,7 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         ModelReading: ModelRead,
         StabilitySearch: Stability,
         GradientSearch: Gradients,
+        ParameterFit: Identification,
     }
 )
 
@@ -122,6 +142,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return stability(scene, method)
     if isinstance(request, GradientSearch):
         return gradients(case_of(scene), method, request)
+    if isinstance(request, ParameterFit):
+        return _fit(request, scene, method)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)
@@ -130,6 +152,16 @@ def make(request: RunRequest, method: Method) -> Result:
     try:
         case = case_of(scene)
         return ablation.measure(case, method, request.step, request.steps, request.repeats)
+    except Unsupported:
+        return None
+
+
+def _fit(request: ParameterFit, scene: Scene, method: Method) -> Identification | None:
+    """The best fit; None where the method does not support the scene."""
+    side = Side(request.parameter, request.low, request.high)
+    around = box(request.scene, dict(request.changes), [side])
+    try:
+        return identify(around, case_of(scene), method, request.step, request.budget)
     except Unsupported:
         return None
 
@@ -186,7 +218,7 @@ def is_of(request: Request, scene: Scene, method: Method) -> bool:
 def _scene(request: RunRequest) -> Scene:
     """The scene of a request, with its parameters and its duration; raises ParameterError."""
     scene = find_scene(request.scene)
-    if isinstance(request, ExtraRun | GradientSearch) and request.changes:
+    if isinstance(request, ExtraRun | GradientSearch | ParameterFit) and request.changes:
         system, changes = system_of(scene), dict(request.changes)
         known(changes, system.parameters)
         scene = replace(scene, parameters=system.change(scene.parameters, changes))

@@ -14,12 +14,14 @@ from plumbob.engines.study.cost import Cost, Key
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
     ExtraRun,
+    ParameterFit,
     Request,
     Result,
     TrimmingRun,
     looked_up,
 )
 from plumbob.engines.study.gradient import Gradients, GradientSearch
+from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.stability import Stability, StabilitySearch
@@ -149,6 +151,12 @@ class Study:
         the scene. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Gradients)
+        return found
+
+    def fit(self, request: ParameterFit) -> Identification | None:
+        """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Identification)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:

@@ -25,6 +25,7 @@ from plumbob.engines.study.cost import costs
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
     ExtraRun,
+    ParameterFit,
     Request,
     Requests,
     Result,
@@ -314,6 +315,8 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
         label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
     elif isinstance(request, GradientSearch):
         label, work = f"{label}, derivatives", _GRADIENT_WORK * system_of(scene).weight
+    elif isinstance(request, ParameterFit):
+        work = request.budget * _work(scene, method, (request.step,))
     else:
         steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
         if request.duration is not None:

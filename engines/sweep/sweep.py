@@ -13,10 +13,10 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer, answering
+from plumbob.engines.box import Box
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.study.measurement import measure, relative_error
-from plumbob.engines.sweep.box import Box
 from plumbob.engines.workers import Lost, Task, Workers, results
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case

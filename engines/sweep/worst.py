@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, NoAnswer
+from plumbob.analytic.reference import NoAnswer
+from plumbob.engines.box import Box
+from plumbob.engines.box_search import lowest
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed, methods
-from plumbob.engines.sweep.box import Box
 from plumbob.engines.sweep.sweep import run_error
 from plumbob.models.scene import Case
 
-WIDE = 0.7  # of the runs look everywhere in the box; the rest near the worst point found
 DIVERGED = 1e30  # what a run that diverged counts as in the search
 FINE_STEPS = (1e-4, 5e-5)  # [s] at which another fixed-step computation is held against the answer
 SURE = 0.1  # of the error found: what the exact answer may be off for the finding to be certain
@@ -55,10 +52,6 @@ class Found:
         return self.certificate is not None and self.certificate.distance <= SURE * self.error
 
 
-class _Spent(Exception):
-    """All runs are made."""
-
-
 def search(
     box: Box,
     method: Method,
@@ -69,41 +62,20 @@ def search(
 ) -> Found:
     """The place in a box at which a method's `score`, its relative error unless another is given,
     is the largest, in at most `budget` runs. Raises ParameterError where no place has one."""
-    from scipy.optimize import Bounds, direct, minimize
-
-    seen: list[tuple[float, tuple[float, ...]]] = []
-    without, why = 0, ""
-
-    def cost(place: Array) -> float:
-        nonlocal without, why
-        if len(seen) + without >= most:
-            raise _Spent
-        at = tuple(float(x) for x in np.clip(place, 0.0, 1.0))
-        try:
-            found = score(box.case(at), method, step)
-        except (NoAnswer, Unsupported) as reason:
-            without, why = without + 1, str(reason)
-            return 0.0
-        seen.append((found, at))
-        progress(len(seen) + without, budget, max(seen)[0])
-        return -min(found, DIVERGED)
-
-    bounds = Bounds(np.zeros(len(box.sides)), np.ones(len(box.sides)))
-    most = max(int(WIDE * budget), 1)
-    with suppress(_Spent):
-        direct(cost, bounds, maxfun=10 * budget, maxiter=budget, vol_tol=0.0)
-    most = budget
-    if seen:
-        start = np.array(max(seen)[1])
-        with suppress(_Spent):
-            options: Any = {"maxfev": budget, "xatol": 1e-9, "fatol": 0.0}
-            options["initial_simplex"] = _simplex(start)
-            minimize(cost, start, method="Nelder-Mead", bounds=bounds, options=options)
-    if not seen:
+    searched = lowest(
+        lambda at: -min(score(box.case(at), method, step), DIVERGED),
+        len(box.sides),
+        budget,
+        0.0,
+        lambda made, cost: progress(made, budget, -cost),
+    )
+    if searched.place is None:
         raise ParameterError(
-            "within", [s.name for s in box.sides], f"such that an error exists ({why})"
+            "within", [s.name for s in box.sides], f"such that an error exists ({searched.why})"
         )
-    largest, at = max(seen)
+    at, largest = searched.place, -searched.cost
+    if largest >= DIVERGED:
+        largest = math.inf
     case = box.case(at)
     return Found(
         box,
@@ -112,8 +84,8 @@ def search(
         {s.name: s.at(x) for s, x in zip(box.sides, at, strict=True)},
         largest,
         largest if score is run_error else run_error(case, method, step),
-        len(seen) + without,
-        without,
+        searched.runs,
+        searched.without,
         certificate(case, method),
     )
 
@@ -147,9 +119,3 @@ def _distances(case: Case, tried: Sequence[tuple[Method, float]]) -> list[Certif
         if math.isfinite(distance):
             found.append(Certificate(method.name, step, distance))
     return found
-
-
-def _simplex(start: Array) -> Array:
-    """Corners about a start that all lie in the box, shape (sides + 1, sides)."""
-    steps = np.where(start > 0.5, -0.02, 0.02)
-    return np.vstack([start, start + np.diag(steps)])

@@ -17,15 +17,15 @@ from plumbob.reports.commands.arguments import values
 INCOMPLETE = 3
 
 if TYPE_CHECKING:
-    from plumbob.engines.sweep.box import Side
+    from plumbob.engines.box import Side
     from plumbob.engines.sweep.sweep import Swept
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Run what is not stored yet, print the errors, write the page."""
+    from plumbob.engines.box import box
     from plumbob.engines.study.provenance import provenance
     from plumbob.engines.sweep import store
-    from plumbob.engines.sweep.box import box
     from plumbob.engines.sweep.sweep import sweep, sweep_of
     from plumbob.reports.commands.validate import progress
     from plumbob.reports.view.sweep.page import write_sweep_page
@@ -67,7 +67,7 @@ def command(chosen: argparse.Namespace) -> int:
 def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
     """NAME=LO:HI, with :N where it is `counted`, and :log, as a side of a box and the text of N;
     raises ParameterError."""
-    from plumbob.engines.sweep.box import Side
+    from plumbob.engines.box import Side
 
     form = "NAME=LO:HI:N" if counted else "NAME=LO:HI"
     name, equals, bounds = text.partition("=")

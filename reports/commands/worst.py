@@ -22,8 +22,8 @@ BUDGET = 200  # runs
 
 def command(chosen: argparse.Namespace) -> int:
     """Search, keep what was found, print it with the command that repeats it."""
+    from plumbob.engines.box import box
     from plumbob.engines.sweep import store
-    from plumbob.engines.sweep.box import box
     from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
     from plumbob.reports.commands.validate import progress

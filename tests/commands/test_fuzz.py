@@ -40,6 +40,7 @@ SLOW = [
     "recommend",
     "stability",
     "worst",
+    "identify",
     "sweep",
 ]  # kept to one small scene and method
 
@@ -83,7 +84,7 @@ def _value(action: argparse.Action, chosen: random.Random, command: str) -> str:
     values: list[str] = VALUES.get(name, WORDS["numbers"])
     if chosen.random() < 0.08:
         values = ANY
-    elif name == "within" and command != "worst":
+    elif name == "within" and command not in ("worst", "identify"):
         values = WORDS["numbers"]
     elif name in ("scene", "scenes", "method", "methods") and command in SLOW:
         values = values[:2]

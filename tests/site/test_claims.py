@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.study.extra_runs import ExtraRun, Request, Result
+from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.model_reading import ModelRead
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import Stability
@@ -55,6 +56,7 @@ MEASURED = (
     "capsule-sawtooth",
     "capsule-contact-chatter",
     "capsule-isotropy",
+    "capsule-identified-friction",
     "capsule-loads",
     "capsule-driving-force",
     "capsule-tipping",
@@ -127,6 +129,9 @@ def _far(found: Result | None) -> Result | None:
         return replace(found, numbers=tuple(rest))
     if isinstance(found, Stability):
         return replace(found, limits=tuple(replace(x, predicted=1.0) for x in found.limits))
+    if isinstance(found, Identification):
+        fits = (replace(fit, identified=2.0 * fit.identified) for fit in found.parameters)
+        return replace(found, parameters=tuple(fits))
     if not isinstance(found, Trajectory):
         return found
     gone = FAR * (found.times / found.times[-1]) ** 2

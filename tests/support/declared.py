@@ -21,6 +21,7 @@ from plumbob.engines.study.convergence import (
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import (
     ExtraRun,
+    ParameterFit,
     Request,
     Requests,
     Result,
@@ -28,6 +29,7 @@ from plumbob.engines.study.extra_runs import (
     TrimmingRun,
     make,
 )
+from plumbob.engines.study.identification import Identification, Identified
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
 from plumbob.engines.study.results import Study
@@ -131,6 +133,10 @@ def _invented(request: Request) -> Result:
         )
     if isinstance(request, StabilitySearch):
         return Stability((MeasuredLimit("unstable", 0.1, 0.1, 0.101, "lost after 1 s"),))
+    if isinstance(request, ParameterFit):
+        fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
+        fitted = ("displacement",)
+        return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)

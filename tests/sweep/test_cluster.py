@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep import cluster as module
-from plumbob.engines.sweep.box import Side, box
 from plumbob.engines.sweep.cluster import cluster
 from plumbob.engines.sweep.sweep import Chunk, sweep, sweep_of
 from plumbob.models.registry import scenes as find_scenes

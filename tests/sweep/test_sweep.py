@@ -11,10 +11,10 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import NoAnswer
+from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.engines.sweep import store
-from plumbob.engines.sweep.box import Side, box
 from plumbob.engines.sweep.sweep import Chunk, Sweep, run_error, sweep, sweep_of
 from plumbob.models.registry import case_of, scene
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.sweep.box import Side, box
 from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render

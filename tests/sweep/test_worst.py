@@ -10,9 +10,9 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
+from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
-from plumbob.engines.sweep.box import Side, box
 from plumbob.engines.sweep.worst import SURE, certificate, search
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Case

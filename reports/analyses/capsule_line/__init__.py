@@ -9,6 +9,7 @@ from plumbob.reports.analyses.capsule_line.drive import DRIVE
 from plumbob.reports.analyses.capsule_line.fidelity import HEIGHTS, MOMENTUM, SAVING
 from plumbob.reports.analyses.capsule_line.hard import HARD
 from plumbob.reports.analyses.capsule_line.headings import ISOTROPY
+from plumbob.reports.analyses.capsule_line.identified import IDENTIFIED
 from plumbob.reports.analyses.capsule_line.source import ANY_LINE, FIGURE_2, MISPRINTS
 from plumbob.reports.analyses.capsule_line.source_text import SOURCE
 from plumbob.reports.analyses.capsule_line.tipping import TIPPING
@@ -21,6 +22,7 @@ FINDINGS = (
     SAWTOOTH,
     CHATTER,
     ISOTROPY,
+    IDENTIFIED,
     LOAD_ERRORS,
     DRIVE,
     TIPPING,

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.box import Side
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.sweep.box import Side
 from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.notation import number, plural

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.engines.sweep.box import Side
+from plumbob.engines.box import Side
 from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view.notation import number, relative
 from plumbob.reports.view.tables import lines as written

@@ -35,6 +35,12 @@ class Side:
             value = _between(self.low, self.high, fraction)
         return min(max(value, self.low), self.high)
 
+    def fraction(self, value: float) -> float:
+        """Where on the side a value is: below 0 or above 1 beyond its ends."""
+        if self.logarithmic:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
     def values(self, count: int) -> Array:
         """`count` values from end to end, shape (count,)."""
         return np.array([self.at(k / max(count - 1, 1)) for k in range(count)])

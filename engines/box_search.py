@@ -1,0 +1,85 @@
+"""The place of a box at which a cost is smallest, by a search that needs no derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array, NoAnswer
+from plumbob.engines.method import Unsupported
+
+WIDE = 0.7  # of the runs look everywhere in the box; the rest near the best place found
+
+
+@dataclass(frozen=True)
+class Searched:
+    """What a search found; without a `place` where no place had a cost."""
+
+    place: tuple[float, ...] | None  # fractions of the sides
+    cost: float
+    runs: int
+    without: int  # of these had no cost: no exact answer, or no model
+    why: str  # of the last of them
+
+
+class _Spent(Exception):
+    """All runs are made."""
+
+
+def lowest(
+    cost: Callable[[tuple[float, ...]], float],
+    sides: int,
+    budget: int,
+    failed: float,
+    progress: Callable[[int, float], None] = lambda made, best: None,
+    first: Sequence[Sequence[float]] = (),
+) -> Searched:
+    """The place with the smallest `cost` in at most `budget` runs, the `first` places among them;
+    one without, where NoAnswer or
+    Unsupported is raised, counts as `failed` and is never the answer."""
+    from scipy.optimize import Bounds, direct, minimize
+
+    seen: list[tuple[float, tuple[float, ...]]] = []
+    without, why = 0, ""
+
+    def run(place: Array) -> float:
+        nonlocal without, why
+        if len(seen) + without >= most:
+            raise _Spent
+        at = tuple(float(x) for x in np.clip(place, 0.0, 1.0))
+        try:
+            found = cost(at)
+        except (NoAnswer, Unsupported) as reason:
+            without, why = without + 1, str(reason)
+            return failed
+        seen.append((found, at))
+        progress(len(seen) + without, min(seen)[0])
+        return found
+
+    bounds = Bounds(np.zeros(sides), np.ones(sides))
+    most = max(int(WIDE * budget), 1)
+    with suppress(_Spent):
+        for place in first:
+            run(np.array(place))
+        direct(run, bounds, maxfun=10 * budget, maxiter=budget, vol_tol=0.0)
+    most = budget
+    if not seen:
+        return Searched(None, failed, without, without, why)
+    start = np.array(min(seen)[1])
+    with suppress(_Spent):
+        options: Any = {"maxfev": budget, "xatol": 1e-9, "fatol": 0.0}
+        options["initial_simplex"] = _simplex(start)
+        minimize(run, start, method="Nelder-Mead", bounds=bounds, options=options)
+    best, place = min(seen)
+    return Searched(place, best, len(seen) + without, without, why)
+
+
+def _simplex(start: Sequence[float] | Array) -> Array:
+    """Corners about a start that all lie in the box, shape (sides + 1, sides)."""
+    start = np.asarray(start)
+    steps = np.where(start > 0.5, -0.02, 0.02)
+    return np.vstack([start, start + np.diag(steps)])

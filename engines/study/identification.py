@@ -1,0 +1,225 @@
+"""The parameters with which an engine's run comes nearest to the exact motion of a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.answer_cache import Same, exactly
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array, NoAnswer, answering
+from plumbob.engines.box import Box
+from plumbob.engines.box_search import Searched, lowest
+from plumbob.engines.method import Method
+from plumbob.engines.registry import engine_of
+from plumbob.engines.study.measurement import not_asked_for
+from plumbob.engines.trajectory import Trajectory, lost
+from plumbob.models.scene import Case, Quantity
+
+FAILED = 1e6  # misfit of a run that is lost, or has no exact answer: in scales, beyond all others
+SLOPES = (1e-2, 1e-3, 1e-4, 1e-5)  # of a side, over which slopes are taken: the first that is
+LINEAR = 0.1  # small for the motion, in which no difference changes by more scales
+ALIKE = 1e-2  # of the largest singular value: below, a correlation beyond 0.9998, they are one
+
+
+@dataclass(frozen=True)
+class Identified:
+    """One identified parameter (SI units, radians)."""
+
+    parameter: str
+    true: float  # of the exact motion
+    identified: float
+    low: float  # ends of the interval that was searched
+    high: float
+    deviation: float | None
+    """Standard deviation that the residual of the fit gives it; None where as many numbers are
+    fitted as there are parameters, or these cannot be separated."""
+    correlation: Mapping[str, float]  # with the other parameters
+
+    @property
+    def at_an_end(self) -> bool:
+        """Whether the best value is an end of the interval: a better one may lie beyond."""
+        return self.identified in (self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The parameters of a best fit, and what is left of the difference."""
+
+    scene: str
+    method: str
+    step: float  # [s], or relative tolerance
+    fitted: tuple[str, ...]  # observables
+    samples: int  # numbers that are fitted
+    parameters: tuple[Identified, ...]
+    residual: float  # root mean square of the difference at the best fit, relative to the scales
+    residual_at_true: float  # with the true parameters
+    runs: int
+
+    @property
+    def alike(self) -> bool:
+        """Whether there are several parameters, and what is fitted does not tell them apart."""
+        return len(self.parameters) > 1 and not self.parameters[0].correlation
+
+
+def identify(
+    box: Box,
+    true: Case,
+    method: Method,
+    step: float,
+    budget: int,
+    all_samples: bool = False,
+    noise: float = 0.0,
+    seed: int = 0,
+    progress: Callable[[int, int, float], None] = lambda made, of, residual: None,
+) -> Identification:
+    """The place of a box whose run by `method` fits the exact motion of `true` best, in at most
+    `budget` runs, one of them with the true values: the quantities of interest where each counts,
+    or with `all_samples` over the whole run. `noise` is the standard deviation of what is added to
+    the exact values, relative to the quantities' scales. Raises ParameterError where nothing fits,
+    or too little is fitted."""
+    wanted = _fitted(true, all_samples)
+    with answering():
+        times = _run(true, method, step).times
+    ends = np.array([q.when == "end" for q in wanted])
+    size = int(np.where(ends, 1, times.size).sum())
+    if size < len(box.sides):
+        raise ParameterError(
+            "parameter",
+            ",".join(side.name for side in box.sides),
+            f"at most {size}, as many as numbers are fitted; --all-samples fits more",
+        )
+    added = noise * np.random.default_rng(seed).standard_normal(size)
+
+    def residuals(at: Sequence[float] | None) -> Array:
+        run = _run(true if at is None else box.case(at), method, step)
+        return _difference(true, run, times, wanted) - added
+
+    def misfit(at: Sequence[float]) -> float:
+        return min(_size(residuals(at)), FAILED)
+
+    truth = tuple(s.fraction(_true(true, s.name)) for s in box.sides)
+    inside = all(0.0 <= x <= 1.0 for x in truth)
+    searched = lowest(
+        misfit,
+        len(box.sides),
+        budget,
+        FAILED,
+        lambda made, cost: progress(made, budget, cost),
+        [truth] if inside else [],
+    )
+    if searched.place is None or searched.cost >= FAILED:
+        raise ParameterError("within", [s.name for s in box.sides], "where a run ends")
+    return Identification(
+        box.scene,
+        method.name,
+        step,
+        tuple(dict.fromkeys(q.observable for q in wanted)),
+        size,
+        _parameters(box, true, searched, residuals),
+        searched.cost,
+        _size(residuals(None)),
+        searched.runs,
+    )
+
+
+def _fitted(case: Case, all_samples: bool) -> tuple[Quantity, ...]:
+    quantities = case.system.quantities(case)
+    if not all_samples:
+        return quantities
+    return tuple(Quantity(q.observable, q.scale) for q in quantities)
+
+
+def _run(case: Case, method: Method, step: float) -> Trajectory:
+    """A run of `case`; raises NoAnswer where it is lost."""
+    run = engine_of(method).prepare(case, method, step).run()
+    if why := lost(run) or not_asked_for(case, method, step, run):
+        raise NoAnswer(why)
+    return run
+
+
+def _difference(true: Case, run: Trajectory, times: Array, wanted: Sequence[Quantity]) -> Array:
+    """The wanted numbers of a run less those of the exact motion, over the scales, shape (n,), at
+    `times` [s], which a solver that chooses its steps meets in no other run."""
+    exact, _ = exactly(Same(true.reference), run.times.tobytes())
+    parts = []
+    for q in wanted:
+        error = (run.observables[q.observable] - exact[q.observable]) / q.scale
+        parts.append(error[-1:] if q.when == "end" else np.interp(times, run.times, error))
+    return np.concatenate(parts)
+
+
+def _true(case: Case, name: str) -> float:
+    return float(case.scene.parameters.get(name, case.system.left_out.get(name, 0.0)))
+
+
+def _size(residuals: Array) -> float:
+    return float(np.sqrt(np.mean(residuals**2)))
+
+
+def _parameters(
+    box: Box, true: Case, searched: Searched, residuals: Callable[[Sequence[float] | None], Array]
+) -> tuple[Identified, ...]:
+    """The parameters at the place found, with the covariance of a linear fit about it."""
+    assert searched.place is not None
+    names = [side.name for side in box.sides]
+    slopes = np.column_stack([_slope(box, searched.place, k, residuals) for k in range(len(names))])
+    deviations, correlations = _spread(slopes, searched.cost)
+    return tuple(
+        Identified(
+            side.name,
+            _true(true, side.name),
+            side.at(searched.place[k]),
+            side.low,
+            side.high,
+            None if deviations is None else float(deviations[k]),
+            {
+                other: float(correlations[k, j])
+                for j, other in enumerate(names)
+                if j != k and correlations is not None
+            },
+        )
+        for k, side in enumerate(box.sides)
+    )
+
+
+def _slope(
+    box: Box, place: Sequence[float], k: int, residuals: Callable[[Sequence[float] | None], Array]
+) -> Array:
+    """Derivative of the residuals by a parameter, shape (n,), from both sides where both have a
+    run."""
+
+    def at(x: float) -> tuple[float, Array]:
+        beside = min(max(x, 0.0), 1.0)
+        try:
+            return beside, residuals((*place[:k], beside, *place[k + 1 :]))
+        except NoAnswer:
+            return place[k], residuals(place)
+
+    side = box.sides[k]
+    change = low = high = np.zeros(1)
+    for width in SLOPES:
+        (start, low), (end, high) = at(place[k] - width), at(place[k] + width)
+        change = (high - low) / (side.at(end) - side.at(start) or math.inf)
+        if np.abs(high - low).max() <= LINEAR:
+            break
+    return change
+
+
+def _spread(slopes: Array, residual: float) -> tuple[Array | None, Array | None]:
+    """Standard deviations and correlations of a linear fit with these `slopes`, shape (n, p), and
+    a root mean square `residual`; None where they are not determined."""
+    n, p = slopes.shape
+    if not slopes.any(axis=0).all():
+        return None, None
+    sizes = np.linalg.norm(slopes, axis=0)
+    values = np.linalg.svd(slopes / sizes, compute_uv=False)
+    if values[-1] < ALIKE * values[0]:
+        return None, None
+    covariance = np.linalg.inv((slopes / sizes).T @ (slopes / sizes))
+    spread = np.sqrt(np.diag(covariance))
+    deviations = residual * math.sqrt(n / (n - p)) * spread / sizes if n > p else None
+    return deviations, covariance / np.outer(spread, spread)

@@ -1,0 +1,87 @@
+"""The friction with which an engine slides as far as the exact motion, beside the true one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from plumbob.engines.study.extra_runs import ParameterFit, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED, STEP
+from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.measurements import LINE
+from plumbob.reports.view.content import Claim
+
+METHODS = (DEFAULT, RECOMMENDED)
+ANGLES = (0, 15, 30, 45)  # [degrees]: a quarter of all, mirrored
+SEARCHED = (0.15, 0.6)  # from half of the scene's friction to twice it
+BUDGET = 40  # runs: the fit is then closer than 1e-4
+ALIKE = 1e-3  # of the friction: fits that differ by less do not tell
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The friction that fits best along a heading."""
+
+    method: str
+    angle: int  # [degrees]
+    friction: float
+    bias: float  # relative
+    residual: float  # of the displacement, relative
+
+
+@dataclass(frozen=True)
+class IdentifiedFriction:
+    """Fits over headings, with default contacts and with those recommended."""
+
+    true: float
+    step: float  # [s]
+    fits: tuple[Fit, ...]
+
+    @property
+    def worst(self) -> Fit | None:
+        """The most biased fit with default contacts; None where there is none."""
+        default = [fit for fit in self.fits if fit.method == DEFAULT]
+        return max(default, key=lambda fit: abs(fit.bias), default=None)
+
+    @property
+    def recommended(self) -> float | None:
+        """The largest bias with the recommended contacts; None where there is none."""
+        biases = [abs(fit.bias) for fit in self.fits if fit.method == RECOMMENDED]
+        return max(biases, default=None)
+
+
+def requests(plan: StudyPlan) -> Sequence[ParameterFit]:
+    """A fit for each heading in both methods."""
+    return [_fit(*pair) for pair in product(METHODS, ANGLES)]
+
+
+def numbers(study: Study) -> IdentifiedFriction | None:
+    """The fits that a study holds; None where it holds none."""
+    fits, true = [], math.nan
+    for method, angle in product(METHODS, ANGLES):
+        found = study.fit(_fit(method, angle))
+        if found is not None:
+            (one,) = found.parameters
+            true, bias = one.true, one.identified / one.true - 1.0
+            fits.append(Fit(method, angle, one.identified, bias, found.residual))
+    return IdentifiedFriction(true, STEP, tuple(fits)) if fits else None
+
+
+def claims(numbers: IdentifiedFriction) -> Sequence[Claim]:
+    """That default contacts bias the friction that is identified, and the recommended do not."""
+    if numbers.worst is None or numbers.recommended is None:
+        return ()
+    text = "the bias of the identified friction, with default contacts and with those recommended"
+    return (clear(text, abs(numbers.worst.bias), max(numbers.recommended, ALIKE)),)
+
+
+def _fit(method: str, angle: int) -> ParameterFit:
+    turned = (("heading", math.radians(angle)),)
+    return ParameterFit(LINE, method, STEP, "friction", *SEARCHED, BUDGET, turned)
+
+
+IDENTIFIED = Analysis("capsule_line/identified", numbers, requests, claims)

@@ -1,0 +1,106 @@
+"""plumbob identify: the parameters with which an engine's run fits the exact motion best."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method as find_method
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.sweep import side
+
+if TYPE_CHECKING:
+    from plumbob.engines.box import Side
+    from plumbob.engines.study.identification import Identification
+    from plumbob.models.scene import Case
+
+BUDGET = 100  # runs for each parameter
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Search, print what fits best beside what is true."""
+    from plumbob.engines.box import box
+    from plumbob.engines.study.identification import identify
+    from plumbob.engines.sweep.sweep import runnable
+    from plumbob.reports.commands.validate import progress
+
+    method, changed = find_method(chosen.method), values.changes(chosen.changes)
+    finest = method.step_sizes[-1:] or (1e-3,)
+    step = values.positive_number("step", chosen.step) if chosen.step else finest[0]
+    noise = values.number("noise", chosen.noise)
+    if noise < 0.0:
+        raise ParameterError("noise", chosen.noise, "0 or greater")
+    with values.representable(changed):
+        true = case_of(find_scene(chosen.scene, changed))
+        sides = list(_sides(true, chosen))
+        sought = [one.name for one in sides]
+        around = box(chosen.scene, {n: v for n, v in changed.items() if n not in sought}, sides)
+    runnable(around, [method])
+    budget = len(sides) * BUDGET if chosen.budget is None else values.count("budget", chosen.budget)
+    with progress() as show:
+        found = identify(
+            around,
+            true,
+            method,
+            step,
+            budget,
+            chosen.all_samples,
+            noise,
+            values.count("seed", chosen.seed),
+            lambda made, of, residual: show(f"residual so far {residual:.3g}", made, of),
+        )
+    if chosen.json:
+        values.print_json(records(found))
+    else:
+        from plumbob.reports.view.tables import lines
+
+        print(*lines("identify", found=found, control=method.control), sep="\n")
+    return 0
+
+
+def records(found: Identification) -> list[dict[str, Any]]:
+    """One record for each parameter."""
+    return [
+        {
+            "scene": found.scene,
+            "method": found.method,
+            "step": found.step,
+            "parameter": one.parameter,
+            "true": one.true,
+            "identified": one.identified,
+            "residual": found.residual,
+            "residual_at_true": found.residual_at_true,
+            "deviation": one.deviation,
+            "correlation": one.correlation,
+            "within": [one.low, one.high],
+            "at_an_end": one.at_an_end,
+            "fitted": found.fitted,
+            "samples": found.samples,
+            "runs": found.runs,
+        }
+        for one in found.parameters
+    ]
+
+
+def _sides(true: Case, chosen: argparse.Namespace) -> Iterator[Side]:
+    """The parameters that are searched for, each from half of its value to twice it unless another
+    interval is given; raises ParameterError."""
+    from plumbob.engines.box import Side
+
+    given = {one.name: one for one, _ in (side("within", text) for text in chosen.within or ())}
+    wanted = dict.fromkeys(name.strip() for name in chosen.parameter.split(","))
+    allowed = true.system.parameters
+    if wrong := next((name for name in wanted if name not in allowed), None):
+        raise ParameterError("parameter", wrong, f"one of {', '.join(allowed)}")
+    for name in given.keys() - wanted:
+        raise ParameterError("within", name, f"one of {', '.join(wanted)}")
+    for name in wanted:
+        value = true.scene.parameters.get(name, true.system.left_out.get(name, 0.0))
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ParameterError("parameter", name, f"a parameter with one number, not {value!r}")
+        ends = sorted((value / 2, value * 2)) if value else (-1.0, 1.0)
+        yield given.get(name) or Side(name, *ends)

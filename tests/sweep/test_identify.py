@@ -1,0 +1,112 @@
+"""A search finds the parameter that fits best: the true one, a falsified one, or a biased one."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.box import Side, box
+from plumbob.engines.registry import method
+from plumbob.engines.study.identification import identify
+from plumbob.models.registry import case_of, scene
+from plumbob.reports.cli import main
+
+LINE, PENDULUM = "capsule-line/heading-030", "simple-pendulum/free-large"
+
+
+def records(capsys: pytest.CaptureFixture[str], *words: str) -> list[Mapping[str, Any]]:
+    assert main(["identify", *words, "--json"]) == 0
+    found: list[Mapping[str, Any]] = json.loads(capsys.readouterr().out)
+    return found
+
+
+# To the 2 in a thousand to which these were found with another search before.
+@pytest.mark.parametrize(
+    ("name", "more", "friction"),
+    [
+        ("mujoco/euler", (), 0.397),
+        ("mujoco/euler+coulomb", (), 0.30003),
+        ("mujoco/euler+coulomb", ("--all-samples",), 0.3004),
+    ],
+)
+def test_friction_of_a_slide(
+    capsys: pytest.CaptureFixture[str], name: str, more: tuple[str, ...], friction: float
+) -> None:
+    (found,) = records(capsys, LINE, name, "--parameter", "friction", *more)
+    assert found["parameter"] == "friction"
+    assert found["true"] == 0.3
+    within = 2e-3 if name == "mujoco/euler" else 1e-4
+    assert found["identified"] == pytest.approx(friction, abs=within)
+    assert found["residual"] <= found["residual_at_true"]
+
+
+def test_a_falsified_truth_is_found(capsys: pytest.CaptureFixture[str]) -> None:
+    words = (LINE, "mujoco/euler+coulomb", "--parameter", "friction", "--budget", "60")
+    (found,) = records(capsys, *words, "--set", "friction=0.27")
+    assert found["true"] == 0.27
+    assert found["identified"] == pytest.approx(0.27, abs=1e-4)
+    # The truth of 0.27, searched about 0.3.
+    true = case_of(scene(LINE, {"friction": 0.27}))
+    side = [Side("friction", 0.28, 0.6)]
+    beyond = identify(box(LINE, {}, side), true, method("mujoco/euler+coulomb"), 1e-3, 60)
+    assert beyond.parameters[0].at_an_end
+    assert beyond.residual > 0.01
+
+
+def test_a_length_is_what_the_step_makes_of_it() -> None:
+    """Semi-implicit Euler swings faster by (ωh)²/24 and is ahead by ωh/2 from the start: a fit over
+    a time T of many periods makes up for both with a length longer by (ωh)²/12 + 3h/2T."""
+    step, small = 0.01, scene(PENDULUM, {"theta": 1e-3})
+    side = [Side("length", 0.9, 1.1)]
+    around, true = box(PENDULUM, {"theta": 1e-3}, side), case_of(small)
+    found = identify(around, true, method("mujoco/euler"), step, 100)
+    wanted = 9.8 * step**2 / 12 + 3 * step / (2 * small.duration)
+    assert found.parameters[0].identified - 1.0 == pytest.approx(wanted, rel=0.01)
+    assert found.parameters[0].deviation is not None
+
+
+def test_length_and_gravity_are_not_separated_and_their_ratio_is_found() -> None:
+    true = case_of(scene(PENDULUM))
+    sides = [Side("length", 0.5, 2.0), Side("gravity", 5.0, 20.0)]
+    found = identify(box(PENDULUM, {}, sides), true, method("ode/rk4"), 0.01, 60)
+    length, gravity = (one.identified for one in found.parameters)
+    assert found.alike
+    assert gravity / length == pytest.approx(9.8, rel=1e-4)
+
+
+def test_two_parameters_at_once_with_their_correlation() -> None:
+    """A small swing's length moves its phase and the damping its size: they are apart. A large one
+    is faster the smaller it is."""
+    sides = [Side("length", 0.5, 2.0), Side("damping_rate", -0.1, 0.1)]
+    found = {}
+    for theta in (1e-2, 2.0):
+        changes = {"theta": theta}
+        true, around = case_of(scene(PENDULUM, changes)), box(PENDULUM, changes, sides)
+        fit = identify(around, true, method("ode/rk4"), 0.01, 100)
+        assert not fit.alike
+        found[theta] = abs(fit.parameters[0].correlation["damping_rate"])
+    assert found[1e-2] < 0.1
+    assert found[2.0] > 0.9
+
+
+def test_noise_moves_a_fit_by_its_deviation() -> None:
+    true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
+    fits = [
+        identify(around, true, method("ode/rk4"), 0.01, 60, noise=0.01, seed=seed).parameters[0]
+        for seed in range(8)
+    ]
+    shifts = [(fit.identified - 1.0) / (fit.deviation or math.nan) for fit in fits]
+    # The root mean square of eight normal numbers is in here but once in a thousand times.
+    assert 0.3 < float(np.sqrt(np.mean(np.square(shifts)))) < 1.9
+
+
+def test_fewer_numbers_than_parameters_are_refused() -> None:
+    sides = [Side("friction", 0.15, 0.6), Side("w1", 20.0, 60.0)]
+    with pytest.raises(ParameterError, match="all-samples"):
+        identify(box(LINE, {}, sides), case_of(scene(LINE)), method("mujoco/euler"), 1e-3, 10)
