@@ -15,6 +15,7 @@ from plumbob.models.scene import Case
 if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel
+    from plumbob.models.gradient import Number
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
@@ -153,3 +154,13 @@ class StepsOfFiles:
     """Text of a model file whose contacts go with the step -> the text for another step [s]."""
 
     rewrite: Callable[[str, float], str]
+
+
+@dataclass(frozen=True)
+class OwnDerivative:
+    """A way of an engine's own to derivatives of the end of a run: a number among the parameters,
+    method, step [s] or tolerance -> {observable: derivative}; raises Unsupported."""
+
+    way: str
+    of: Callable[[Number, Method, float], Mapping[str, float]]
+    precision: float = 0.0  # relative, a step: what its own differences leave, a bound

@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from plumbob.analytic.stability import Kind
-from plumbob.engines.method import Engine, KnownLimit, KnownStepLimit, NotRead, fits
+from plumbob.engines.method import (
+    Engine,
+    KnownGradientLimit,
+    KnownLimit,
+    KnownStepLimit,
+    NotRead,
+    fits,
+)
 
 FOLDER = Path(__file__).parent / "limits"
 Pair = tuple[str, str]  # the names of a scene and of a method
@@ -36,6 +43,7 @@ class Limits:
 
     known_limits: tuple[KnownLimit, ...] = ()  # the first that is of a pair counts
     step_limits: tuple[KnownStepLimit, ...] = ()
+    gradient_limits: tuple[KnownGradientLimit, ...] = ()
     not_read: tuple[NotRead, ...] = ()
     sizes: Mapping[Pair, Size] = field(default_factory=dict)
     solvers: Mapping[Pair, Mapping[float, float]] = field(default_factory=dict)
@@ -54,6 +62,11 @@ class Limits:
         held = (k for k in self.step_limits if k.kind == kind and _covers(k, scene, method))
         return next(held, None)
 
+    def gradient(self, pair: Pair, by: str, way: str) -> KnownGradientLimit | None:
+        """The known limit of a way's derivative by a parameter, or None."""
+        held = (k for k in self.gradient_limits if _covers(k, *pair))
+        return next((k for k in held if fits(by, k.by) and fits(way, k.ways)), None)
+
     def unread(self, scene: str, method: str) -> Mapping[str, str]:
         """{observable: why}: what the engine does not give of a scene with a method; the first
         reason counts."""
@@ -63,7 +76,9 @@ class Limits:
         return reasons
 
 
-def _covers(entry: KnownLimit | KnownStepLimit | NotRead, scene: str, method: str) -> bool:
+def _covers(
+    entry: KnownLimit | KnownStepLimit | KnownGradientLimit | NotRead, scene: str, method: str
+) -> bool:
     return fits(method, entry.methods) and fits(scene, entry.scenes)
 
 
@@ -96,6 +111,7 @@ def read(file: Path) -> Limits:
     return Limits(
         known_limits=_entries(KnownLimit, content.pop("known_limits", ())),
         step_limits=_entries(KnownStepLimit, content.pop("step_limits", ())),
+        gradient_limits=_entries(KnownGradientLimit, content.pop("gradient_limits", ())),
         not_read=_entries(NotRead, content.pop("not_read", ())),
         sizes={pair: Size(**values) for pair, values in sizes.items()},
         solvers={pair: {float(t): e for t, e in held.items()} for pair, held in solvers.items()},

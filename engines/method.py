@@ -155,6 +155,19 @@ class KnownStepLimit:
 
 
 @dataclass(frozen=True)
+class KnownGradientLimit:
+    """A derivative whose error is known to differ from its prediction."""
+
+    scenes: Patterns
+    methods: Patterns
+    by: Patterns  # parameters
+    size: float  # of the relative error,
+    factor: float  # known within it
+    reason: str
+    ways: Patterns = "*"
+
+
+@dataclass(frozen=True)
 class NotRead:
     """Observables that an engine does not give of scenes with methods of these patterns."""
 

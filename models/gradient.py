@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -48,7 +49,7 @@ def exact_gradient(
     times = np.asarray(times, dtype=np.float64)
     names = of or tuple(observable.name for observable in case.system.observables)
     known(dict.fromkeys(names), [observable.name for observable in case.system.observables])
-    beside = {name: found for wanted in by for name, found in _around(case, wanted)}
+    beside = {n.name: _beside(n) for wanted in by for n in numbers(case, wanted)}
     flat = [one for sides, _ in beside.values() for one in sides.values()]
     gradients = case.system.sensitivity or _general(case.system)
     answers = iter(gradients(flat, times) if flat else [])
@@ -56,11 +57,58 @@ def exact_gradient(
     return {name: _answer(answers, found, nothing) for name, found in beside.items()}
 
 
-def _around(case: Case, wanted: str) -> Iterator[tuple[str, Beside]]:
-    """Each number that is meant, with what `_beside` finds."""
+@dataclass(frozen=True)
+class Number:
+    """One number among a case's parameters, which may vary."""
+
+    case: Case
+    name: str  # as it was asked for, with an index where a parameter has several
+    parameters: Parameters  # of the case, with this one where a scene leaves it out
+    path: tuple[int, ...]
+
+    @property
+    def parameter(self) -> str:
+        """The name of the parameter that it is of."""
+        return _parsed(self.name)[0]
+
+    @property
+    def value(self) -> Any:
+        """The number itself, or what else is there."""
+        return _at(self.parameters[self.parameter], self.path)
+
+    @property
+    def size(self) -> float:
+        """Its magnitude, or its unit where it is 0."""
+        return abs(self.value) or 1.0
+
+    def problem(self, number: float) -> Any:
+        """The problem with this number in its place; raises ParameterError where it is not one of
+        the same kind."""
+        changed = {self.parameter: self._value(number)}
+        system = self.case.system
+        moved = system.problem(system.change(self.parameters, changed))
+        if system.structure(moved) != system.structure(self.case.problem):
+            only = "one that does not change the sequence of manoeuvres"
+            raise ParameterError(self.parameter, self._value(number), only)
+        return moved
+
+    def moved(self, number: float) -> Case:
+        """The case with this number in its place; raises ParameterError as `problem` does."""
+        self.problem(number)
+        case, changed = self.case, {self.parameter: self._value(number)}
+        parameters = case.system.change(self.parameters, changed)
+        return case.system.case(replace(case.scene, parameters=parameters))
+
+    def _value(self, number: float) -> Any:
+        return _with(self.parameters[self.parameter], self.path, number)
+
+
+def numbers(case: Case, wanted: str) -> Iterator[Number]:
+    """Each number that is meant, one of several by its index; raises ParameterError for a name that
+    is unknown or that the case leaves out."""
     parameters = _complete(case, _parsed(wanted)[0])
     for name, path in _numbers(parameters, wanted):
-        yield name, _beside(case, parameters, name, path)
+        yield Number(case, name, parameters, path)
 
 
 def _answer(
@@ -106,7 +154,8 @@ def _complete(case: Case, name: str) -> Parameters:
     """The case's parameters with the value that `name` has where it is left out: that with which
     the motion is the same."""
     system, parameters = case.system, case.scene.parameters
-    known({name: None}, system.parameters)
+    if name not in system.parameters:
+        raise ParameterError("by", name, f"one of {', '.join(system.parameters)}")
     if name in parameters:
         return parameters
     # A left out parameter of another description of the case comes with the rest of that.
@@ -162,23 +211,22 @@ def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
     return tuple(changed)
 
 
-def _beside(case: Case, parameters: Parameters, wanted: str, path: tuple[int, ...]) -> Beside:
+def _beside(of: Number) -> Beside:
     """The neighbours on both sides of one number, else on either, and why not on both."""
-    name = _parsed(wanted)[0]
-    number = _at(parameters[name], path)
+    number = of.value
     if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
-        return {}, f"{wanted} = {number!r} is not a number that can vary"
+        return {}, f"{of.name} = {number!r} is not a number that can vary"
 
     def neighbours(stencil: tuple[int, ...]) -> Neighbours[Any] | ParameterError:
-        step = STEP * (abs(number) or 1.0)
+        step = STEP * of.size
         while True:
             values = [number + k * step for k in stencil]
             try:
-                moved = [_moved(case, parameters, name, path, value) for value in values]
+                moved = [of.problem(value) for value in values]
                 return Neighbours(tuple(moved), np.array(values) - number)
             except ParameterError as error:
                 step *= SHRINK
-                if step < SMALLEST * (abs(number) or 1.0):
+                if step < SMALLEST * of.size:
                     return error
 
     both = neighbours(CENTRAL)
@@ -192,16 +240,3 @@ def _beside(case: Case, parameters: Parameters, wanted: str, path: tuple[int, ..
         else:
             why.append(str(one))
     return found, "; ".join(dict.fromkeys(why)) or str(both)
-
-
-def _moved(
-    case: Case, parameters: Parameters, name: str, path: tuple[int, ...], number: float
-) -> Any:
-    """The problem with one number changed; raises ParameterError where it is not one of the same
-    kind."""
-    value = _with(parameters[name], path, number)
-    moved = case.system.problem(case.system.change(parameters, {name: value}))
-    structure = case.system.structure
-    if structure(moved) != structure(case.problem):
-        raise ParameterError(name, value, "one that does not change the sequence of manoeuvres")
-    return moved

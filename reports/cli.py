@@ -28,6 +28,7 @@ COMMANDS = (
     "settings",
     "audit",
     "stability",
+    "gradient",
     "compare",
     "sweep",
     "worst",

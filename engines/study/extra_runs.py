@@ -14,6 +14,7 @@ from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.gradient import Gradients, GradientSearch, gradients
 from plumbob.engines.study.identification import Identification, identify
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
@@ -91,20 +92,21 @@ RunRequest = (
     | StabilitySearch
     | StepPrediction
     | LongRunSearch
+    | GradientSearch
     | ParameterFit
 )
 Request = RunRequest | ModelReading
-Answer = (
+Measured = (
     Trajectory
     | ConvergenceStudy
     | Trimming
-    | ModelRead
     | Stability
     | PredictedLimits
     | MeasuredLongRun
+    | Gradients
     | Identification
 )
-Result = Answer | None
+Result = Measured | ModelRead | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -113,6 +115,7 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         ModelReading: ModelRead,
         StabilitySearch: Stability,
         StepPrediction: PredictedLimits,
+        GradientSearch: Gradients,
         ParameterFit: Identification,
         LongRunSearch: MeasuredLongRun,
     }
@@ -165,6 +168,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return stability(scene, method)
     if isinstance(request, StepPrediction):
         return predicted_limits(scene, method)
+    if isinstance(request, GradientSearch):
+        return gradients(case_of(scene), method, request)
     if isinstance(request, ParameterFit):
         return _fit(request, scene, method)
     if isinstance(request, LongRunSearch):
@@ -250,7 +255,7 @@ def is_of(request: Request, scene: Scene, method: Method) -> bool:
 def _scene(request: RunRequest) -> Scene:
     """The scene of a request, with its parameters and its duration; raises ParameterError."""
     scene = find_scene(request.scene)
-    if isinstance(request, ExtraRun | ParameterFit) and request.changes:
+    if isinstance(request, ExtraRun | GradientSearch | ParameterFit) and request.changes:
         system, changes = system_of(scene), dict(request.changes)
         known(changes, system.parameters)
         scene = replace(scene, parameters=system.change(scene.parameters, changes))

@@ -20,6 +20,7 @@ from plumbob.engines.study.extra_runs import (
     TrimmingRun,
     looked_up,
 )
+from plumbob.engines.study.gradient import Gradients, GradientSearch
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
@@ -185,6 +186,13 @@ class Study:
         assert predicted is None or isinstance(predicted, PredictedLimits)
         assert measured is None or isinstance(measured, Stability)
         return known_limit(predicted, measured)
+
+    def gradients_of(self, request: GradientSearch) -> Gradients | None:
+        """Declared derivatives; None where the engine is missing, or the method is not meant for
+        the scene. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Gradients)
+        return found
 
     def fit(self, request: ParameterFit) -> Identification | None:
         """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""

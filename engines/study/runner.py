@@ -34,6 +34,7 @@ from plumbob.engines.study.extra_runs import (
     make,
     nothing_more,
 )
+from plumbob.engines.study.gradient import GradientSearch
 from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
@@ -62,6 +63,7 @@ _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
 _READING_WORK = 1e3  # of a model file, roughly
 _SEARCH_WORK = 2e5  # equivalent number of steps for the largest step that holds, roughly
+_GRADIENT_WORK = 2e5  # equivalent number of steps for derivatives by a sweep of runs, roughly
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
@@ -307,6 +309,8 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
         label, where = f"{label}, trimmed", machine()
     elif isinstance(request, StabilitySearch | StepPrediction):
         label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
+    elif isinstance(request, GradientSearch):
+        label, work = f"{label}, derivatives", _GRADIENT_WORK * system_of(scene).weight
     elif isinstance(request, ParameterFit):
         work = request.budget * _work(scene, method, (request.step,))
     elif isinstance(request, LongRunSearch):

@@ -5,10 +5,10 @@ Every function imports MuJoCo, or the module that needs it, when it is called.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.parameters import ParameterError
@@ -21,6 +21,7 @@ from plumbob.engines.abilities import (
     FileChecks,
     ModelFields,
     ModelReader,
+    OwnDerivative,
     SchemeOfCase,
     Settings,
     SettingsToPaste,
@@ -34,6 +35,9 @@ from plumbob.engines.method import Engine, Method, ModelError, Simulation
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Change, OwnModel
 from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from plumbob.models.gradient import Number
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -164,6 +168,13 @@ def model_fields(path: Path) -> ModelFields:
     return read(path)
 
 
+def by_transitions(number: Number, method: Method, step: float) -> Mapping[str, float]:
+    """Derivatives by `mjd_transitionFD`, multiplied along a run; raises Unsupported."""
+    from plumbob.engines.adapters.mujoco.transition import transition as multiplied
+
+    return multiplied(number, method, step)
+
+
 ENGINE = Engine(
     "mujoco",
     "mujoco",
@@ -179,6 +190,7 @@ ENGINE = Engine(
         FileChecks(check_file),
         StepsOfFiles(model_text),
         ModelReader(model_fields),
+        OwnDerivative("transition", by_transitions, precision=1e-8),
         UserModels(model_of_own, contacts_of_own, write_trimmed),
     ),
 )

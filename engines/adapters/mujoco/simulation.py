@@ -61,7 +61,7 @@ class MujocoSimulation:
             return trajectory
         nq, nv = self.model.nq, self.model.nv
         qpos, qvel = kept.states[:, 1 : 1 + nq], kept.states[:, 1 + nq : 1 + nq + nv]
-        readings, held = [self.translation.observe(qpos, qvel)], self._held(kept.steps)
+        readings, held = [self.translation.observe(qpos, qvel)], self.held_controls(kept.steps)
         with options.collected():  # as the run's own
             if self.translation.sensors is not None:
                 data = sensor_data(self.model, self.data, kept.states, held)
@@ -91,7 +91,7 @@ class MujocoSimulation:
         start[1 : 1 + len(coordinates)] = coordinates
         return start
 
-    def _held(self, steps: sampling.Indices) -> Array:
+    def held_controls(self, steps: sampling.Indices) -> Array:
         """Controls of the steps that begin at the samples with these indices, shape (n, nu)."""
         if self.translation.control is None:
             return np.zeros((len(steps), self.model.nu))

@@ -3,11 +3,17 @@ three of scipy's adaptive ones."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
-from plumbob.engines.abilities import SecondRun
+from plumbob.engines.abilities import OwnDerivative, SecondRun
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
+
+if TYPE_CHECKING:
+    from plumbob.models.gradient import Number
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
@@ -29,6 +35,13 @@ def confirming(method: Method) -> tuple[Method, float]:
     return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
 
 
+def variational(number: Number, method: Method, step: float) -> Mapping[str, float]:
+    """Derivatives by forward sensitivities through the steps; raises Unsupported."""
+    from plumbob.engines.adapters.ode.forward import forward as stepped
+
+    return stepped(number, method, step)
+
+
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     name = f"ode/{solver.lower()}"
     settings = {"method": solver}
@@ -43,4 +56,11 @@ METHODS = (
     _adaptive("Radau", TOLERANCES[:5]),
     _adaptive("LSODA", TOLERANCES),
 )
-ENGINE = Engine("ode", "scipy", METHODS, prepare, no_error, abilities=(SecondRun(confirming),))
+ENGINE = Engine(
+    "ode",
+    "scipy",
+    METHODS,
+    prepare,
+    no_error,
+    abilities=(SecondRun(confirming), OwnDerivative("variational", variational)),
+)

@@ -34,21 +34,27 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
     """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
+    equation = builder(case.system).build(case.problem, method)
+    made = of_equation(equation, method, step, case.scene.duration)
+    made.compile_seconds = time.perf_counter() - begin
+    return made
+
+
+def of_equation(
+    equation: Equation, method: Method, step: float, duration: float
+) -> FixedStepSimulation | AdaptiveSimulation:
+    """Set up an equation for `method` at `step` [s], or at the relative tolerance `step`; raises
+    ParameterError."""
     if method.control == "step":
-        steps = sampling.step_count(case.scene.duration, step)
-        equation = builder(case.system).build(case.problem, method)
+        steps = sampling.step_count(duration, step)
         name = method.scheme.integrator
-        advance = (
-            turning_integrator(name) if isinstance(equation, TurningEquation) else integrator(name)
-        )
-        elapsed = time.perf_counter() - begin
-        return FixedStepSimulation(equation, advance, steps, step, elapsed)
+        turning = isinstance(equation, TurningEquation)
+        advance = turning_integrator(name) if turning else integrator(name)
+        return FixedStepSimulation(equation, advance, steps, step, 0.0)
     if not SMALLEST <= positive("step", step) < 1.0:
         raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
-    equation = builder(case.system).build(case.problem, method)
     solver = solver_called(method.settings["method"])
-    elapsed = time.perf_counter() - begin
-    return AdaptiveSimulation(equation, solver, step, case.scene.duration, elapsed)
+    return AdaptiveSimulation(equation, solver, step, duration, 0.0)
 
 
 def solver_called(name: str) -> type[Any]:

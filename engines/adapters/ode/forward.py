@@ -1,0 +1,75 @@
+"""Forward sensitivities: the derivative of x'' = f(t, x, x'; p) by p, stepped with x itself.
+
+    s'' = f_x s + f_v s' + f_p                                                                  (1)
+
+(Hairer, Norsett and Wanner 1993, Solving Ordinary Differential Equations I, I.14), with the
+derivatives of f by stencils of order 8, so that the step itself alone is in error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
+from plumbob.engines.adapters.ode.equation import Equation, builder
+from plumbob.engines.adapters.ode.simulation import of_equation
+from plumbob.engines.adapters.ode.turning import TurningEquation
+from plumbob.engines.method import Method, Unsupported
+from plumbob.models.gradient import STEP, Number
+
+ALONG = 5e-3  # of a unit of the state, from one point of the stencil to the next
+OFFSETS = np.array(CENTRAL, dtype=np.float64)
+
+
+def forward(number: Number, method: Method, step: float) -> Mapping[str, float]:
+    """Derivatives of the angle and its rate at the end; raises Unsupported and ParameterError."""
+    build, moved = builder(number.case.system).build, OFFSETS * STEP * number.size
+    try:
+        problems = tuple(number.problem(number.value + float(offset)) for offset in moved)
+    except ParameterError as error:
+        raise Unsupported(str(error)) from None
+    equations = Neighbours(problems, moved).each(lambda problem: build(problem, method))
+    if isinstance(equations.here, TurningEquation):
+        raise Unsupported("the step of an attitude is a turn, which eq. 1 does not hold of")
+    run = of_equation(_with_sensitivity(equations), method, step, number.case.scene.duration).run()
+    if run.diverged_at is not None:
+        raise Unsupported(f"lost after {run.diverged_at:.3g} s")
+    names = "theta", "theta_dot"
+    return {name: float(run.observables[f"s_{name}"][-1]) for name in names}
+
+
+def _with_sensitivity(equations: Neighbours[Equation]) -> Equation:
+    """The equation of (x, s)."""
+    here, points = equations.here, Neighbours(tuple(OFFSETS * ALONG), OFFSETS * ALONG)
+
+    def acceleration(t: float, x: Array, v: Array) -> Array:
+        (angle, s), (rate, s_dot) = x.tolist(), v.tolist()
+        by_parameter = equations.derivative(lambda e: e.acceleration(t, angle, rate))[0]
+        size = max(abs(s), abs(s_dot)) or 1.0
+
+        def beside(offset: Any) -> float:
+            moved = angle + float(offset) * s / size, rate + float(offset) * s_dot / size
+            return float(here.acceleration(t, *moved))
+
+        by_state = size * points.derivative(beside)[0]
+        return np.array([here.acceleration(t, angle, rate), float(by_state + by_parameter)])
+
+    def start(part: str) -> Array:
+        slope = equations.derivative(lambda e: getattr(e, part))[0]
+        return np.array([getattr(here, part), float(slope)])
+
+    return Equation(
+        acceleration,
+        start("position"),
+        start("rate"),
+        here.speed,
+        limits=here.limits,
+        names=("theta", "s_theta"),
+        rate_names=("theta_dot", "s_theta_dot"),
+        size=here.size,
+    )

@@ -1,0 +1,393 @@
+"""Derivatives of what a method's run ends with, by differences of whole runs and by an engine's own
+ways, each beside the exact derivative and the error that is predicted of it.
+
+Of a run with the parameter p, o(p) + e(p) is the observable, with o exact and e the error, so that
+
+    central:  (o + e)(p + eps) - (o + e)(p - eps) over 2 eps = o' + e' + C eps^2 + rounding/eps (1)
+
+and of the forward difference C eps in place of C eps^2. With the predicted e at these very
+parameters, eq. 1 predicts all but the rounding; of a way without eps the error is e' itself.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from plumbob.analytic.answer_cache import Same, expected
+from plumbob.analytic.left_open import SURE, by_series, roundings
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.theory import reaches
+from plumbob.engines.abilities import OwnDerivative, SecondRun
+from plumbob.engines.method import Engine, Method, Unsupported
+from plumbob.engines.registry import engine_of, engines
+from plumbob.engines.study.measurement import ObservedError, measure, scheme_of
+from plumbob.models.scene import Case
+
+if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
+    from plumbob.analytic.sensitivities.neighbours import Sensitivity
+    from plumbob.models.gradient import Number
+
+SIDES = MappingProxyType({"central": (-1, 1), "forward": (0, 1)})
+ORDERS = MappingProxyType({"central": 2, "forward": 1})  # of the difference, in eps
+SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 10))
+"""Of a parameter, or of its unit where that is 0: the differences that are tried."""
+NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
+# Calibrated: with a parameter the bound of a model's error changes as its power 4 at most.
+POWER = 4.0
+# Calibrated, by tests/gradients: what rounding does to runs, of its bound.
+TYPICAL = 3e-3
+SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
+LEAST = 4  # differences that show a best one
+BRANCH = 3  # differences on either side of the best that show how it comes about
+
+
+@dataclass(frozen=True)
+class GradientSearch:
+    """Derivatives of the end of a scene's run with a method by one number of its parameters."""
+
+    scene: str
+    method: str
+    of: tuple[str, ...]  # observables
+    by: str
+    ways: tuple[str, ...] = ()  # none: all that there are
+    step: float | None = None  # [s], or a relative tolerance; None: the method's usual one
+    eps: tuple[float, ...] = ()  # of the parameter, in its unit; none: a sweep
+    at: float | None = None  # [s]; None: the end
+    changes: tuple[tuple[str, Any], ...] = ()  # parameters changed
+
+    def check(self, case: Case) -> None:
+        """Raises ParameterError where an observable, a way or a time is none of the case."""
+        allowed = (
+            ("of", self.of, [observable.name for observable in case.system.observables]),
+            ("way", self.ways, ways()),
+        )
+        for argument, wanted, there in allowed:
+            for name in wanted:
+                if name not in there:
+                    raise ParameterError(argument, name, f"one of {', '.join(there)}")
+        if self.at is not None and not 0.0 < self.at <= case.scene.duration:
+            raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A derivative by a difference of runs, or by a way without one, and what is predicted of its
+    error."""
+
+    eps: float | None
+    computed: float
+    truncation: float  # error of the same difference of the exact answer
+    slope: float | None  # that of the predicted error; None without theory
+    rounding: float  # bound, over eps
+    remainder: float  # bound on what else is left open
+
+    @property
+    def predicted(self) -> float | None:
+        """The predicted error, signed; None without theory."""
+        return None if self.slope is None else self.truncation + self.slope
+
+    @property
+    def left_open(self) -> float:
+        """By how much the error may differ from the predicted one."""
+        return self.rounding + self.remainder
+
+    @property
+    def size(self) -> float:
+        """Of the error that is to be expected of the difference itself."""
+        return abs(self.truncation) + TYPICAL * self.rounding
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """One way's derivative of one observable by one number."""
+
+    of: str
+    by: str
+    way: str
+    at: float = math.nan  # [s]
+    step: float = math.nan  # [s], or a relative tolerance
+    exact: float = math.nan
+    uncertainty: float = math.nan  # of the exact one
+    no_exact: str = ""  # why there is no exact one
+    why: str = ""  # the way is unsupported
+    one_sided: tuple[float, float] | None = None  # exact ones where there is no other
+    tried: tuple[Difference, ...] = ()  # of falling eps; empty: the way is unsupported
+    predicted_best: float | None = None  # eps
+    measured_best: float | None = None  # eps
+    cost: float = math.nan  # in runs
+
+    @property
+    def reference(self) -> float:
+        """The exact derivative, or the one above where there is no other."""
+        return self.exact if self.one_sided is None else self.one_sided[1]
+
+    @property
+    def best(self) -> Difference:
+        """The difference whose own expected error is the smallest."""
+        return min(self.tried, key=lambda tried: tried.size)
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """All ways' derivatives of all observables by one number."""
+
+    records: tuple[Gradient, ...]
+
+
+@dataclass(frozen=True)
+class _End:
+    """The end of a run of one observable, with what is predicted of it."""
+
+    value: float
+    exact: float
+    error: float | None  # predicted, signed; None without theory
+    terms: tuple[Array, ...]  # of its series, over the run; empty where there is none
+    rounding: float  # bound, in which an error of a solver that chooses its steps is
+    model: float  # bound
+
+
+@dataclass
+class _Runs:
+    """Runs of a case with one number changed, each made once."""
+
+    number: Number
+    method: Method
+    step: float
+    of: tuple[str, ...]
+    ends: dict[float, Mapping[str, _End]] = field(default_factory=dict)
+
+    def at(self, value: float) -> Mapping[str, _End]:
+        """The ends of the run with this value; raises ParameterError and Unsupported."""
+        if value not in self.ends:
+            self.ends[value] = self._made(self.number.moved(value))
+        return self.ends[value]
+
+    def _made(self, case: Case) -> Mapping[str, _End]:
+        measured, run = measure(case, self.method, self.step)
+        if measured.status != "done" or run is None:
+            raise Unsupported(measured.reason or measured.status)
+        scheme, times = scheme_of(case, self.method), run.times.tobytes()
+        ends = {}
+        for name in (n for n in self.of if n in measured.errors):
+            error, value = measured.errors[name], float(run.observables[name][-1])
+            powers: Mapping[int, Mapping[str, Array]] = {}
+            if error.predicted and error.predicted.terms:
+                series = expected(Same(case.reference), Same(case.errors), scheme, self.step, times)
+                powers = series[0]
+            ends[name] = _End(
+                value,
+                value - error.end,
+                _predicted(error),
+                tuple(powers[p][name] for p in sorted(powers)),
+                _rounding(error, measured.steps),
+                error.model_error,
+            )
+        return ends
+
+    def difference(self, name: str, values: tuple[float, float], exact: float) -> Difference:
+        """Eq. 1 of an observable between two values of the number; NaN is its eps."""
+        low, high = (self.at(value)[name] for value in values)
+        apart = values[1] - values[0]
+        slope, remainder = None, POWER * max(low.model, high.model) / self.number.size
+        if low.error is not None and high.error is not None:
+            slope = (high.error - low.error) / apart
+        if high.terms and len(high.terms) == len(low.terms):
+            pairs = zip(low.terms, high.terms, strict=True)
+            slopes = [(above - below) / apart for below, above in pairs]
+            jointed = scheme_of(self.number.case, self.method).jointed_moment
+            remainder += float(by_series(slopes, np.sum(slopes, axis=0), jointed)[-1])
+        return Difference(
+            None,
+            (high.value - low.value) / apart,
+            (high.exact - low.exact) / apart - exact,
+            slope,
+            (low.rounding + high.rounding) / apart,
+            remainder,
+        )
+
+
+def _predicted(error: ObservedError) -> float | None:
+    """The predicted error at the end; 0 of a solver that is held to a second run."""
+    if (predicted := error.predicted) is None:
+        return None if error.controlled is None else 0.0
+    series = predicted.terms, predicted.largest, predicted.nonlinearity
+    return predicted.end if predicted.for_this_step or reaches(*series) else None
+
+
+def _rounding(error: ObservedError, steps: int) -> float:
+    own = error.predicted.uncertainty if error.predicted else None
+    bound = (error.uncertainty if own is None else own) * roundings(steps)
+    return bound + (error.controlled.largest if error.controlled else 0.0)
+
+
+def gradients(case: Case, method: Method, search: GradientSearch) -> Gradients:
+    """The derivatives that a search asks for; raises ParameterError."""
+    from plumbob.models.gradient import numbers
+
+    search.check(case)
+    if search.at is not None:
+        case = case.lasting(search.at)
+    step = usual_step(case, method) if search.step is None else search.step
+    every = (_of_number(n, method, step, search) for n in numbers(case, search.by))
+    return Gradients(tuple(chain.from_iterable(every)))
+
+
+def ways() -> tuple[str, ...]:
+    """The names of all ways: differences of runs, and those of engines' own."""
+    own = chain.from_iterable(own_ways(engine) for engine in engines().values())
+    return (*SIDES, *sorted({ability.way for ability in own}))
+
+
+def own_ways(engine: Engine) -> list[OwnDerivative]:
+    """The ways of an engine's own."""
+    return [ability for ability in engine.abilities if isinstance(ability, OwnDerivative)]
+
+
+def usual_step(case: Case, method: Method) -> float:
+    """The step [s] at which methods are compared, or the tightest tolerance."""
+    if method.control == "tolerance":
+        return min(method.step_sizes, default=1e-9)
+    return min((method.step_sizes or (1e-3,))[0], case.scene.duration)
+
+
+def _of_number(
+    number: Number, method: Method, step: float, search: GradientSearch
+) -> Iterator[Gradient]:
+    """The records of one number."""
+    from plumbob.models.gradient import exact_gradient
+
+    engine, value = engine_of(method), number.value
+    wanted = search.ways or (*SIDES, *(own.way for own in own_ways(engine)))
+    blank = [Gradient(name, number.name, way, step=step) for name in search.of for way in wanted]
+    if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
+        why = f"{number.name} = {value!r} is not a number that can vary"
+        yield from (replace(record, why=why) for record in blank)
+        return
+    runs = _Runs(number, method, step, search.of)
+    try:
+        found = runs.at(value)
+    except Unsupported as why_not:
+        yield from (replace(record, why=str(why_not)) for record in blank)
+        return
+    end = number.case.scene.duration
+    if method.control == "step":
+        end = step * round(end / step)
+    exact = exact_gradient(number.case, [number.name], np.array([end]), search.of)[number.name]
+    for record in blank:
+        if record.of not in found:
+            yield replace(record, why=f"the run leaves out {record.of}")
+            continue
+        here = _with_exact(replace(record, at=end), exact)
+        try:
+            if here.way in SIDES:
+                yield _by_differences(runs, here, search.eps)
+            else:
+                yield _by_own(runs, here, engine)
+        except (ParameterError, Unsupported) as why_not:
+            yield replace(here, why=str(why_not))
+
+
+def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
+    """A record with the exact derivative, or the one-sided ones and why there is no other."""
+    name = record.of
+    sides = None
+    if exact.why:
+        sides = float(exact.below[name][0]), float(exact.above[name][0])
+    value, unsure = float(exact.values[name][0]), float(exact.uncertainty[name][0])
+    return replace(record, exact=value, uncertainty=unsure, no_exact=exact.why, one_sided=sides)
+
+
+def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> Gradient:
+    """A record with its differences; raises Unsupported where no value beside the number's is
+    possible."""
+    number, tried, why = runs.number, list[Difference](), ""
+    for eps in sorted(asked or (part * number.size for part in SWEEP), reverse=True):
+        low, high = (number.value + side * eps for side in SIDES[record.way])
+        try:
+            tried.append(
+                replace(runs.difference(record.of, (low, high), record.reference), eps=eps)
+            )
+        except (ParameterError, Unsupported) as error:
+            why = str(error)
+    if not tried:
+        raise Unsupported(why)
+    order, epses = ORDERS[record.way], [d.eps or 0.0 for d in tried]
+    predicted = [d.size for d in tried]
+    measured = [abs(d.computed - record.reference - (d.slope or 0.0)) for d in tried]
+    return replace(
+        record,
+        tried=tuple(tried),
+        predicted_best=best_eps(epses, predicted, order),
+        measured_best=best_eps(epses, measured, order),
+        cost=2.0,
+    )
+
+
+def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float | None:
+    """The eps at which C eps^order and R/eps add up to the least, where `errors` are of falling
+    `eps` and follow the one before the smallest of them and the other after it; None where too few
+    were tried, or no branch is seen."""
+    sizes, parts = np.array(errors), np.array(eps)
+    if len(sizes) < LEAST or not np.isfinite(sizes).all():
+        return None
+    least = int(np.argmin(sizes))
+    before = (sizes / parts**order)[max(least - BRANCH, 0) : least]
+    after = (sizes * parts)[least + 1 : least + 1 + BRANCH]
+    if not before.size or not after.size:
+        return float(parts[least])
+    ratio = float(np.median(after)) / (order * float(np.median(before)))
+    return float(ratio ** (1.0 / (order + 1)))
+
+
+def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
+    """A record of a way of the engine's own; raises Unsupported."""
+    number, method, step = runs.number, runs.method, runs.step
+    own = next((w for w in own_ways(engine) if w.way == record.way), None)
+    if own is None:
+        raise Unsupported(f"{engine.name} has no way called {record.way}")
+    computed, cost = _timed(own, engine, runs, record.of)
+    tried = replace(_near(runs, record), computed=computed, truncation=0.0)
+    left = tried.remainder + own.precision * abs(computed) * record.at / step
+    second = engine.ability(SecondRun)
+    if method.control == "tolerance" and second is not None:
+        other = _asked(own, number, *second.of(method), record.of)
+        tried = replace(tried, slope=0.0, rounding=SURE * abs(computed - other))
+    return replace(record, tried=(replace(tried, remainder=left),), cost=cost)
+
+
+def _timed(own: OwnDerivative, engine: Engine, runs: _Runs, name: str) -> tuple[float, float]:
+    """The derivative of one observable, and its cost in runs; raises Unsupported."""
+    number, method, step = runs.number, runs.method, runs.step
+    begin = time.thread_time()
+    engine.prepare(number.case, method, step).run()
+    between = time.thread_time()
+    computed = _asked(own, number, method, step, name)
+    return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
+
+
+def _near(runs: _Runs, record: Gradient) -> Difference:
+    """The derivative of the predicted error, with what two differences of it leave open."""
+    value, size = runs.number.value, NEAR * runs.number.size
+    near, wider = (
+        runs.difference(record.of, (value - eps, value + eps), record.exact)
+        for eps in (size, 2 * size)
+    )
+    apart = abs((near.slope or 0.0) - (wider.slope or 0.0))
+    return replace(near, remainder=near.remainder + apart)
+
+
+def _asked(own: OwnDerivative, number: Number, method: Method, step: float, name: str) -> float:
+    """The derivative of one observable; raises Unsupported."""
+    found = own.of(number, method, step)
+    if name not in found:
+        raise Unsupported(f"{own.way} gives {', '.join(found)} alone")
+    return found[name]

@@ -1,0 +1,114 @@
+"""plumbob gradient: how wrong derivatives of a method's results by parameters are, way by way."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.method import Method, meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.gradient import GradientSearch
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Case
+from plumbob.reports.commands.arguments import values
+from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients, unexpected
+
+INCOMPLETE = 3
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Measure, print and judge derivatives; 1 where one is not as expected."""
+    changed = values.changes(chosen.changes)
+    method = find_method(chosen.method)
+    with values.representable(changed, chosen):
+        case = case_of(find_scene(chosen.scene, changed))
+        judged = list(_judged(chosen, method, _searches(chosen, case, method, changed)))
+    if chosen.json:
+        values.print_json([of.record() for of in judged])
+    else:
+        from plumbob.reports.view.gradients import lines
+
+        print(*lines(judged), sep="\n")
+    if unexpected(judged):
+        return 1
+    if not installed(engine_of(method)):
+        print(f"{engine_of(method).package} is not installed", file=sys.stderr)
+        return INCOMPLETE
+    return 0
+
+
+def _searches(
+    chosen: argparse.Namespace, case: Case, method: Method, changed: dict[str, object]
+) -> list[GradientSearch]:
+    """A search for each parameter; raises ParameterError."""
+    from plumbob.models.gradient import numbers
+
+    scene = case.scene
+    if not meant(method, scene):
+        raise ParameterError("method", method.name, f"one that is meant for {scene.name}")
+    of = chosen.of.split(",") if chosen.of else [q.observable for q in case.system.quantities(case)]
+    by = chosen.by.split(",") if chosen.by else _usual(case)
+    for name in by:
+        next(numbers(case, name))
+    step, at = (
+        None if text is None else values.positive_number(name, text)
+        for name, text in (("step", chosen.step), ("at", chosen.at))
+    )
+    search = GradientSearch(
+        scene.name,
+        method.name,
+        tuple(dict.fromkeys(of)),
+        "",
+        tuple(dict.fromkeys(chosen.way or ())),
+        step,
+        tuple(values.positive_number("eps", e) for e in (chosen.eps or "").split(",") if e),
+        at,
+        _hashable(changed),
+    )
+    search.check(case)
+    return [replace(search, by=name) for name in dict.fromkeys(by)]
+
+
+def _hashable(changed: dict[str, object]) -> tuple[tuple[str, object], ...]:
+    def held(value: object) -> object:
+        return tuple(map(held, value)) if isinstance(value, list) else value
+
+    return tuple((name, held(value)) for name, value in changed.items())
+
+
+def _usual(case: Case) -> list[str]:
+    """The start, and the numbers of a scene that are not 0."""
+    parameters = case.scene.parameters
+    floats = [name for name, value in parameters.items() if isinstance(value, float) and value]
+    return [name for name in parameters if name in floats or name in case.system.start]
+
+
+def _judged(
+    chosen: argparse.Namespace, method: Method, searches: Sequence[GradientSearch]
+) -> Iterator[JudgedGradient]:
+    """The derivatives, from a study of nothing else."""
+    from plumbob.engines.study.runner import run_study
+    from plumbob.reports.commands.validate import progress
+
+    jobs = min(values.jobs(chosen), len(searches))
+    line = shlex.join(["plumbob", *sys.argv[1:]])
+    with progress() as show:
+        study = run_study(
+            (),
+            (method,),
+            jobs=jobs,
+            progress=show,
+            timed=False,
+            requests=lambda plan: searches,
+            command=line,
+        )
+    for search in searches:
+        found = study.gradients_of(search)
+        if found is not None:
+            yield from judged_gradients(search, found)

@@ -1,0 +1,128 @@
+"""Is the error of a derivative the one that is predicted of it?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from plumbob.engines.registry import limits_of
+from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
+from plumbob.reports.judge.expectations import expected
+
+GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
+
+
+@dataclass(frozen=True)
+class JudgedGradient:
+    """A derivative with one eps, or without, and its verdict."""
+
+    scene: str
+    method: str
+    gradient: Gradient
+    tried: Difference | None  # None: the way is unsupported
+    verdict: GradientVerdict
+    why: str = ""
+    surprise: str = ""  # why the verdict is not as expected
+    known: str = ""  # the reason of a known limit
+
+    @property
+    def relative_error(self) -> float | None:
+        """Signed; None where there is no exact derivative, or it is 0."""
+        return None if self.tried is None else self._relative(self.tried.computed, -1.0)
+
+    @property
+    def predicted_error(self) -> float | None:
+        """The predicted one, relative and signed; None without theory."""
+        if self.tried is None or self.tried.predicted is None:
+            return None
+        return self._relative(self.tried.predicted)
+
+    def _relative(self, value: float, more: float = 0.0) -> float | None:
+        exact = self.gradient.exact
+        resolved = math.isfinite(exact) and abs(exact) > self.gradient.uncertainty
+        return value / exact + more if resolved else None
+
+    def record(self) -> dict[str, Any]:
+        """The record that `plumbob gradient --json` prints."""
+        of, tried = self.gradient, self.tried
+        below, above = of.one_sided or (None, None)
+        return {
+            "scene": self.scene,
+            "method": self.method,
+            "step": of.step,
+            "at": of.at,
+            "of": of.of,
+            "by": of.by,
+            "way": of.way,
+            "exact": of.exact,
+            "below": below,
+            "above": above,
+            "computed": tried and tried.computed,
+            "relative_error": self.relative_error,
+            "predicted_error": self.predicted_error,
+            "left_open": tried and self._relative(tried.left_open),
+            "eps": tried and tried.eps,
+            "predicted_best_eps": of.predicted_best,
+            "measured_best_eps": of.measured_best,
+            "cost": of.cost,
+            "verdict": self.verdict,
+            "why": self.why,
+            "expected": not self.surprise,
+            "known_limit": self.known,
+        }
+
+
+def judged_gradients(search: GradientSearch, found: Gradients) -> Iterator[JudgedGradient]:
+    """The derivatives of a search, judged: with the best eps of a sweep, or each that was asked
+    for."""
+    for gradient in found.records:
+        tried: Sequence[Difference | None] = gradient.tried or (None,)
+        if gradient.tried and not search.eps:
+            tried = (gradient.best,)
+        for one in tried:
+            yield _judged(search, gradient, one)
+
+
+def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> JudgedGradient:
+    verdict, why = _verdict(of, tried)
+    pair = search.scene, search.method
+    known = None if search.changes else limits_of(search.method).gradient(pair, of.by, of.way)
+    run = expected(*pair)  # of a run whose error is not the predicted one its derivative is not
+    reason = run.reason if run.limit and verdict == "off-prediction" else ""
+    surprise = ""
+    if verdict == "off-prediction" and known is None and not reason:
+        surprise = why
+    judged = JudgedGradient(search.scene, search.method, of, tried, verdict, why)
+    if known is not None and verdict in ("predicted", "off-prediction"):
+        error = abs(judged.relative_error or 0.0)
+        if verdict == "predicted":
+            surprise = "predicted, expected off-prediction"
+        elif not known.size / known.factor <= error <= known.size * known.factor:
+            within = f"within a factor of {known.factor:g}"
+            surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
+    reason = reason if known is None else known.reason
+    return JudgedGradient(search.scene, search.method, of, tried, verdict, why, surprise, reason)
+
+
+def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, str]:
+    """Two-sided: by no more than is left open may the error differ from the predicted one."""
+    if tried is None:
+        return "unsupported", of.why
+    if of.no_exact:
+        return "pre-asymptotic", f"there is no derivative: {of.no_exact}"
+    if tried.predicted is None:
+        return "pre-asymptotic", "there is no theory of its error"
+    off = abs(tried.computed - of.exact - tried.predicted)
+    allowed = tried.left_open + of.uncertainty
+    if tried.left_open > abs(of.exact) > of.uncertainty:
+        return "pre-asymptotic", f"{tried.left_open:.3g} is left open, more than the derivative"
+    if off <= allowed:
+        return "predicted", ""
+    return "off-prediction", f"{off:.3g} off its prediction, allowed {allowed:.3g}"
+
+
+def unexpected(judged: Sequence[JudgedGradient]) -> Sequence[JudgedGradient]:
+    """Those whose verdict is not as expected."""
+    return [of for of in judged if of.surprise]

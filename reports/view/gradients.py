@@ -1,0 +1,33 @@
+"""Derivatives and their errors, as lines of text and as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from plumbob.reports.judge.gradients import JudgedGradient
+from plumbob.reports.view.content import Table
+from plumbob.reports.view.notation import number
+from plumbob.reports.view.tables import table as table_of
+from plumbob.reports.view.terminal import aligned
+
+
+def lines(judged: Sequence[JudgedGradient]) -> Iterator[str]:
+    """A table, and below it why something is not there, and what is unexpected."""
+    shown = table(judged)
+    yield from aligned([shown.heads, *([cell.text for cell in row] for row in shown.rows)])
+    for of in judged:
+        label = f"{of.gradient.way}, {of.gradient.of} by {of.gradient.by}"
+        if of.surprise:
+            yield f"UNEXPECTED {of.scene} {of.method} {label}: {of.surprise}"
+        elif of.known:
+            yield f"known: {label}: {of.known}"
+        elif of.why:
+            yield f"{of.verdict}: {label}: {of.why}"
+        if (sides := of.gradient.one_sided) is not None:
+            below, above = (number(side, 6) for side in sides)
+            yield f"  one-sided: {below} below, {above} above"
+
+
+def table(judged: Sequence[JudgedGradient]) -> Table:
+    """A row a derivative."""
+    return table_of("gradients", judged=judged)

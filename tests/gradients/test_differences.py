@@ -1,0 +1,165 @@
+"""Derivatives by differences of runs: their errors are the predicted ones, on both sides, and a
+wrong engine or a wrong prediction is seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.registry import method
+from plumbob.engines.study import gradient as measuring
+from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, best_eps, gradients
+from plumbob.engines.study.order import fit_order
+from plumbob.models.registry import case_of, scene
+from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
+from plumbob.tests.support.fixture_types import Patch
+
+LINE, SWING, CONE = (
+    "capsule-line/heading-030",
+    "simple-pendulum/free-large",
+    "cone-pendulum/rotating-base",
+)
+SMOOTH = (
+    (CONE, "mujoco/euler", "theta", "platform_rate"),
+    (CONE, "mujoco/rk4", "theta", "theta_dot"),
+    (CONE, "pymunk/torque", "theta", "theta_dot"),
+    (CONE, "ode/leapfrog", "theta", "pivot_y"),
+    (CONE, "ode/dop853", "theta", "platform_rate"),
+    (CONE, "heyoka/taylor", "theta_dot", "gravity"),
+    ("free-body/flip", "ode/rk4", "angular_velocity_x", "inertia_x"),
+    (LINE, "pymunk/feet", "displacement", "w1"),
+    (LINE, "mujoco/euler+coulomb", "displacement", "friction"),
+)
+
+
+def _judged(search: GradientSearch) -> list[JudgedGradient]:
+    found = gradients(case_of(scene(search.scene)), method(search.method), search)
+    return list(judged_gradients(search, found))
+
+
+def _records(search: GradientSearch) -> tuple[Gradient, ...]:
+    return gradients(case_of(scene(search.scene)), method(search.method), search).records
+
+
+@pytest.mark.long(keep=3)
+@pytest.mark.parametrize(("name", "how", "of", "by"), SMOOTH)
+def test_every_difference_of_a_sweep_has_the_predicted_error(
+    name: str, how: str, of: str, by: str
+) -> None:
+    sweep = GradientSearch(name, how, (of,), by, ("central", "forward"))
+    found = _records(sweep)
+    eps = tuple(d.eps for d in found[0].tried if d.eps)
+    judged = _judged(replace(sweep, eps=eps))
+    assert len(judged) == 2 * len(measuring.SWEEP)
+    wrong = [
+        (j.gradient.way, j.tried and j.tried.eps, j.why)
+        for j in judged
+        if j.verdict == "off-prediction"
+    ]
+    assert not wrong
+    assert sum(j.verdict == "predicted" for j in judged) >= 10
+
+
+@pytest.mark.parametrize(
+    ("step", "eps", "relative"),
+    [(1e-3, 1e-3, -0.565), (1e-3, 1e-5, -0.500), (1e-4, 1e-3, -0.738), (1e-4, 1e-5, 1.57)],
+)
+def test_default_contacts_have_noise_for_a_derivative(
+    step: float, eps: float, relative: float
+) -> None:
+    search = GradientSearch(
+        LINE, "mujoco/euler", ("displacement",), "friction", ("central",), step, (eps,)
+    )
+    (judged,) = _judged(search)
+    assert judged.relative_error == pytest.approx(relative, abs=2e-3)
+    assert judged.verdict == "off-prediction"
+    assert judged.known
+    assert not judged.surprise
+
+
+@pytest.mark.parametrize("how", ["mujoco/euler+coulomb", "pymunk/feet"])
+def test_contacts_that_converge_have_the_derivative_of_their_step(how: str) -> None:
+    for step, eps, relative in ((1e-3, 1e-3, 5.20e-3), (1e-4, 1e-3, 7.6e-5)):
+        search = GradientSearch(
+            LINE, how, ("displacement",), "friction", ("central",), step, (eps,)
+        )
+        (judged,) = _judged(search)
+        assert judged.relative_error == pytest.approx(relative, rel=0.06)
+        assert judged.verdict == "predicted"
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "of", "by"), [pair for pair in SMOOTH if "capsule" not in pair[0]]
+)
+def test_the_best_eps_is_predicted_within_a_factor_of_three(
+    name: str, how: str, of: str, by: str
+) -> None:
+    for found in _records(GradientSearch(name, how, (of,), by, ("central", "forward"))):
+        assert found.predicted_best
+        assert found.measured_best
+        assert 1 / 3 < found.measured_best / found.predicted_best < 3, found.way
+
+
+def test_two_branches_meet_at_their_least_sum() -> None:
+    eps = np.array(measuring.SWEEP)
+    found = best_eps(eps.tolist(), (7.0 * eps**2 + 1e-13 / eps).tolist(), 2)
+    assert found == pytest.approx((1e-13 / 14.0) ** (1 / 3), rel=0.05)
+    assert best_eps(eps[:3].tolist(), eps[:3].tolist(), 2) is None
+
+
+def test_the_order_of_a_derivative_is_that_of_its_scheme() -> None:
+    for how, order in (("mujoco/euler", 1), ("ode/leapfrog", 2), ("ode/rk4", 4)):
+        steps, errors, predicted = [4e-3, 2e-3, 1e-3, 5e-4], [], []
+        for step in steps:
+            search = GradientSearch(
+                CONE, how, ("theta",), "platform_rate", ("central",), step, (1e-3,)
+            )
+            (record,) = _records(search)
+            (tried,) = record.tried
+            errors.append(abs(tried.computed - record.exact - tried.truncation))
+            predicted.append(abs(tried.slope or 0.0))
+        observed, expected = (fit_order(steps, e, [0.0] * 4) for e in (errors, predicted))
+        assert observed
+        assert expected
+        assert observed.slope == pytest.approx(expected.slope, abs=0.01)
+        assert order - 0.1 < observed.slope < order + 1.0
+
+
+@pytest.mark.parametrize("part", [1e-6, -1e-6])
+def test_a_slightly_wrong_engine_is_off_its_prediction(part: float, monkeypatch: Patch) -> None:
+    right = integrators.rk4
+    monkeypatch.setattr(
+        integrators, "rk4", lambda e, s, a, b, h: right(e, s, a, b, h * (1.0 + part))
+    )
+    (judged,) = _judged(GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", ("central",), 1e-3))
+    assert judged.verdict == "off-prediction"
+    assert judged.surprise
+
+
+def test_where_no_derivative_exists_the_one_sided_ones_stand_beside() -> None:
+    search = GradientSearch(
+        "simple-pendulum/free-small",
+        "ode/rk4",
+        ("theta",),
+        "damping_rate",
+        ("central", "forward"),
+        at=5.0,
+    )
+    central, forward = _judged(search)
+    assert central.verdict == "unsupported"
+    assert forward.verdict == "pre-asymptotic"
+    assert "there is no derivative" in forward.why
+    assert forward.gradient.one_sided
+    assert forward.tried
+    assert forward.tried.computed == pytest.approx(forward.gradient.one_sided[1], rel=1e-4)
+
+
+def test_derivatives_are_stored_as_they_are() -> None:
+    search = GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", eps=(1e-3,))
+    found = gradients(case_of(scene(CONE)), method("ode/rk4"), search)
+    assert from_json(to_json(found), Gradients).records[0] == found.records[0]
+    assert from_json(to_json(search), GradientSearch) == search

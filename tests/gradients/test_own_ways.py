@@ -1,0 +1,111 @@
+"""Engines' own derivatives: their errors are the derivatives of the predicted errors, and what a
+way cannot do has a reason."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import pytest
+
+from plumbob.analytic.sensitivities.neighbours import Neighbours
+from plumbob.engines.adapters.ode import forward
+from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.registry import method
+from plumbob.engines.study.gradient import GradientSearch, gradients
+from plumbob.models.registry import case_of, scene
+from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
+from plumbob.tests.support.fixture_types import Patch
+
+CONE, LINE, SWING = (
+    "cone-pendulum/rotating-base",
+    "capsule-line/heading-030",
+    "simple-pendulum/free-large",
+)
+
+
+def _judged(
+    name: str,
+    how: str,
+    of: str,
+    by: str,
+    way: str,
+    step: float | None = None,
+    at: float | None = None,
+) -> JudgedGradient:
+    search = GradientSearch(name, how, (of,), by, (way,), step, at=at)
+    found = gradients(case_of(scene(name)), method(how), search)
+    (judged,) = judged_gradients(search, found)
+    return judged
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "of", "by", "way"),
+    [
+        (CONE, "mujoco/euler", "theta", "theta", "transition"),
+        (CONE, "mujoco/euler", "theta_dot", "platform_rate", "transition"),
+        (LINE, "mujoco/euler+coulomb", "displacement", "w1", "transition"),
+        (CONE, "ode/euler", "theta", "pivot_y", "variational"),
+        (CONE, "ode/leapfrog", "theta", "theta", "variational"),
+        (CONE, "ode/rk4", "theta", "platform_rate", "variational"),
+        (CONE, "ode/radau", "theta", "platform_rate", "variational"),
+    ],
+)
+def test_an_own_way_has_the_error_of_its_step(
+    name: str, how: str, of: str, by: str, way: str
+) -> None:
+    judged = _judged(name, how, of, by, way)
+    assert (judged.verdict, judged.why) == ("predicted", "")
+
+
+@pytest.mark.parametrize("at", [1.0, 2.0])
+def test_the_product_of_transitions_is_of_first_order(at: float) -> None:
+    errors = []
+    for step in (1e-2, 5e-3, 1e-3):
+        judged = _judged(SWING, "mujoco/euler", "theta", "theta", "transition", step, at)
+        assert judged.verdict == "predicted"
+        errors.append(abs(judged.relative_error or 0.0))
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(5.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "of", "by", "way", "why"),
+    [
+        (CONE, "mujoco/rk4", "theta", "theta", "transition", "refuses RK4"),
+        (CONE, "mujoco/euler", "theta", "gravity", "transition", "gravity is a parameter of the"),
+        (CONE, "pymunk/torque", "theta", "gravity", "transition", "pymunk has no way called"),
+        (SWING, "mujoco/euler", "tension", "theta", "transition", "gives theta, theta_dot alone"),
+        (SWING, "ode/rk4", "theta", "damping_rate", "variational", "damping_rate = -"),
+    ],
+)
+def test_what_a_way_cannot_do_has_a_reason(
+    name: str, how: str, of: str, by: str, way: str, why: str
+) -> None:
+    judged = _judged(name, how, of, by, way, at=0.2)
+    assert judged.verdict == "unsupported"
+    assert why in judged.why
+
+
+def test_a_wrong_derivative_of_the_state_is_seen(monkeypatch: Patch) -> None:
+    right = mujoco.mjd_transitionFD
+
+    def wrong(model: Any, data: Any, eps: float, *rest: Any) -> None:
+        right(model, data, eps, *rest)
+        rest[1][:] *= 1.0 + 1e-6
+
+    monkeypatch.setattr(mujoco, "mjd_transitionFD", wrong)
+    judged = _judged(CONE, "mujoco/euler", "theta", "theta", "transition")
+    assert judged.verdict == "off-prediction"
+    assert judged.surprise
+
+
+def test_a_sensitivity_without_a_term_is_seen(monkeypatch: Patch) -> None:
+    right = forward._with_sensitivity
+
+    def without(equations: Neighbours[Equation]) -> Equation:
+        return right(Neighbours((equations.here,) * 9, equations.offsets))
+
+    monkeypatch.setattr(forward, "_with_sensitivity", without)
+    judged = _judged(CONE, "ode/rk4", "theta", "platform_rate", "variational")
+    assert judged.verdict == "off-prediction"
