@@ -15,6 +15,7 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.identification import Identification, identify
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.stability import (
@@ -84,19 +85,26 @@ class ParameterFit:
 
 
 RunRequest = (
-    ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | StepPrediction | ParameterFit
+    ExtraRun
+    | ExtraConvergence
+    | TrimmingRun
+    | StabilitySearch
+    | StepPrediction
+    | LongRunSearch
+    | ParameterFit
 )
 Request = RunRequest | ModelReading
-Result = (
+Answer = (
     Trajectory
     | ConvergenceStudy
     | Trimming
     | ModelRead
     | Stability
     | PredictedLimits
+    | MeasuredLongRun
     | Identification
-    | None
 )
+Result = Answer | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -106,6 +114,7 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         StabilitySearch: Stability,
         StepPrediction: PredictedLimits,
         ParameterFit: Identification,
+        LongRunSearch: MeasuredLongRun,
     }
 )
 
@@ -158,6 +167,8 @@ def make(request: RunRequest, method: Method) -> Result:
         return predicted_limits(scene, method)
     if isinstance(request, ParameterFit):
         return _fit(request, scene, method)
+    if isinstance(request, LongRunSearch):
+        return long_run(scene, method, request)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -21,6 +21,7 @@ from plumbob.engines.study.extra_runs import (
     looked_up,
 )
 from plumbob.engines.study.identification import Identification
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.stability import (
@@ -121,6 +122,31 @@ class Study:
             interest={name: self.quantities(name) for name in names},
         )
 
+    def of_scene(self, scene: str) -> Study:
+        """The part of this that is about one scene, of extra runs with its limits alone."""
+        return replace(
+            self,
+            scenes=tuple(s for s in self.scenes if s.name == scene),
+            convergence=tuple(c for c in self.convergence if c.scene == scene),
+            costs={key: cost for key, cost in self.costs.items() if key[0] == scene},
+            observed={scene: self.observables(scene)},
+            interest={scene: self.quantities(scene)},
+            extras={
+                of: limits
+                for of, limits in self.extras.items()
+                if isinstance(of, StabilitySearch | StepPrediction) and of.scene == scene
+            },
+        )
+
+    def of_methods(self, names: Collection[str]) -> Study:
+        """The part of this that these methods ran."""
+        return replace(
+            self,
+            methods=tuple(m for m in self.methods if m.name in names),
+            convergence=tuple(c for c in self.convergence if c.method in names),
+            costs={key: cost for key, cost in self.costs.items() if key[1] in names},
+        )
+
     def leading(self, scene: str) -> Observable:
         """The observable that orders and verdicts of a scene lead with."""
         return self.observables(scene)[0]
@@ -164,6 +190,12 @@ class Study:
         """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Identification)
+        return found
+
+    def long_run_of(self, request: LongRunSearch) -> MeasuredLongRun | None:
+        """A declared long run; None as for `stability_of`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, MeasuredLongRun)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:

@@ -34,6 +34,7 @@ from plumbob.engines.study.extra_runs import (
     make,
     nothing_more,
 )
+from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
@@ -308,6 +309,8 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
         label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
     elif isinstance(request, ParameterFit):
         work = request.budget * _work(scene, method, (request.step,))
+    elif isinstance(request, LongRunSearch):
+        label, work = f"{label}, long run", request.most_steps * system_of(scene).weight
     else:
         steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
         if request.duration is not None:

@@ -31,6 +31,7 @@ from plumbob.engines.study.extra_runs import (
     make,
 )
 from plumbob.engines.study.identification import Identification, Identified
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
 from plumbob.engines.study.results import Study
@@ -146,6 +147,8 @@ def _invented(request: Request) -> Result:
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)
         return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
+    if isinstance(request, LongRunSearch):
+        return MeasuredLongRun(0.05, 2.8, None, {0.01: 10.0}, 60.0, "not within 1200 steps")
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)

@@ -80,7 +80,7 @@ class SystemView:
     galleries: tuple[tuple[str, Sequence[Figure]], ...]
     findings: tuple[Finding, ...]
     scenes: tuple[SceneView, ...]  # the one that stands for the system first
-    matrix: Table
+    matrices: tuple[matrix.Matrix, ...]
     hard: Table | None
 
     @property
@@ -112,7 +112,7 @@ def system_view(
             for scene in scenes
             if scene.name in exact
         ),
-        matrix.by_engine(study, every, scenes),
+        matrix.matrices(study, every, scenes),
         hard_cases.of_system(study, scenes, records.verdicts),
     )
 
