@@ -18,9 +18,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
-    of them, and print where it is."""
+    of them, or a folder to publish, and print where it is."""
     number = None if chosen.study is None else values.count("study", chosen.study)
     single = None if chosen.single is None else html_file("single", chosen.single)
+    public = None if chosen.publish is None else new_folder(chosen.publish, Path(chosen.out))
+    if single and public:
+        raise ParameterError("publish", chosen.publish, "left out where --single is given")
     values.jobs(chosen)
     study = store.load(Path(chosen.out) / store.FILE, number)
     if study is None and number is None:
@@ -29,10 +32,12 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
     from plumbob.reports.view.page import written
     from plumbob.reports.view.site.versions import versions
-    from plumbob.reports.view.site.writing import render, write_page
+    from plumbob.reports.view.site.writing import publish, render, write_page
 
     history = store.history(Path(chosen.out) / store.FILE)
-    if single is None:
+    if public:
+        print(publish(study, public, versions(history, chosen.out)))
+    elif single is None:
         print(write_page(study, Path(chosen.out), history))
     else:
         text = render(study, versions(history, chosen.out))
@@ -47,3 +52,19 @@ def html_file(name: str, text: str) -> Path:
     if file.suffix != ".html" or occupied or not os.access(file.parent, os.W_OK):
         raise ParameterError(name, text, "a file .html in a folder that can be written to")
     return file
+
+
+def new_folder(text: str, out: Path) -> Path:
+    """A folder to publish the pages of `out` in, empty or not there yet, and beside `out`; raises
+    ParameterError."""
+    folder = Path(text).resolve()
+    empty = folder.is_dir() and os.access(folder, os.R_OK) and not any(folder.iterdir())
+    if (
+        (os.path.lexists(folder) and not empty)
+        or {folder, *folder.parents} & {out.resolve()}
+        or not os.access(folder.parent, os.W_OK)
+    ):
+        raise ParameterError(
+            "publish", text, "an empty folder or a new one, outside OUT, where one can be written"
+        )
+    return folder

@@ -14,6 +14,7 @@ SMALL = ("--scenes", "linear-pendulum/overdamped", "--methods", "ode/rk4", "--jo
 COMMANDS = {  # what each writes, in the working folder
     ("validate", *SMALL, "--junitxml", "junit.xml"): ("plumbob-out/index.html", "junit.xml"),
     ("report", "plumbob-out", "--single", "one.html"): ("one.html",),
+    ("report", "plumbob-out", "--publish", "site"): ("site/index.html", "site/pages/page.js"),
     ("compare", "plumbob-out", "plumbob-out", "--page", "changed.html"): ("changed.html",),
     ("solve", "cone-pendulum", "--figures", "figures.html"): ("figures.html",),
     ("models", "export", "models"): ("models/cone_pendulum/cone_pendulum.xml",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.tests.support.fixture_types import Capture
+from plumbob.tests.support.page_document import Document
 
 # Two systems with recordings of each engine, whose findings need few runs of their own.
 SCENES = "linear-pendulum/overdamped,capsule-coast/translation"
@@ -70,3 +72,40 @@ def test_a_single_file_has_what_the_site_has(out: Path, tmp_path: Path, capsys: 
     for scene in SCENES.split(","):
         assert f'<template data-page="{scene.replace("/", "-")}">' in text
     assert {path.name for path in out.iterdir()} == before
+
+
+@pytest.mark.long
+def test_a_folder_to_publish_is_the_site_without_the_store(
+    out: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Each link of each page leads to a file in it, and nothing in it is left over."""
+    before = {path.name for path in out.iterdir()}
+    folder = tmp_path / "public"
+    folder.mkdir()  # an empty one is replaced
+    assert main(["report", str(out), "--publish", str(folder)]) == 0
+    assert capsys.readouterr().out == f"{folder / 'index.html'}\n"
+    assert {path.name for path in out.iterdir()} == before
+    assert [path.name for path in tmp_path.iterdir()] == ["public"]
+    assert {path.name for path in folder.iterdir()} == {".nojekyll", "index.html", "pages"}
+    led_to = {folder / "index.html", folder / ".nojekyll"}
+    for page in folder.rglob("*.html"):
+        document = Document(page.read_text("utf-8"))
+        plotly = page.parent / re.findall(r'data-plotly="([^"]+)"', page.read_text("utf-8"))[0]
+        named = [*document.links, *document.loaded]
+        places = [name.partition("#")[0] for name in named if ":" not in name]
+        led_to |= {plotly.resolve(), *((page.parent / name).resolve() for name in places if name)}
+    assert led_to == {path for path in folder.rglob("*") if path.is_file()}
+    assert main(["report", str(out), "--publish", str(folder)]) == 2
+    assert capsys.readouterr().err.startswith(f"plumbob: publish = '{folder}': must be an empty")
+
+
+@pytest.mark.long
+def test_what_fails_leaves_no_half_published_site(
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("plumbob.reports.view.site.writing.written", full)
+    assert main(["report", str(out), "--publish", str(tmp_path / "public")]) != 0
+    assert list(tmp_path.iterdir()) == []

@@ -31,6 +31,7 @@ from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
 SOURCES, TOLERANCES = "sources", "tolerances"  # names of pages
+PAGES = "pages"  # folder of a published site: links from elsewhere outlive a study
 NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
@@ -65,6 +66,22 @@ def site(content: Content, folder: Path) -> Path:
     if old is not None and old != name and not (folder / old).is_symlink():
         shutil.rmtree(folder / old, ignore_errors=True)
     return page
+
+
+def publish(study: Study, folder: Path, others: Versions | None = None) -> Path:
+    """Write the site of `study` as `folder`, an empty one or none yet, for a static host, and
+    return the path of its index. The folder appears whole; raises as `write_page`."""
+    files, index = _files(content(study, others))
+    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder.parent) as scratch:
+        complete = Path(scratch) / folder.name
+        complete.mkdir()
+        _placed(files, complete, PAGES)
+        written(index(f"{PAGES}/"), complete, NAME)
+        written("", complete, ".nojekyll")  # GitHub Pages then serves the files as they are
+        if folder.is_dir():
+            folder.rmdir()
+        os.replace(complete, folder)
+    return folder / NAME
 
 
 def render(study: Study, others: Versions | None = None) -> str:
