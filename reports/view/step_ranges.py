@@ -13,6 +13,15 @@ from plumbob.reports.view import notation
 
 PERCENT = 0.01
 
+# Whose limits the first screen shows, and the quick profile predicts.
+SCENES = (
+    "simple-pendulum/free-large",
+    "cone-pendulum/rotating-base",
+    "cone-pendulum/fast-platform",
+    "linear-pendulum/overdamped",
+    "free-body/flip",
+)
+
 
 @dataclass(frozen=True)
 class StepRange:

@@ -9,16 +9,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.step_ranges import StepRange, step_ranges
+from plumbob.reports.view.step_ranges import SCENES, StepRange, step_ranges
 from plumbob.reports.view.tables import table
 
-SCENES = (
-    "simple-pendulum/free-large",
-    "cone-pendulum/rotating-base",
-    "cone-pendulum/fast-platform",
-    "linear-pendulum/overdamped",
-    "free-body/flip",
-)
 METHODS = (
     *(f"mujoco/{integrator}" for integrator in ("euler", "implicit", "implicitfast", "rk4")),
     "pymunk/default",
