@@ -1,4 +1,4 @@
-"""The largest step that holds of a scheme on one exact motion: what theory says of it."""
+"""Records of theory about one exact motion: largest steps that hold, and errors of long runs."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from plumbob.analytic.schemes import Scheme
 Kind = Literal["unstable", "changes-kind"]
 """Consequence of a step beyond the limit: it magnifies a nudge that the exact motion does not, or
 its motion becomes one of another kind (a swing turns over, a well is left)."""
+LEVELS = (0.01, 0.1, 1.0)  # of an error over its scale, whose times are asked for
+Growth = Literal["constant", "linear", "quadratic", "exponential", "decaying"]
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,25 @@ class StepLimit:
 
 
 NO_STEP = StepLimit("unstable", math.inf, "no step is given: the method chooses its own")
+
+
+@dataclass(frozen=True)
+class LongRun:
+    """The growth of a method's error on one motion at one step."""
+
+    growth: Growth  # at the time of the first level that is reached
+    rate: float
+    """Of the time ahead, [s/s] where linear and [1/s] where quadratic; of a body's angle, [rad/s]
+    and [rad/s^2]; [1/s] of an exponential; 0 where it does not grow."""
+    energy_rate: float  # [1/s] mean rate of the energy over its scale; 0: bounded
+    times: Mapping[float, float]
+    """[s] by level, when the error first reaches it: next to zero where the part that repeats
+    alone does, infinite where it never does."""
+
+
+def no_long_run(scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
+    """No prediction, of any scheme."""
+    return None
 
 
 @dataclass(frozen=True)
@@ -41,3 +62,9 @@ class StabilityTheory:
     [s], in the state divided by its scales; at least 1."""
     kind_of: Callable[[Mapping[str, Array]], str]
     """The kind of motion of sampled observables: "libration", "rotation", "at rest", ..."""
+    long_run: Callable[[Scheme, float, Mapping[str, float]], LongRun | None] = no_long_run
+    """The growth of the error of a scheme at a step [s], of observables over these scales; None
+    where nothing is known of it."""
+    energy: Callable[[Mapping[str, Array]], Array] | None = None
+    """Energy over its scale of sampled observables, shape (n,); None where it is not conserved."""
+    lasts: float = math.inf  # [s] until a damped motion is at rest, or a forced one repeats

@@ -135,6 +135,14 @@ class StepMaps(Protocol):
     """Jacobians of one step about a state of a model, on its tangent space: positions, velocities
     and activations, n in all."""
 
+    state: Array
+    """That state, shape (n,) or more."""
+
+    def at_rest(self, integrator: str, step: float) -> StepMaps | None:
+        """Those about a state near by that steps of a size [s] leave as it is, stable or not; None
+        where none is found."""
+        ...
+
     def __call__(
         self, integrator: str, step: float, difference: float, directions: Array | None = None
     ) -> Array:
@@ -240,11 +248,18 @@ class OwnModel(Protocol):
         ...
 
     def nudged(
-        self, script: Script, begin: int, integrator: str, step: float, duration: float
+        self,
+        script: Script,
+        begin: int,
+        integrator: str,
+        step: float,
+        duration: float,
+        after: float = 0.0,
     ) -> float:
-        """How many times as far apart as a small nudge of `script.start` are positions, at most,
-        when it has stepped for a duration [s], with the controls from the period `begin` on, the
-        last one held for as long as need be; infinite where a run diverges."""
+        """How many times as far apart as a small nudge are positions, at most, when it has stepped
+        for a duration [s], with the controls from the period `begin` on, the last one held for as
+        long as need be; infinite where a run diverges. The nudge is one of `script.start`, or of
+        where a run from there is `after` a time [s]."""
         ...
 
     def positions(self, states: Array) -> Array:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.models import entry_points
 from plumbob.models.scene import ONE_SMOOTH, Case, Scene, System
 
@@ -189,6 +190,18 @@ def case_of(scene: Scene) -> Case:
     parameters share; raises ParameterError."""
     case = _worked_out(scene.system, pickle.dumps(dict(scene.parameters)))
     return replace(case, scene=scene)
+
+
+def stability_of(case: Case) -> StabilityTheory | None:
+    """The theory of the largest step of a case, worked out once for all its methods; None without
+    one."""
+    return _stability(case.system.name, pickle.dumps(dict(case.scene.parameters)))
+
+
+@lru_cache(maxsize=16)
+def _stability(system: str, parameters: bytes) -> StabilityTheory | None:
+    case = _worked_out(system, parameters)
+    return case.system.stability(case.problem) if case.system.stability else None
 
 
 @lru_cache(maxsize=128)

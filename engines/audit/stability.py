@@ -38,6 +38,7 @@ ALIKE = 1.5
 TINY = 2.0**-24  # [s]: a step that is the continuous motion's
 BELOW, ABOVE = 0.9, 1.1  # of a limit: where nudged runs hold, and are lost
 LOST = 1e3  # a nudge's growth beyond the continuous motion's own
+STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
 FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
 LEAST, MOST = 50, 400  # steps of a nudged run
 FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
@@ -103,11 +104,17 @@ class Point:
     index: int  # of the control period
     maps: StepMaps
     rates: Array  # [1/s] complex, shape (n,)
+    rests: bool = False  # it stands for the state of rest near by, another at each step
 
     @property
-    def fastest(self) -> float:
-        """The largest magnitude of the rates [1/s]."""
-        return float(np.abs(self.rates).max())
+    def safe(self) -> float:
+        """A step [s] at which every method holds."""
+        fastest = float(np.abs(self.rates).max())
+        return SAFE / fastest if fastest else math.inf
+
+    def maps_at(self, integrator: str, step: float) -> StepMaps | None:
+        """The Jacobians there; None where a step has no state of rest."""
+        return self.maps.at_rest(integrator, step) if self.rests else self.maps
 
 
 def excess(jacobian: Array, rates: Array, step: float) -> float:
@@ -122,7 +129,8 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
 
 def excess_at(at: Point, integrator: str, step: float, difference: float) -> float:
     """That of one step [s] at a state."""
-    return excess(at.maps(integrator, step, difference), at.rates, step)
+    maps = at.maps_at(integrator, step)
+    return excess(maps(integrator, step, difference), at.rates, step) if maps else 1.0
 
 
 def unstable(at: Point, integrator: str, step: float) -> bool:
@@ -139,7 +147,7 @@ def decided(at: Point, integrator: str, step: float) -> bool:
 def bracket(at: Point, integrator: str, most: float) -> tuple[float, float] | None:
     """Of steps [s] from the smallest to `most`, the last that holds at a state before one that does
     not, and that one; None where all hold."""
-    holds, step = 0.0, min(SAFE / at.fastest if at.fastest else most, most)
+    holds, step = 0.0, min(most / BEYOND if at.rests else at.safe, most)
     while not (unstable(at, integrator, step) and decided(at, integrator, step)):
         if step >= most:
             return None
@@ -169,9 +177,11 @@ class Course:
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
-        """States spread over the motion, the first and the last included."""
+        """States spread over the motion, the first and the last included, and the state of rest
+        that it may end in: the contacts of that are another at each step."""
         chosen = np.unique(np.linspace(0, len(self.states) - 1, STATES).round().astype(int))
-        return tuple(self.point(int(k)) for k in chosen)
+        points = tuple(self.point(int(k)) for k in chosen)
+        return (*points, replace(points[-1], index=len(self.states), rests=True))
 
     def point(self, index: int) -> Point:
         """The state at the beginning of a control period."""
@@ -195,13 +205,22 @@ class Course:
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
         script, nudged = self.script, self.model.nudged
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
-        begun = replace(script, start=self.states[begin])
+        if begin < len(self.states):
+            start = self.states[begin]
+        elif maps := self.points[-1].maps_at(integrator, step):
+            start, duration = maps.state, MOST * step
+        else:
+            return False
+        begun = replace(script, start=start)
         grown = nudged(begun, begin, integrator, step, duration)
         if grown <= LOST or math.isinf(grown):
             return grown > LOST
         fine = min(step / FINER, self.model.step)
-        flow = nudged(begun, begin, integrator, fine, duration)
-        return grown > LOST * max(1.0, flow)
+        flow = max(1.0, nudged(begun, begin, integrator, fine, duration))
+        if begin == len(self.states) or grown <= LOST * flow:
+            return grown > LOST * flow
+        # A nudge may decide on which foot a body lands, and nothing thereafter.
+        return nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
 
 
 def limited(course: Course, integrator: str) -> Limit:
@@ -285,15 +304,16 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     assert limit.largest_step is not None
     integrator, step = limit.integrator, ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)
-    jacobian = at.maps(integrator, step, DIFFERENCES[0])
+    maps = at.maps_at(integrator, step) or at.maps
+    jacobian = maps(integrator, step, DIFFERENCES[0])
     mode = first_mode(jacobian, at.rates, step) if np.isfinite(jacobian).all() else None
     if mode is None:
         return Place(""), None
-    place = at.maps.place(mode.participation)
+    place = maps.place(mode.participation)
     along = np.stack([mode.right.real, mode.right.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        weaker = at.maps.changed(element.weaker)
+        weaker = maps.changed(element.weaker)
         parts = weaker(integrator, step, DIFFERENCES[0], along) - jacobian @ along
         change = mode.left @ parts @ np.array([1.0, 1.0j]) / mode.factor
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])

@@ -16,9 +16,17 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.gradient import Gradients, GradientSearch, gradients
 from plumbob.engines.study.identification import Identification, identify
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
-from plumbob.engines.study.stability import Stability, StabilitySearch, stability
+from plumbob.engines.study.stability import (
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+    predicted_limits,
+    stability,
+)
 from plumbob.engines.trajectory import Trajectory, last_sample, lost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -78,11 +86,28 @@ class ParameterFit:
 
 
 RunRequest = (
-    ExtraRun | ExtraConvergence | TrimmingRun | StabilitySearch | GradientSearch | ParameterFit
+    ExtraRun
+    | ExtraConvergence
+    | TrimmingRun
+    | StabilitySearch
+    | StepPrediction
+    | LongRunSearch
+    | GradientSearch
+    | ParameterFit
 )
 Request = RunRequest | ModelReading
-Measured = Trajectory | ConvergenceStudy | Trimming | Stability | Gradients | Identification
-Result = Measured | ModelRead | None
+Answer = (
+    Trajectory
+    | ConvergenceStudy
+    | Trimming
+    | ModelRead
+    | Stability
+    | PredictedLimits
+    | MeasuredLongRun
+    | Gradients
+    | Identification
+)
+Result = Answer | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -91,7 +116,9 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         ModelReading: ModelRead,
         StabilitySearch: Stability,
         GradientSearch: Gradients,
+        StepPrediction: PredictedLimits,
         ParameterFit: Identification,
+        LongRunSearch: MeasuredLongRun,
     }
 )
 
@@ -142,8 +169,12 @@ def make(request: RunRequest, method: Method) -> Result:
         return stability(scene, method)
     if isinstance(request, GradientSearch):
         return gradients(case_of(scene), method, request)
+    if isinstance(request, StepPrediction):
+        return predicted_limits(scene, method)
     if isinstance(request, ParameterFit):
         return _fit(request, scene, method)
+    if isinstance(request, LongRunSearch):
+        return long_run(scene, method, request)
     if isinstance(request, ExtraConvergence):
         return convergence_study(scene, method, MOST_STEPS, request.steps)
     ablation = engine_of(method).ability(Ablation)
@@ -186,30 +217,37 @@ def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajec
 
 
 def convergence_with(
-    scene: Scene, method: Method, most_steps: int, asked: Sequence[ExtraRun], seed: int
-) -> tuple[ConvergenceStudy, dict[ExtraRun, Trajectory | None]]:
-    """The convergence study of a pair, and the recordings of the same pair that are `asked` for:
-    those of its own runs where the steps are the same, others run beside them."""
+    scene: Scene, method: Method, most_steps: int, asked: Sequence[Request], seed: int
+) -> tuple[ConvergenceStudy, dict[Request, Result]]:
+    """The convergence study of a pair, and what is `asked` for of the same pair: recordings, those
+    of its own runs where the steps are the same, others run beside them, and predicted limits."""
+    recorded = [request for request in asked if isinstance(request, ExtraRun)]
     runs: dict[float, Trajectory | None] = {}
 
     def keep(step: float, run: Trajectory) -> None:
-        if any(request.step == step for request in asked):
+        if any(request.step == step for request in recorded):
             runs[step] = _whole(run, scene, method, step)
 
     found = convergence_study(scene, method, most_steps, keep=keep, seed=seed)
-    for request in asked:
+    for request in recorded:
         if request.step not in runs:
             runs[request.step] = _recording(request, scene, method)
-    return found, {request: runs[request.step] for request in asked}
+    results: dict[Request, Result] = {request: runs[request.step] for request in recorded}
+    if StepPrediction(scene.name, method.name) in asked:
+        results[StepPrediction(scene.name, method.name)] = predicted_limits(scene, method)
+    return found, results
 
 
 def is_of(request: Request, scene: Scene, method: Method) -> bool:
-    """Whether a request is one more run of this very scene with this very method, kept whole."""
-    if not isinstance(request, ExtraRun) or request.changes or request.settings:
-        return False
-    if request.duration is not None or request.end_alone:
+    """Whether a request is of this very scene with this very method: one more run, kept whole, or
+    what theory predicts of its steps."""
+    if isinstance(request, ModelReading):
         return False
     if (request.scene, request.method) != (scene.name, method.name):
+        return False
+    if not isinstance(request, ExtraRun) or request.changes or request.settings:
+        return isinstance(request, StepPrediction)
+    if request.duration is not None or request.end_alone:
         return False
     usual = find_scene(scene.name)
     return (usual.parameters, usual.duration) == (scene.parameters, scene.duration)

@@ -47,12 +47,7 @@ def with_installed_versions(study: Study) -> tuple[Study, tuple[LeftOut, ...]]:
     for c in study.convergence:
         if c.method in old:
             counted[old[c.method]] += len(c.measurements)
-    kept = replace(
-        study,
-        methods=tuple(m for m in study.methods if m.name not in old),
-        convergence=tuple(c for c in study.convergence if c.method not in old),
-        costs={key: cost for key, cost in study.costs.items() if key[1] not in old},
-    )
+    kept = study.of_methods([m.name for m in study.methods if m.name not in old])
     date = study.provenance.date
     return kept, tuple(LeftOut(version, date, runs) for version, runs in counted.items())
 
@@ -83,6 +78,7 @@ def merged(studies: Sequence[Study], scene: Scene | None = None) -> Study | None
         convergence=tuple(together.values()),
         costs=_median_costs(same, methods, unit),
         reference_step=unit,
+        extras={of: found for study in same for of, found in study.extras.items()},
     )
 
 

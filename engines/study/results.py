@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -22,9 +22,17 @@ from plumbob.engines.study.extra_runs import (
 )
 from plumbob.engines.study.gradient import Gradients, GradientSearch
 from plumbob.engines.study.identification import Identification
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.stability import Stability, StabilitySearch
+from plumbob.engines.study.stability import (
+    KnownLimit,
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+    known_limit,
+)
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
@@ -57,7 +65,7 @@ class TaskResult:
     cost: Cost | None = None
     reference_step: float = math.nan
     analysis: Analysed | None = None
-    pair: Key = ("", "")  # scene and method of a convergence study or a cost
+    pair: Key = ("", "")  # scene and method of a convergence study, a cost or limits of the step
     label: str = ""
     lost: str = ""
     seconds: float = 0.0
@@ -115,6 +123,31 @@ class Study:
             interest={name: self.quantities(name) for name in names},
         )
 
+    def of_scene(self, scene: str) -> Study:
+        """The part of this that is about one scene, of extra runs with its limits alone."""
+        return replace(
+            self,
+            scenes=tuple(s for s in self.scenes if s.name == scene),
+            convergence=tuple(c for c in self.convergence if c.scene == scene),
+            costs={key: cost for key, cost in self.costs.items() if key[0] == scene},
+            observed={scene: self.observables(scene)},
+            interest={scene: self.quantities(scene)},
+            extras={
+                of: limits
+                for of, limits in self.extras.items()
+                if isinstance(of, StabilitySearch | StepPrediction) and of.scene == scene
+            },
+        )
+
+    def of_methods(self, names: Collection[str]) -> Study:
+        """The part of this that these methods ran."""
+        return replace(
+            self,
+            methods=tuple(m for m in self.methods if m.name in names),
+            convergence=tuple(c for c in self.convergence if c.method in names),
+            costs={key: cost for key, cost in self.costs.items() if key[1] in names},
+        )
+
     def leading(self, scene: str) -> Observable:
         """The observable that orders and verdicts of a scene lead with."""
         return self.observables(scene)[0]
@@ -153,10 +186,24 @@ class Study:
         assert found is None or isinstance(found, Gradients)
         return found
 
+    def step_limit(self, scene: str, method: str) -> KnownLimit | None:
+        """The smallest limit of the step that is stored of a scene with a method, or None."""
+        predicted = self.extras.get(StepPrediction(scene, method))
+        measured = self.extras.get(StabilitySearch(scene, method))
+        assert predicted is None or isinstance(predicted, PredictedLimits)
+        assert measured is None or isinstance(measured, Stability)
+        return known_limit(predicted, measured)
+
     def fit(self, request: ParameterFit) -> Identification | None:
         """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
         found = looked_up(self.extras, request)
         assert found is None or isinstance(found, Identification)
+        return found
+
+    def long_run_of(self, request: LongRunSearch) -> MeasuredLongRun | None:
+        """A declared long run; None as for `stability_of`. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, MeasuredLongRun)
         return found
 
     def reading(self, request: ModelReading) -> ModelRead | None:

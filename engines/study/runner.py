@@ -24,11 +24,9 @@ from plumbob.engines.study.convergence import (
 from plumbob.engines.study.cost import costs
 from plumbob.engines.study.extra_runs import (
     ExtraConvergence,
-    ExtraRun,
     ParameterFit,
     Request,
     Requests,
-    Result,
     StudyPlan,
     TrimmingRun,
     convergence_with,
@@ -37,6 +35,7 @@ from plumbob.engines.study.extra_runs import (
     nothing_more,
 )
 from plumbob.engines.study.gradient import GradientSearch
+from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
@@ -48,7 +47,7 @@ from plumbob.engines.study.scheduler import (
     study_task,
     worked_out,
 )
-from plumbob.engines.study.stability import StabilitySearch
+from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.workers import Lost, Task, Workers, results, workers_of
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -269,7 +268,7 @@ def convergence_task(
     is missing where it is given up."""
     most = most_steps(scene, profile)
     steps = chosen_step_sizes(scene, method, most)
-    own = [r for r in asked if isinstance(r, ExtraRun) and is_of(r, scene, method)]
+    own = [r for r in asked if is_of(r, scene, method)]
     key = key_of("errors", scene, method, most, own, versions_of(method), seed)
     names = scene.name, method.name
     missing = Measurement(*names, steps[0] if steps else scene.duration, "missing")
@@ -279,14 +278,11 @@ def convergence_task(
     return study_task(" ".join(names), key, scene.name, work, _pair, arguments, instead)
 
 
-def _pair(
-    scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int
-) -> TaskResult:
+def _pair(scene: Scene, method: Method, most: int, own: Sequence[Request], seed: int) -> TaskResult:
     try:
-        found, recordings = convergence_with(scene, method, most, own, seed)
+        found, extras = convergence_with(scene, method, most, own, seed)
     except Exception as error:
         return _defect(scene, error)
-    extras: dict[Request, Result] = {request: run for request, run in recordings.items()}
     return TaskResult(found, extras, pair=(scene.name, method.name))
 
 
@@ -311,12 +307,14 @@ def _extra_task(request: Request, plan: StudyPlan) -> Task:
     if isinstance(request, TrimmingRun):
         work = float(request.steps * request.repeats * system_of(scene).weight)
         label, where = f"{label}, trimmed", machine()
-    elif isinstance(request, StabilitySearch):
+    elif isinstance(request, StabilitySearch | StepPrediction):
         label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
     elif isinstance(request, GradientSearch):
         label, work = f"{label}, derivatives", _GRADIENT_WORK * system_of(scene).weight
     elif isinstance(request, ParameterFit):
         work = request.budget * _work(scene, method, (request.step,))
+    elif isinstance(request, LongRunSearch):
+        label, work = f"{label}, long run", request.most_steps * system_of(scene).weight
     else:
         steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
         if request.duration is not None:
@@ -331,7 +329,9 @@ def _extra(request: Request, method: Method | None = None) -> TaskResult:
         return TaskResult(extras={request: read_model(request)})
     assert method is not None
     try:
-        return TaskResult(extras={request: make(request, method)})
+        of_limits = isinstance(request, StabilitySearch | StepPrediction)
+        pair = (request.scene, request.method) if of_limits else ("", "")
+        return TaskResult(extras={request: make(request, method)}, pair=pair)
     except Exception as error:
         return _defect(find_scene(request.scene), error)
 

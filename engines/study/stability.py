@@ -17,7 +17,7 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import invariant_drifts, scheme_of
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
 GROWTH = 1e3  # of a nudge, beyond that of the exact motion
@@ -50,6 +50,31 @@ class StabilitySearch:
 
 
 @dataclass(frozen=True)
+class StepPrediction:
+    """A request for the limits that theory predicts of a scene with a method."""
+
+    scene: str
+    method: str
+
+
+@dataclass(frozen=True)
+class PredictedLimits:
+    """The limits that theory predicts of a scene with a method, empty where it knows none."""
+
+    limits: tuple[StepLimit, ...]
+
+
+@dataclass(frozen=True)
+class KnownLimit:
+    """The smallest limit that is known of a scene with a method."""
+
+    kind: Kind
+    step: float  # [s] the largest that holds: infinite where none is too large, zero where all are
+    measured: bool  # or else predicted
+    why: str
+
+
+@dataclass(frozen=True)
 class MeasuredLimit:
     """The limit of a kind, as measured and predicted."""
 
@@ -59,6 +84,11 @@ class MeasuredLimit:
     fails: float | None  # [s] the next step; None where all that were tried hold
     why: str  # what fails there, or why nothing does
     reason: str = ""  # of the prediction
+
+    @property
+    def largest(self) -> float:
+        """The largest step that holds [s], infinite where all that were tried do."""
+        return math.inf if self.fails is None else self.holds or 0.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +100,22 @@ class Stability:
     why: str = ""  # there are no limits
 
 
+def predicted_limits(scene: Scene, method: Method) -> PredictedLimits:
+    """The limits that theory predicts of `method` on `scene`."""
+    case = case_of(scene)
+    theory = stability_of(case)
+    return PredictedLimits(theory.limits(scheme_of(case, method)) if theory else ())
+
+
+def known_limit(predicted: PredictedLimits | None, measured: Stability | None) -> KnownLimit | None:
+    """The smallest limit, of those measured or else of those predicted; None where none is."""
+    found = measured.limits if measured else ()
+    limits = [KnownLimit(of.kind, of.largest, True, of.why) for of in found]
+    if not limits and predicted is not None:
+        limits = [KnownLimit(of.kind, of.step, False, of.why) for of in predicted.limits]
+    return min(limits, key=lambda limit: limit.step, default=None)
+
+
 def stability(scene: Scene, method: Method) -> Stability:
     """The largest steps of `method` on `scene`, measured by its runs; raises ParameterError."""
     if method.control == "tolerance":
@@ -77,7 +123,7 @@ def stability(scene: Scene, method: Method) -> Stability:
     case = case_of(scene)
     if not case.system.start:
         return Stability((), why="no parameter of the scene is its start, to be nudged")
-    theory = case.system.stability(case.problem) if case.system.stability else None
+    theory = stability_of(case)
     try:
         engine_of(method).prepare(case, method, min(scene.steps[0], scene.duration))
     except Unsupported as why:

@@ -11,7 +11,6 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from sqlite3 import Connection
 from typing import Any, TypeVar
@@ -19,6 +18,7 @@ from typing import Any, TypeVar
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
+from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
@@ -47,7 +47,10 @@ def save(study: Study, file: Path) -> int:
         for c in study.convergence
     }
     for request, result in study.extras.items():
-        results[str(request)] = TaskResult(extras={request: result})
+        pair = ("", "")
+        if isinstance(request, StabilitySearch | StepPrediction):
+            pair = request.scene, request.method
+        results[str(request)] = TaskResult(extras={request: result}, pair=pair)
     with writing(file) as store, transaction(store):
         number, _ = begun(store, None)
         keep(store, number, results)
@@ -188,27 +191,16 @@ def history(file: Path) -> dict[int, Provenance]:
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
-    """Each study in `file` that ran a scene, without other scenes and without extra runs, the
-    oldest first; raises as above."""
+    """Each study in `file` that ran a scene, without other scenes, and of extra runs with its
+    limits of the step alone, the oldest first; raises as above."""
     if not os.path.lexists(file):
         return ()
     found = []
     with reading(file) as store:
         for number, (body, listed) in _studies(store).items():
             if own := [entry for entry in listed if entry[1] == scene]:
-                found.append(_of(_loaded(store, number, body, own), scene))
+                found.append(_loaded(store, number, body, own).of_scene(scene))
     return tuple(study for study in found if any(c.measurements for c in study.convergence))
-
-
-def _of(study: Study, scene: str) -> Study:
-    """The part of a study that is about one scene."""
-    return replace(
-        study,
-        scenes=tuple(s for s in study.scenes if s.name == scene),
-        observed={scene: study.observables(scene)},
-        interest={scene: study.quantities(scene)},
-        extras={},
-    )
 
 
 def scene_names(file: Path) -> tuple[str, ...]:

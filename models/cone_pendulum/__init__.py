@@ -163,10 +163,15 @@ def stability(problem: ConePendulum) -> StabilityTheory:
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
     theory = pendulum_stability(motion.rotor, (theta, theta_dot), motion, motion.period)
 
-    def kind_of(observed: Mapping[str, Array]) -> str:
-        return theory.kind_of({**observed, "theta": observed["theta"] + problem.tilt})
+    def rotor_angle(observed: Mapping[str, Array]) -> Mapping[str, Array]:
+        return {**observed, "theta": observed["theta"] + problem.tilt}
 
-    return replace(theory, kind_of=kind_of)
+    energy = theory.energy
+    return replace(
+        theory,
+        kind_of=lambda observed: theory.kind_of(rotor_angle(observed)),
+        energy=energy and (lambda observed: energy(rotor_angle(observed))),
+    )
 
 
 def _scene(case: str, summary: str, duration: float, hard: str = "", **values: Any) -> Scene:

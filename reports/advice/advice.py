@@ -2,38 +2,36 @@
 
 The answer is made from everything that is stored of the installed versions, and from runs that are
 made for it: convergence studies of methods that have none, on which they are judged, and runs at
-steps between and beyond them.
+steps between and beyond them. The tables of a page are the answers from its study alone.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method, meant
-from plumbob.engines.study.cost import Cost, Key
+from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.results import Quantities, Study
+from plumbob.engines.study.stability import KnownLimit
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import (
+    DEFAULT_METHOD,
     DEFAULT_STEP,
     EXACT,
     Choice,
     Recommendation,
-    Wanted,
-    recommended,
     trusted,
 )
-from plumbob.reports.advice.step_search import Evidence, as_choice, searched
-from plumbob.reports.advice.work_precision import of_method, points
+from plumbob.reports.advice.step_search import Evidence, searched
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 
-_UNTIMED = Cost(1.0, 1.0, 1.0, 1.0, 0.0, 0)  # where only the errors of a curve count
 SECONDS = 45.0  # [s] of computing, roughly, that the search for steps may take
 PER_SCENE = 5.0  # [s] more for each further scene of a family
 RunStudies = Callable[[Sequence[Scene], Sequence[Method]], Study]
@@ -47,7 +45,29 @@ class Question:
     scenes: tuple[Scene, ...]
     methods: tuple[Method, ...]
     error: float  # relative, or in the unit of the observable
-    observable: str | None = None  # the one whose error is meant, in its unit; None: relative
+    absolute: bool = False
+    observable: str | None = None  # the one whose absolute error is meant; None: the first
+
+    def quantities(self, known: Mapping[str, Known]) -> dict[str, Quantities]:
+        """The quantities of each scene whose errors count; raises ParameterError."""
+        return {scene.name: self._of(scene, known) for scene in self.scenes}
+
+    def _of(self, scene: Scene, known: Mapping[str, Known]) -> Quantities:
+        """The quantities whose errors count: those that the scene is about, or one observable, at
+        its end if the scene is about that. Raises ParameterError for one that there is not."""
+        if scene.name in known:
+            study = known[scene.name].study
+            observables, about = study.observables(scene.name), study.quantities(scene.name)
+        else:
+            case = case_of(scene)
+            observables, about = case.system.observables, case.system.quantities(case)
+        if not self.absolute:
+            return about
+        wanted, names = self.observable or about[0].observable, [o.name for o in observables]
+        if wanted not in names:
+            raise ParameterError("observable", wanted, f"one of {', '.join(names)}")
+        of_interest = (q for q in about if q.observable == wanted)
+        return (replace(next(of_interest, Quantity(wanted, 1.0)), scale=1.0),)
 
 
 @dataclass(frozen=True)
@@ -55,7 +75,8 @@ class Known:
     """Measurements of one scene: convergence studies, and runs at other steps, by method."""
 
     study: Study
-    searched: Mapping[str, Sequence[Measurement]]
+    searched: Mapping[str, Sequence[Measurement]] = field(default_factory=dict)
+    judged: Judgements | None = None  # None: they are judged when they are asked for
 
 
 @dataclass(frozen=True)
@@ -69,23 +90,10 @@ class Answer:
     cut_short: bool
 
 
-def counted(study: Study, scene: str, observable: str | None) -> Quantities:
-    """The quantities whose errors count: those that the scene is about, or one observable, at its
-    end if the scene is about that. Raises ParameterError for an observable that there is not."""
-    about = study.quantities(scene)
-    if observable is None:
-        return about
-    names = [o.name for o in study.observables(scene)]
-    if observable not in names:
-        raise ParameterError("observable", observable, f"one of {', '.join(names)}")
-    of_interest = next((q for q in about if q.observable == observable), None)
-    return (replace(of_interest or Quantity(observable, 1.0), scale=1.0),)
-
-
 def advise(
     asked: Question,
     known: Mapping[str, Known],
-    run_studies: RunStudies | None,
+    run_studies: RunStudies | None = None,
     seconds: float = SECONDS,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Answer:
@@ -93,25 +101,23 @@ def advise(
     `run_studies`, for convergence studies, nothing is run and only what is known counts;
     `progress` is given what is being run. Raises ParameterError for an error that is not positive,
     and for an observable that there is not."""
-    positive("error" if asked.observable is None else "absolute", asked.error)
-    gathering = _Gathering(asked, dict(known), run_studies, [])
-    study = gathering.with_methods(asked.scenes[:1], asked.methods)
-    quantities = {scene.name: gathering.quantities(scene) for scene in asked.scenes}
+    positive("absolute" if asked.absolute else "error", asked.error)
+    quantities = asked.quantities(known)
+    gathering = _Gathering(asked, quantities, dict(known), run_studies)
+    first = asked.scenes[0]
+    gathering.complete([first], asked.methods)
+    if first.name not in gathering.known:
+        raise ParameterError("scene", first.name, "one that was measured, as nothing is to be run")
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         progress(f"{scene.name} {method.name} at {step:.3g}")
         return measure(case_of(scene), method, step, theory=False)[0]
 
-    evidence = Evidence(
-        asked.scenes,
-        quantities,
-        gathering.costs(),
-        gathering.runs(),
-        None if run_studies is None else run,
-        seconds + PER_SCENE * (len(asked.scenes) - 1),
-    )
+    evidence = gathering.evidence()
+    if run_studies is not None:
+        evidence.run, evidence.seconds = run, seconds + PER_SCENE * (len(asked.scenes) - 1)
     return Answer(
-        _answer(asked, study, evidence, partial(gathering.trusts, evidence)),
+        _recommendation(gathering, evidence),
         {name: of_scene.study for name, of_scene in gathering.known.items()},
         tuple(gathering.made),
         evidence.taken,
@@ -119,30 +125,56 @@ def advise(
     )
 
 
-def _answer(
-    asked: Question, study: Study, evidence: Evidence, good: Callable[[Method], bool]
+def from_study(
+    study: Study, scene: Scene, error: float, judged: Judgements | None = None
 ) -> Recommendation:
+    """The answer from one study of a scene, for a relative error; raises ParameterError."""
+    known = {scene.name: Known(study.of_scene(scene.name), judged=judged)}
+    return advise(Question(scene.name, (scene,), study.methods, error), known).recommendation
+
+
+def every_choice(asked: Question, known: Mapping[str, Known]) -> list[Choice]:
+    """Every run of a full model, on all scenes asked about, that may be named."""
+    gathering = _Gathering(asked, asked.quantities(known), dict(known))
+    return gathering.choices(gathering.evidence())
+
+
+def _recommendation(gathering: _Gathering, evidence: Evidence) -> Recommendation:
     """The recommendation from steps that are searched for; surrogates only where they may be
     cheaper than the full model that is chosen."""
-    scale = max(q[0].scale for q in evidence.quantities.values())
-    methods = [
-        m
-        for m in asked.methods
-        if m.scheme.integrator != EXACT
-        and all(meant(m, scene) for scene in asked.scenes)
-        and math.isfinite(evidence.price(m))
-    ]
-    full = [m for m in methods if not m.surrogate]
-    within = searched(evidence, full, asked.error, good, scale)
-    best = None if within else _best(evidence, full, good, scale)
-    if within:
-        others, cost = [m for m in methods if m.surrogate], within[0].ns_per_second
-        within += searched(evidence, others, asked.error, good, scale, cost)
+    asked, good = gathering.asked, partial(gathering.trusts, evidence)
+    full, surrogates = (gathering.methods(evidence, kind) for kind in (False, True))
+    within = searched(evidence, full, asked.error, good)
+    choice = within[0] if within else None
+    by_engine: dict[str, Choice] = {}
+    for other in within:
+        by_engine.setdefault(other.method.partition("/")[0], other)
+    cheaper: Sequence[Choice] = ()
+    if choice:
+        cheaper = searched(evidence, surrogates, asked.error, good, choice.ns_per_second)
+    named = dict.fromkeys((DEFAULT_METHOD, choice.method if choice else DEFAULT_METHOD))
+    usual = {m.name: evidence.at(m, DEFAULT_STEP) for m in full + surrogates}
     first = asked.scenes[0].name
-    observable = evidence.quantities[first][0].observable
-    unit = next(o.unit for o in study.observables(first) if o.name == observable)
-    wanted = Wanted(asked.name, observable, unit, asked.error, scale)
-    return recommended(wanted, within, best, partial(_at_default, evidence, methods, scale))
+    observable = gathering.quantities[first][0].observable
+    observables = gathering.known[first].study.observables(first)
+    return Recommendation(
+        asked.name,
+        observable,
+        next(o.unit for o in observables if o.name == observable),
+        asked.error,
+        asked.error * evidence.scale,
+        choice,
+        within[1] if len(within) > 1 else None,
+        tuple(by_engine.values()),
+        None if choice else min(gathering.choices(evidence), key=_accuracy, default=None),
+        tuple(default for name in named if (default := usual.get(name))),
+        next((c for c in cheaper if choice and c.ns_per_second < choice.ns_per_second), None),
+    )
+
+
+def _accuracy(choice: Choice) -> tuple[float, float]:
+    """Sorts the most accurate run first, on the hardest scene."""
+    return choice.error, choice.ns_per_second
 
 
 @dataclass
@@ -150,84 +182,84 @@ class _Gathering:
     """Gathers the measurements of each scene, and runs those that are missing."""
 
     asked: Question
+    quantities: Mapping[str, Quantities]  # by scene
     known: dict[str, Known]
-    run_studies: RunStudies | None
-    made: list[Study]
+    run_studies: RunStudies | None = None
+    made: list[Study] = field(default_factory=list)
 
-    def with_methods(self, scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
-        """The first scene's study, with convergence studies of these methods on these scenes, run
-        where there is none."""
-        if self.run_studies is not None:
-            missing = {
-                s.name: tuple(
-                    m.name for m in methods if meant(m, s) and not self._has(s.name, m.name)
-                )
-                for s in scenes
-            }
-            for some in dict.fromkeys(names for names in missing.values() if names):
-                now = [s for s in scenes if missing[s.name] == some]
-                study = self.run_studies(now, [m for m in methods if m.name in some])
+    def evidence(self) -> Evidence:
+        """What is known now, and no means to run more."""
+        return Evidence(
+            self.asked.scenes, self.quantities, self.costs(), self.runs(), limits=self.limits()
+        )
+
+    def methods(self, evidence: Evidence, surrogate: bool) -> list[Method]:
+        """Methods that simulate all scenes and were timed: surrogates, or full models."""
+        return [
+            m
+            for m in self.asked.methods
+            if m.scheme.integrator != EXACT
+            and bool(m.surrogate) is surrogate
+            and all(meant(m, scene) for scene in self.asked.scenes)
+            and math.isfinite(evidence.price(m))
+        ]
+
+    def choices(self, evidence: Evidence) -> list[Choice]:
+        """Every run of a full model, on all scenes asked about, that may be named."""
+        return [
+            c
+            for m in self.methods(evidence, False)
+            if evidence.choices(m) and self.trusts(evidence, m)
+            for c in evidence.choices(m)
+        ]
+
+    def complete(self, scenes: Sequence[Scene], methods: Sequence[Method]) -> None:
+        """Run the convergence studies of these methods on these scenes that are missing."""
+        if self.run_studies is None:
+            return
+        missing: dict[tuple[str, ...], list[Scene]] = {}
+        for scene in scenes:
+            lacking = (m.name for m in methods if meant(m, scene) and not self._has(scene, m))
+            missing.setdefault(tuple(lacking), []).append(scene)
+        for names, of in missing.items():
+            if names:
+                study = self.run_studies(of, [m for m in methods if m.name in names])
                 self.made.append(study)
-                for scene in now:
-                    self._add(scene, study)
-        first = self.asked.scenes[0].name
-        if first not in self.known:
-            raise ParameterError("scene", first, "measured before: without runs there is no answer")
-        return self.known[first].study
+                for scene in of:
+                    self._add(scene, study.of_scene(scene.name))
 
-    def _has(self, scene: str, method: str) -> bool:
-        known = self.known.get(scene)
-        return known is not None and any(c.method == method for c in known.study.convergence)
+    def _has(self, scene: Scene, method: Method) -> bool:
+        known = self.known.get(scene.name)
+        return known is not None and any(c.method == method.name for c in known.study.convergence)
 
     def _add(self, scene: Scene, study: Study) -> None:
-        part = replace(
-            study,
-            scenes=(scene,),
-            convergence=tuple(c for c in study.convergence if c.scene == scene.name),
-            costs={key: cost for key, cost in study.costs.items() if key[0] == scene.name},
-        )
         old = self.known.get(scene.name)
-        both = merged([old.study, part] if old else [part], scene)
+        both = merged([old.study, study] if old else [study], scene)
         assert both is not None
         self.known[scene.name] = Known(both, old.searched if old else {})
-
-    def quantities(self, scene: Scene) -> Quantities:
-        """The quantities of a scene whose errors count; raises ParameterError."""
-        if scene.name in self.known:
-            study = self.known[scene.name].study
-        else:
-            case = case_of(scene)
-            study = replace(
-                self.known[self.asked.scenes[0].name].study,
-                scenes=(scene,),
-                observed={scene.name: case.system.observables},
-                interest={scene.name: case.system.quantities(case)},
-            )
-        return counted(study, scene.name, self.asked.observable)
 
     def trusts(self, evidence: Evidence, method: Method) -> bool:
         """Whether nothing is known against a method on any scene; convergence studies that are
         missing are run for it, and are evidence too."""
         for scene in self.asked.scenes:
             at_once = [scene] if scene == self.asked.scenes[0] else self.asked.scenes
-            self.with_methods(at_once, [method])
+            self.complete(at_once, [method])
             if scene.name not in self.known or not self._good(scene.name, method.name):
                 return False
         for key, runs in self.runs().items():
-            there = evidence.runs.setdefault(key, {})
-            there.update({h: m for h, m in runs.items() if h not in there})
+            evidence.runs[key] = runs | evidence.runs.get(key, {})
+        evidence.limits = self.limits()
         return True
 
     def _good(self, scene: str, method: str) -> bool:
         """Whether nothing is known against a method on a scene."""
-        study = self.known[scene].study
-        part = replace(study, convergence=tuple(c for c in study.convergence if c.method == method))
-        judged: Judgements = judge_study(part)
-        by_name = {m.name: m for m in study.methods}
-        if (scene, method) not in judged or by_name[method].scheme.integrator == EXACT:
-            return False
-        timed = replace(part, costs=dict.fromkeys(judged, _UNTIMED))
-        return trusted(judged, scene, of_method(points(timed, scene), by_name[method]), method)
+        known = self.known[scene]
+        part = known.study.of_methods([method])
+        judged = judge_study(part) if known.judged is None else known.judged
+        return bool(part.convergence) and all(
+            trusted(judged.get((scene, method)), c.measurements, part.quantities(scene))
+            for c in part.convergence
+        )
 
     def costs(self) -> dict[Key, float]:
         """[ns] of a step of each pair, brought to the machine of the first scene's study."""
@@ -237,6 +269,15 @@ class _Gathering:
             for known in self.known.values()
             for key, cost in known.study.costs.items()
             if cost.believed
+        }
+
+    def limits(self) -> dict[Key, KnownLimit]:
+        """The stored limits of each pair's step."""
+        return {
+            (scene, m.name): limit
+            for scene, known in self.known.items()
+            for m in known.study.methods
+            if (limit := known.study.step_limit(scene, m.name)) is not None
         }
 
     def runs(self) -> dict[Key, dict[float, Measurement]]:
@@ -250,32 +291,3 @@ class _Gathering:
             for method, runs in known.searched.items():
                 every.setdefault((scene, method), {}).update({m.step: m for m in runs})
         return every
-
-
-def _best(
-    evidence: Evidence, methods: Sequence[Method], good: Callable[[Method], bool], scale: float
-) -> Choice | None:
-    """The run with the smallest error on the hardest scene, of methods that converge."""
-    choices = [
-        _at(evidence, m, h, scale)
-        for m in methods
-        if evidence.common(m, math.inf) and good(m)
-        for h in evidence.common(m, math.inf)
-    ]
-    done = [c for c in choices if math.isfinite(c.error)]
-    return min(done, key=lambda c: (c.error, c.ns_per_second), default=None)
-
-
-def _at_default(
-    evidence: Evidence, methods: Sequence[Method], scale: float, name: str
-) -> Choice | None:
-    """A method at MuJoCo's default step, where that was run on every scene."""
-    method = next((m for m in methods if m.name == name and m.control == "step"), None)
-    if method is None or DEFAULT_STEP not in evidence.common(method, math.inf):
-        return None
-    choice = _at(evidence, method, DEFAULT_STEP, scale)
-    return choice if math.isfinite(choice.error) else None
-
-
-def _at(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
-    return as_choice(evidence, method, step, scale, evidence.worst(method, step))

@@ -14,13 +14,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Quantities
+from plumbob.engines.study.stability import KnownLimit
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import Choice, rounded_down
+from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
 
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
@@ -28,6 +30,7 @@ RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
 # Below a step that fails, the next that is tried, of the many that checks leave; its square after
 # two that fail, and so on, so that a few lead from where errors scatter to where they hold.
 STRIDE = 1.04
+ALLOWED = 0.8  # of a limit of stability: the largest step that is named is smaller
 CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
 # Fractions of a step that are run beside it, none a multiple of another.
 FEW = (0.931, 0.787)
@@ -59,9 +62,10 @@ class Evidence:
     quantities: Mapping[str, Quantities]  # by scene
     costs: Mapping[Key, float]  # [ns of a step]
     runs: dict[Key, dict[float, Measurement]]
-    run: Callable[[Scene, Method, float], Measurement] | None  # None: nothing more is run
+    run: Callable[[Scene, Method, float], Measurement] | None = None  # None: nothing more is run
     seconds: float = math.inf  # [s] of computing that may still be spent
     taken: dict[Key, list[Measurement]] = field(default_factory=dict)  # what was run
+    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
 
     def of(self, scene: Scene, method: Method) -> dict[float, Measurement]:
         """The runs of a pair by step."""
@@ -71,10 +75,20 @@ class Evidence:
         """The relative error of a run that is there."""
         return error_of(self.of(scene, method)[step], self.quantities[scene.name])
 
+    @property
+    def scale(self) -> float:
+        """The largest scale of the first quantity of interest, in its unit."""
+        return max(about[0].scale for about in self.quantities.values())
+
     def worst(self, method: Method, step: float) -> float:
         """The largest error over the scenes that this step was run on."""
         ran = [s for s in self.scenes if step in self.of(s, method)]
         return max((self.error(s, method, step) for s in ran), default=math.nan)
+
+    def largest(self, method: Method, step: float) -> float:
+        """The largest error at a step or below, over all scenes."""
+        runs = ((s, h) for s in self.scenes for h in self.of(s, method) if h <= step)
+        return max(self.error(s, method, h) for s, h in runs)
 
     def cost(self, method: Method, step: float) -> float:
         """[ns] of wall time per simulated second, over the family; 0 where it is not known."""
@@ -95,7 +109,30 @@ class Evidence:
         )
         return prices[len(prices) // 2] if prices else math.inf
 
+    def limit(self, method: Method) -> KnownLimit | None:
+        """The smallest limit of a method's step on any scene; None where none is known."""
+        if method.control == "tolerance":
+            return None
+        known = [x for s in self.scenes if (x := self.limits.get((s.name, method.name)))]
+        finite = [limit for limit in known if math.isfinite(limit.step)]
+        return min(finite, key=lambda limit: limit.step, default=None)
+
+    def allowed(self, method: Method) -> float:
+        """The step that all steps that are named are below; infinite without a limit."""
+        limit = self.limit(method)
+        return math.inf if limit is None else ALLOWED * limit.step
+
+    def limited(self, method: Method, step: float, wanted: float) -> bool:
+        """Whether the limit alone keeps a step from being larger, as far as is known."""
+        allowed, missing = self.allowed(method), self.missing(method, wanted)
+        larger = [RESOLVED * step, *self.common(method, missing)]
+        return allowed < missing and allowed <= max(larger)
+
     def failing(self, method: Method, wanted: float) -> float:
+        """The smallest step that is not to be named; infinite if there is none."""
+        return min(self.allowed(method), self.missing(method, wanted))
+
+    def missing(self, method: Method, wanted: float) -> float:
         """The smallest step with an error above the wanted one on any scene; infinite if none."""
         return min(
             (
@@ -111,6 +148,38 @@ class Evidence:
         """The steps below one that were run on every scene, from small to large."""
         every = [set(self.of(scene, method)) for scene in self.scenes]
         return sorted(h for h in set.intersection(*every) if h < below)
+
+    def choice(
+        self, method: Method, step: float, error: float, wanted: float | None = None
+    ) -> Choice:
+        """A step that was run, with the relative `error` that is said of it, as an answer to the
+        one `wanted`."""
+        limit = self.limit(method)
+        return Choice(
+            method.name,
+            method.control,
+            step,
+            error,
+            error * self.scale,
+            self.cost(method, step),
+            surrogate=method.surrogate,
+            limit=limit,
+            margin=None if limit is None else limit.step / step,
+            limited=wanted is not None and self.limited(method, step, wanted),
+        )
+
+    def at(self, method: Method, step: float) -> Choice | None:
+        """A method at a step [s], with the error of that run; None where it has not run there on
+        every scene to the end."""
+        if method.control == "tolerance" or step not in self.common(method, math.inf):
+            return None
+        error = self.worst(method, step)
+        return self.choice(method, step, error) if math.isfinite(error) else None
+
+    def choices(self, method: Method) -> list[Choice]:
+        """The runs of a method on every scene that ended, at steps that may be named."""
+        errors = {h: self.worst(method, h) for h in self.common(method, self.allowed(method))}
+        return [self.choice(method, h, e) for h, e in errors.items() if math.isfinite(e)]
 
     def reaches(self, method: Method, step: float, wanted: float) -> bool:
         """Whether a step is within the wanted error on every scene, the hardest first; runs what
@@ -142,14 +211,14 @@ def searched(
     methods: Sequence[Method],
     wanted: float,
     trusted: Callable[[Method], bool],
-    scale: float,
     best: float = math.inf,
 ) -> list[Choice]:
     """The cheapest steps that reach the error, the cheapest first, at most one a method: those that
     could be the cheapest by far are searched, of others what was run before counts.
-    `trusted` is asked before a method is chosen; `scale` is the first quantity's; `best` [ns per
-    simulated second] is what others cost."""
+    `trusted` is asked before a method is chosen; `best` [ns per simulated second] is what others
+    cost."""
     choices: list[Choice] = []
+    methods = [m for m in methods if evidence.allowed(m) > 0.0]
     family = len(evidence.scenes) > 1
     bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
     for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
@@ -160,30 +229,9 @@ def searched(
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
-            choices.append(_choice(evidence, method, step, scale))
+            choices.append(evidence.choice(method, step, evidence.largest(method, step), wanted))
             best = min(best, choices[-1].ns_per_second)
     return sorted(choices, key=lambda choice: choice.ns_per_second)
-
-
-def _choice(evidence: Evidence, method: Method, step: float, scale: float) -> Choice:
-    """A step as a choice: its error is the largest at it or below."""
-    error = max(
-        evidence.error(s, method, h)
-        for s in evidence.scenes
-        for h in evidence.of(s, method)
-        if h <= step
-    )
-    return as_choice(evidence, method, step, scale, error)
-
-
-def as_choice(
-    evidence: Evidence, method: Method, step: float, scale: float, error: float
-) -> Choice:
-    """A step that was run, with the relative `error` that is said of it."""
-    cost = evidence.cost(method, step)
-    return Choice(
-        method.name, method.control, step, error, error * scale, cost, True, method.surrogate
-    )
 
 
 def _may(evidence: Evidence, method: Method, wanted: float, best: float) -> bool:
@@ -214,7 +262,8 @@ def _largest(
     and the largest that holds; without `refine` the largest that was run; None if there is none."""
     if not refine:
         good = evidence.common(method, evidence.failing(method, wanted))
-        return good[-1] if good else None
+        # A looser tolerance need not be the cheaper one.
+        return min(good, key=partial(evidence.cost, method), default=None)
     known = replace(evidence, run=None)
     good = evidence.common(method, evidence.failing(method, wanted))
     chosen = next((h for h in reversed(good) if _holds(known, method, h, wanted)), None)
@@ -350,4 +399,6 @@ def _fractions(step: float, fractions: Iterable[float]) -> list[float]:
 
 
 def _rounded(step: float) -> float:
-    return rounded_down(step, _DIGITS)
+    """A step rounded down to so many significant digits."""
+    exponent = math.floor(math.log10(step)) - _DIGITS + 1
+    return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")

@@ -12,8 +12,9 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
-from plumbob.reports.advice.recommend import EXACT, Choice, cheapest, chosen, trusted
-from plumbob.reports.advice.work_precision import Point, error_of, of_method, points
+from plumbob.reports.advice.advice import Known, Question, advise, every_choice
+from plumbob.reports.advice.recommend import Choice
+from plumbob.reports.advice.work_precision import error_of, points
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Verdict
 
@@ -48,60 +49,54 @@ class UserResult:
 def user_results(study: Study, judged: Judgements) -> tuple[UserResult, ...]:
     """A study's results for the user's settings, a scene each; scenes that they did not run are
     left out."""
-    if all(method.name != USER_METHOD for method in study.methods):
-        return ()
-    others = {m.name: m for m in study.methods if m.name != USER_METHOD}
-    by_scene = {scene.name: points(study, scene.name) for scene in study.scenes}
-    other = replace(
-        study,
-        methods=tuple(others.values()),
-        convergence=tuple(
-            c
-            for c in study.convergence
-            if c.method in others
-            and trusted(judged, c.scene, of_method(by_scene[c.scene], others[c.method]), c.method)
-        ),
-    )
     return tuple(
-        _of_scene(study, other, c, judged[c.scene, USER_METHOD].whole.verdict)
+        _of_scene(study.of_scene(c.scene), c, judged)
         for c in study.convergence
         if c.method == USER_METHOD and c.measurements
         if c.measurements[0].status in ("done", "diverged")
     )
 
 
-def _of_scene(study: Study, other: Study, runs: ConvergenceStudy, verdict: Verdict) -> UserResult:
-    run = runs.measurements[0]
-    about = study.quantities(runs.scene)
+def _of_scene(study: Study, runs: ConvergenceStudy, judged: Judgements) -> UserResult:
+    run, (scene,) = runs.measurements[0], study.scenes
+    about = study.quantities(scene.name)
     first = replace(about[0], scale=1.0)  # in its own unit
-    unit = next(o.unit for o in study.observables(runs.scene) if o.name == first.observable)
+    unit = next(o.unit for o in study.observables(scene.name) if o.name == first.observable)
     relative = error_of(run, about)
-    other = replace(
-        other,
-        convergence=tuple(c for c in other.convergence if not _same(c, run, first.observable)),
-    )
-    prices = [p.ns_per_second for p in points(study, runs.scene) if p.method == USER_METHOD]
+    prices = [p.ns_per_second for p in points(study, scene.name) if p.method == USER_METHOD]
     price = prices[0] if prices else math.inf
     last = next((m for m in reversed(runs.measurements) if m.status == "done"), None)
+    same = {c.method for c in study.convergence if _same(c, run, first.observable)}
+    others = tuple(m for m in study.methods if m.name not in same)
+    # Any finite error is better than a run that diverged.
+    within = min(max(relative, sys.float_info.min), sys.float_info.max)
+    asked = Question(scene.name, (scene,), others, within)
+    known = {scene.name: Known(study, judged=judged)}
+    cheaper = [c for c in every_choice(asked, known) if c.ns_per_second <= price]
+    better = [c for c in cheaper if c.error < relative]
+    better.sort(key=lambda c: (c.error, c.ns_per_second))
+    equal = advise(asked, known).recommendation.by_engine
     return UserResult(
-        runs.scene,
+        scene.name,
         first.observable,
         unit,
         run.step,
         error_of(run, (first,)),
         relative,
         price,
-        verdict,
+        judged[scene.name, USER_METHOD].whole.verdict,
         (last.step, error_of(last, (first,))) if last and last is not run else None,
-        _at_equal_accuracy(other, runs.scene, relative),
-        _better(other, runs.scene, relative, price),
+        _first(equal),
+        _first(better),
     )
 
 
 def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
-    """Whether another method of the user's engine gives the same bits as the user's setting: it is
-    the same setting under another name."""
-    if run.status != "done" or other.scene != run.scene or not other.method.startswith(HERE):
+    """Whether a method of the user's engine gives the same bits as the user's setting: it is the
+    same setting under another name, or its own."""
+    if other.method == USER_METHOD:
+        return True
+    if run.status != "done" or not other.method.startswith(HERE):
         return False
     error = run.errors[leading].end
     return any(
@@ -112,33 +107,10 @@ def _same(other: ConvergenceStudy, run: Measurement, leading: str) -> bool:
     )
 
 
-def _at_equal_accuracy(other: Study, scene: str, error: float) -> Instead:
-    # Any finite error is better than a run that diverged.
-    within = min(max(error, sys.float_info.min), sys.float_info.max)
-    best = cheapest(other, scene, within)
-    return Instead(
-        next((c for c in best.by_engine if c.method.startswith(HERE)), None), best.choice
-    )
-
-
-def _better(other: Study, scene: str, error: float, price: float) -> Instead:
-    methods = {m.name: m for m in other.methods if m.scheme.integrator != EXACT and not m.surrogate}
-    scale = other.quantities(scene)[0].scale
-    cheaper = [
-        p
-        for p in points(other, scene)
-        if p.method in methods and p.ns_per_second <= price and p.error < error
-    ]
-
-    def most_exact(start: str) -> Choice | None:
-        best: Point | None = min(
-            (p for p in cheaper if p.method.startswith(start)),
-            key=lambda p: (p.error, p.ns_per_second),
-            default=None,
-        )
-        return chosen(methods[best.method], best, scale) if best else None
-
-    return Instead(most_exact(HERE), most_exact(""))
+def _first(choices: Sequence[Choice]) -> Instead:
+    """The first of all choices, and of those in the user's engine."""
+    here = (c for c in choices if c.method.startswith(HERE))
+    return Instead(next(here, None), next(iter(choices), None))
 
 
 def instead(results: Sequence[UserResult]) -> dict[tuple[str, str, float], dict[str, Any]]:

@@ -7,11 +7,10 @@ in the observable's own unit.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, relative_error
 from plumbob.engines.study.results import Quantities, Study
 
@@ -56,25 +55,20 @@ def front(runs: Iterable[T], cost_and_error: Callable[[T], tuple[float, float]])
     return tuple(kept)
 
 
-def of_method(points: Sequence[Point], method: Method) -> tuple[Point, ...]:
-    """The points of one method, fine to coarse."""
-    return tuple(sorted((p for p in points if p.method == method.name), key=lambda p: p.step))
-
-
 def error_of(run: Measurement, quantities: Quantities) -> float:
     """The relative error of a run; infinite where it leaves a quantity out too."""
     error = relative_error(run, quantities)
     return math.inf if math.isnan(error) else error
 
 
-def converging(curve: Sequence[Point]) -> bool:
-    """Whether the largest error at a step or below, on a curve from fine to coarse, falls over at
-    least four octaves, no slower than the square root of the step."""
-    done = [p for p in curve if math.isfinite(p.error)]
-    if len(done) < _RUNS or done[-1].step < _OCTAVES * done[0].step:
+def converging(curve: Iterable[tuple[float, float]]) -> bool:
+    """Whether the largest error at a step or below, of steps and errors, falls over at least four
+    octaves, no slower than the square root of the step."""
+    done = sorted((step, error) for step, error in curve if math.isfinite(error))
+    if len(done) < _RUNS or done[-1][0] < _OCTAVES * done[0][0]:
         return False
-    fall = max(p.error for p in done) / max(done[0].error, 5e-324)
-    return fall >= math.sqrt(done[-1].step / done[0].step)
+    fall = max(error for _, error in done) / max(done[0][1], 5e-324)
+    return fall >= math.sqrt(done[-1][0] / done[0][0])
 
 
 def _cost(run: Measurement, ns_per_step: float) -> float:

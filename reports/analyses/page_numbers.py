@@ -16,7 +16,7 @@ from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, system_called, system_of
 from plumbob.models.scene import Case, Scene, System
-from plumbob.reports.advice.recommend import cheapest
+from plumbob.reports.advice.advice import from_study
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.advice.work_precision import points
 from plumbob.reports.analyses.replay import replay
@@ -65,7 +65,7 @@ def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
     held = any(m.status == "done" for c in series for m in c.measurements)
     return SceneRecord(
         {c.method: verdict_on(study, c, judged) for c in series},
-        tuple(cheapest(study, scene.name, e, judged) for e, _ in ERRORS) if study.costs else (),
+        tuple(from_study(study, scene, e, judged) for e, _ in ERRORS) if study.costs else (),
         points(study, scene.name),
         _exact(study, judged, scene) if held or not system_of(scene).distribution else None,
     )

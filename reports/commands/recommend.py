@@ -23,10 +23,10 @@ from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
     from plumbob.engines.study.scheduler import Progress
+    from plumbob.engines.study.stability import KnownLimit
     from plumbob.reports.advice.advice import Answer, Known, Question, RunStudies
     from plumbob.reports.advice.recommend import Choice, Recommendation
     from plumbob.reports.advice.user_settings import UserResult
-    from plumbob.reports.judge.study_verdicts import Judgements
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
 CHANGED = "changed"  # the profile of studies of a scene with parameters of --set
@@ -48,7 +48,7 @@ def command(chosen: argparse.Namespace) -> int:
     known, left_out = _known(scenes, out, bool(changed), chosen.stored)
     methods = _methods(chosen.engine, known, chosen.stored)
     name = scenes[0].name if len(scenes) == 1 else chosen.scene
-    asked = Question(name, scenes, methods, error, _observable(chosen, scenes, known))
+    asked = Question(name, scenes, methods, error, chosen.error is None, chosen.observable)
     with progress() as show:
         answer = advise(
             asked,
@@ -62,9 +62,8 @@ def command(chosen: argparse.Namespace) -> int:
     beside = {}
     results: tuple[UserResult, ...] = ()
     if user_method is not None:
-        study = _with_own(study, scenes[0], user_method)
-        results = _own_settings(study)
-        beside = {"user_settings": _user_settings(results)}
+        study, results = _with_own(study, scenes, user_method)
+        beside = {"user_settings": [asdict(result) for result in results]}
     _show(chosen.json, asked, answer, study, beside, results)
     for (version, date), runs in left_out.items():
         left = LeftOut(version, date, runs)
@@ -79,30 +78,6 @@ def _wanted(chosen: argparse.Namespace) -> float:
     if chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     return values.positive_number("error", chosen.error)
-
-
-def _observable(
-    chosen: argparse.Namespace, scenes: Sequence[Scene], known: Mapping[str, Known]
-) -> str | None:
-    """The observable that an absolute error is of; None for a relative one; raises
-    ParameterError for one that there is not."""
-    if chosen.error is not None:
-        return None
-    first = scenes[0]
-    if first.name in known:
-        study = known[first.name].study
-        names, about = study.observables(first.name), study.quantities(first.name)
-    else:
-        from plumbob.models.registry import case_of
-
-        case = case_of(first)
-        names, about = case.system.observables, case.system.quantities(case)
-    if chosen.observable is None:
-        return about[0].observable
-    if chosen.observable not in [o.name for o in names]:
-        must_be = f"one of {', '.join(o.name for o in names)}"
-        raise ParameterError("observable", chosen.observable, must_be)
-    return str(chosen.observable)
 
 
 def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tuple[Scene, ...]:
@@ -164,18 +139,8 @@ def _known(
 def _of(study: Study, here: Sequence[Method] | None) -> Study:
     """A study without a user's settings, which another file may have been, and without methods that
     are defined in another way than `here`."""
-    known = {m.name: replace(m, surrogate="") for m in here or ()}
-    names = {
-        m.name
-        for m in study.methods
-        if m.name != USER_METHOD and (here is None or known.get(m.name) == replace(m, surrogate=""))
-    }
-    return replace(
-        study,
-        methods=tuple(m for m in study.methods if m.name in names),
-        convergence=tuple(c for c in study.convergence if c.method in names),
-        costs={key: cost for key, cost in study.costs.items() if key[1] in names},
-    )
+    known = [replace(m, surrogate="") for m in here or study.methods if m.name != USER_METHOD]
+    return study.of_methods([m.name for m in study.methods if replace(m, surrogate="") in known])
 
 
 def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tuple[Method, ...]:
@@ -194,8 +159,10 @@ def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tu
 
 
 def _runner(show: Progress) -> RunStudies:
-    """A runner of convergence studies: a few runs in this process, many in others too."""
+    """A runner of convergence studies, with predicted limits of the step: a few runs in this
+    process, many in others too."""
     from plumbob.engines.study.runner import run_study
+    from plumbob.reports.analyses.engines.largest_steps import predictions
 
     def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
         what = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
@@ -203,7 +170,10 @@ def _runner(show: Progress) -> RunStudies:
         if sys.stderr.isatty():
             print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
         jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
-        return run_study(scenes, methods, jobs=jobs, progress=show, timed=len(scenes) == 1)
+        timed = len(scenes) == 1
+        return run_study(
+            scenes, methods, jobs=jobs, progress=show, timed=timed, requests=predictions
+        )
 
     return run
 
@@ -248,27 +218,16 @@ def _own(path: str) -> Method:
     return own_method(path)
 
 
-def _with_own(study: Study, scene: Scene, method: Method) -> Study:
-    """The study with the user's own settings, measured now."""
+def _with_own(
+    study: Study, scenes: Sequence[Scene], method: Method
+) -> tuple[Study, tuple[UserResult, ...]]:
+    """The study with the user's own settings, measured now, and their results."""
     from plumbob.engines.study.runner import joined, run_study
-
-    return joined(study, run_study([scene], [method]))
-
-
-def _own_settings(study: Study) -> tuple[UserResult, ...]:
     from plumbob.reports.advice.user_settings import user_results
     from plumbob.reports.judge.study_verdicts import judge_study
 
-    judged: Judgements = judge_study(study)
-    return user_results(study, judged)
-
-
-def _user_settings(results: Sequence[UserResult]) -> list[dict[str, Any]]:
-    return [
-        {name: value for name, value in asdict(result).items() if name != "judgement"}
-        | {"verdict": result.verdict}
-        for result in results
-    ]
+    both = joined(study, run_study(scenes, [method]))
+    return both, user_results(both, judge_study(both))
 
 
 def _show(
@@ -306,36 +265,39 @@ def _measured_when(study: Study) -> str:
     return ", ".join([study.provenance.date or "now", *versions])
 
 
-def _print(recommendation: Recommendation, asked: Question) -> None:
-    relative = asked.observable is None
+def _print(answer: Recommendation, asked: Question) -> None:
     many = f" (the worst of {len(asked.scenes)} scenes)" if len(asked.scenes) > 1 else ""
-    of = f"{recommendation.observable} within {recommendation.absolute:.3g} {recommendation.unit}"
-    wanted = f"error within {recommendation.error:g} ({of})" if relative else of
-    print(f"{recommendation.scene}, {wanted}{many}:")
-    if recommendation.choice is None:
+    of = f"{answer.observable} within {answer.absolute:.3g} {answer.unit}"
+    wanted = of if asked.absolute else f"error within {answer.error:g} ({of})"
+    print(f"{answer.scene}, {wanted}{many}:")
+    if answer.choice is None:
         print("  nothing that converges reaches it")
-        if recommendation.best is not None:
-            print(f"  the best: {_text(recommendation.best, recommendation.unit, relative)}")
-    else:
-        print(f"  use        {_text(recommendation.choice, recommendation.unit, relative)}")
-        if recommendation.runner_up is not None:
-            print(f"  runner-up  {_text(recommendation.runner_up, recommendation.unit, relative)}")
-        for choice in recommendation.by_engine:
-            if choice not in (recommendation.choice, recommendation.runner_up):
-                engine = f"in {choice.method.partition('/')[0]}"
-                print(f"  {engine:<10} {_text(choice, recommendation.unit, relative)}")
-        if recommendation.surrogate is not None:
-            print(f"  surrogate  {_text(recommendation.surrogate, recommendation.unit, relative)}")
-            print(f"             ({recommendation.surrogate.surrogate})")
-    for choice in recommendation.defaults:
-        print(f"  at 0.002 s {_text(choice, recommendation.unit, relative)}")
+    named = {answer.choice: "use", answer.runner_up: "runner-up", answer.best: "the best:"}
+    for choice in answer.by_engine:
+        named.setdefault(choice, f"in {choice.method.partition('/')[0]}")
+    named[answer.surrogate] = "surrogate"
+    rows = [(c, name) for c, name in named.items() if c]
+    for choice, name in [*rows, *((c, "at 0.002 s") for c in answer.defaults)]:
+        print(f"  {name:<10} {_text(choice, answer.unit, asked.absolute)}")
+        if name == "use" and choice.limit:
+            print(f"  {'':<10} {_stability(choice, choice.limit)}")
+        if name == "surrogate":
+            print(f"  {'':<10} ({choice.surrogate})")
 
 
-def _text(choice: Choice, unit: str, relative: bool) -> str:
+def _stability(choice: Choice, limit: KnownLimit) -> str:
+    known = "measured" if limit.measured else "predicted"
+    return (
+        f"{'limited by stability: ' if choice.limited else ''}loses the motion from "
+        f"{limit.step:.3g} s on ({limit.kind}, {known}), {choice.margin:.3g} times this step"
+    )
+
+
+def _text(choice: Choice, unit: str, absolute: bool) -> str:
     word = "rtol" if choice.control == "tolerance" else "step"
     tail = "" if word == "rtol" else " s"
     error = f"{choice.absolute:.2g} {unit}"
-    if relative:
+    if not absolute:
         error = f"{choice.error:.2g} ({error})"
     return (
         f"{choice.method:<22} {word} {choice.step:g}{tail}: error {error}, "

@@ -1,4 +1,5 @@
-"""plumbob stability: the largest step at which methods hold on scenes, beside its prediction."""
+"""plumbob stability: the largest step at which methods hold on scenes, or with --long the time
+after which they are wrong, beside its prediction."""
 
 from __future__ import annotations
 
@@ -13,11 +14,13 @@ from typing import TYPE_CHECKING
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.stability import StabilitySearch
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
+from plumbob.engines.study.stability import Stability, StabilitySearch
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.stability import JudgedLimit, judged_limits, unexpected
+from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
+from plumbob.reports.judge.stability import JudgedLimit, judged_limits
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -43,7 +46,7 @@ def command(chosen: argparse.Namespace) -> int:
 
         page = write_page(judged, study.provenance, Path(chosen.out))
     if chosen.json:
-        json.dump(values.plain([limit.record() for limit in judged]), sys.stdout, indent=1)
+        json.dump(values.plain([one.record() for one in judged]), sys.stdout, indent=1)
         print()
     else:
         from plumbob.reports.view.stability import lines
@@ -51,7 +54,7 @@ def command(chosen: argparse.Namespace) -> int:
         print(*lines(judged), sep="\n")
         if page:
             print(f"page: {page}")
-    if unexpected(judged):
+    if any(one.surprise for one in judged):
         return 1
     return 0 if all(installed(engine_of(m)) for m in methods) else INCOMPLETE
 
@@ -64,7 +67,13 @@ def _measured(
     from plumbob.engines.study.runner import pairs, run_study
     from plumbob.reports.commands.validate import noted, progress, writable
 
-    searches = [StabilitySearch(s.name, m.name) for s, m in pairs(scenes, methods)]
+    step = None if chosen.step is None else values.positive_number("step", chosen.step)
+    if step is not None and not chosen.long:
+        raise ParameterError("step", chosen.step, "left out without --long")
+    searches = [
+        LongRunSearch(s.name, m.name, step) if chosen.long else StabilitySearch(s.name, m.name)
+        for s, m in pairs(scenes, methods)
+    ]
     if not searches:
         given = ",".join(chosen.method) or None
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
@@ -89,15 +98,13 @@ def _measured(
         return made(kept)
 
 
-def _judged(study: Study) -> Iterator[JudgedLimit]:
-    """The limits that a study holds; of one whose engine is missing, or whose process was lost,
-    why there is none."""
+def _judged(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
+    """The limits or long runs that a study holds; of one whose engine is missing, or whose process
+    was lost, why there is none."""
     for request in study.extras:
-        if not isinstance(request, StabilitySearch):
-            continue
-        found = study.stability_of(request)
-        if found is not None:
-            yield from judged_limits(request, found)
-        else:
-            why = "its engine is missing, or its process was lost"
-            yield JudgedLimit(request.scene, request.method, None, "measured", why)
+        why = "its engine is missing, or its process was lost"
+        if isinstance(request, LongRunSearch):
+            run = study.long_run_of(request) or MeasuredLongRun(why=why)
+            yield judged_long_run(request, run)
+        elif isinstance(request, StabilitySearch):
+            yield from judged_limits(request, study.stability_of(request) or Stability((), why=why))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -90,8 +90,3 @@ def off_by(limit: MeasuredLimit) -> float | None:
         return limit.holds / limit.predicted
     beyond = limit.fails is None and limit.holds is not None and limit.predicted < limit.holds
     return math.inf if beyond else 1.0
-
-
-def unexpected(judged: Sequence[JudgedLimit]) -> Sequence[JudgedLimit]:
-    """Those whose verdict is not as expected."""
-    return [limit for limit in judged if limit.surprise]

@@ -11,10 +11,10 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.records import Verdicts
+from plumbob.reports.view.step_ranges import PERCENT, StepRange
 from plumbob.reports.view.tables import table_or_none
 
 ROUNDING = 2.0**-53  # relative
-PERCENT = 0.01
 
 
 def digits_lost(relative: float) -> float:
@@ -56,10 +56,12 @@ def of_system(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Tabl
     return table_or_none("hard", rows=rows)
 
 
-def of_scene(study: Study, scene: Scene) -> Table | None:
-    """Methods on one hard scene: the smallest error of each, the digits that it loses more than the
-    motion, and the largest step that was run with an error of 1 % or less."""
+def of_scene(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> Table | None:
+    """Methods on one scene: the largest step that was run with an error of 1 % or less, the largest
+    that is stable, who is limited by which, the smallest error, and the digits that it loses more
+    than the motion."""
     motion, rows = lost_by_motion(study, scene), []
+    by_method = {of.method: of for of in ranges}
     controls = {method.name: method.control for method in study.methods}
     for series in study.convergence:
         errors = {
@@ -71,8 +73,9 @@ def of_scene(study: Study, scene: Scene) -> Table | None:
             least = min(errors.values())
             within = max((s for s, error in errors.items() if error <= PERCENT), default=None)
             control = controls[series.method]
-            rows.append((series.method, least, _beside(least, motion), within, control))
-    return table_or_none("hard_digits", rows=rows)
+            steps = by_method.get(series.method)
+            rows.append((series.method, least, _beside(least, motion), within, control, steps))
+    return table_or_none("hard_digits", rows=rows, motion=motion)
 
 
 def _beside(error: float, motion: float | None) -> float | None:

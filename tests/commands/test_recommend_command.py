@@ -47,6 +47,7 @@ def test_what_is_not_stored_is_run_once(tmp_path: Path, capsys: Capture) -> None
         return chosen
 
     first = choice()
+    assert first["step"] < 0.8 * first["limit"]["step"]
     file = tmp_path / recommend.FILE
     held = file.read_bytes()
     assert choice() == first

@@ -79,3 +79,16 @@ def test_what_an_engine_does_not_run_is_one_line(capsys: Capture, monkeypatch: P
     assert main(["stability", OVERDAMPED, "ode/euler", "--json"]) == 0
     (record,) = json.loads(capsys.readouterr().out)
     assert (record["kind"], record["why"]) == (None, "it has no hinges")
+
+
+def test_long_runs_have_a_record_a_table_and_a_page(tmp_path: Path, capsys: Capture) -> None:
+    given = ["stability", "simple-pendulum/damped-large", "ode/*", "--long", "--step", "0.02"]
+    chosen = [*given[:2], "ode/leapfrog", "ode/rk4", *given[3:]]
+    assert main([*chosen, "--json"]) == 0
+    records = json.loads(capsys.readouterr().out)
+    assert [record["growth"] for record in records] == ["decaying"] * 2
+    assert [level["error"] for level in records[0]["times"]] == [0.01, 0.1, 1.0]
+    assert main([*chosen, "--out", str(tmp_path)]) == 0
+    assert "decaying" in capsys.readouterr().out
+    assert "How long does a method stay right?" in (tmp_path / "stability.html").read_text("utf-8")
+    assert main([*chosen[:-3], "--step", "0.02"]) == 2

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import pytest
 
+from plumbob.analytic.stability import StepLimit
+from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.view import hard_cases
+from plumbob.reports.view.site import largest_step as of_index
+from plumbob.reports.view.site.step_bars import step_bars
+from plumbob.reports.view.step_ranges import StepRange, step_ranges
+from plumbob.tests.support.fixture_types import Patch
 from plumbob.tests.support.studies import quick
 
 SADDLE = "cone-pendulum/above-barrier-1e-6"
+SWING, EULER = "cone-pendulum/equal-wells-short", "mujoco/euler"
 
 
 def test_digits_are_counted_from_a_rounding() -> None:
@@ -32,9 +41,10 @@ def test_the_tables_name_every_hard_scene_and_every_method() -> None:
     table = hard_cases.of_system(study, study.scenes, {})
     assert table is not None
     assert len(table.rows) == sum(bool(scene.hard) for scene in study.scenes)
-    methods = hard_cases.of_scene(study, find_scene(SADDLE))
+    ranges = step_ranges(study, find_scene(SADDLE))
+    methods = hard_cases.of_scene(study, find_scene(SADDLE), ranges)
     assert methods is not None
-    steps = {row[0].text: row[-1].text for row in methods.rows}
+    steps = {row[0].text: row[1].text for row in methods.rows}
     assert set(steps) == {method.name for method in study.methods}
     assert steps["mujoco/euler"] == "none run"
     assert "rtol" in steps["ode/dop853"]
@@ -43,4 +53,63 @@ def test_the_tables_name_every_hard_scene_and_every_method() -> None:
 def test_a_study_without_runs_says_nothing() -> None:
     empty = replace(quick(), convergence=())
     assert hard_cases.lost_by_motion(empty, find_scene(SADDLE)) is None
-    assert hard_cases.of_scene(empty, find_scene(SADDLE)) is None
+    assert step_ranges(empty, find_scene(SADDLE)) == ()
+    assert hard_cases.of_scene(empty, find_scene(SADDLE), ()) is None
+
+
+def limited(step: float) -> tuple[StepRange, str]:
+    """The range of Euler with this limit [s], and the text of its row."""
+    study, scene = quick(), find_scene(SWING)
+    prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
+    study = replace(study, extras={StepPrediction(SWING, EULER): prediction})
+    ranges = step_ranges(study, scene)
+    table = hard_cases.of_scene(study, scene, ranges)
+    assert table is not None
+    (row,) = [row for row in table.rows if row[0].text == EULER]
+    (of,) = [of for of in ranges if of.method == EULER]
+    return of, " ".join(cell.text for cell in row)
+
+
+@pytest.mark.parametrize(
+    ("step", "margin", "by"),
+    [(1.0, 500.0, "accuracy"), (3e-3, 1.5, "stability"), (0.0, 0.0, "stability")],
+)
+def test_the_margin_and_the_limiting_one_follow_the_stored_limit(
+    step: float, margin: float, by: str
+) -> None:
+    """Euler is within 1 % at 2 ms, and was run at 5 ms next."""
+    of, text = limited(step)
+    assert of.margin == pytest.approx(margin)
+    assert of.limited_by == by
+    assert by in text
+    assert (f"{step:.3g} s" if step else "every step tried fails") in text
+
+
+def test_bars_stay_inside_their_figure_and_move_with_the_limit() -> None:
+    drawn = {step: ElementTree.fromstring(step_bars([limited(step)[0]])) for step in (0.1, 0.4)}
+    for step, svg in drawn.items():
+        _, _, width, height = map(float, svg.attrib["viewBox"].split())
+        for box in svg.iter("rect"):
+            x, y, across, high = (float(box.attrib[n]) for n in ("x", "y", "width", "height"))
+            assert x >= 0.0
+            assert x + across <= width
+            assert y + high <= height
+        assert (
+            f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
+            in svg.attrib["aria-label"]
+        )
+    stable = [float(list(svg.iter("rect"))[1].attrib["width"]) for svg in drawn.values()]
+    assert stable[0] != stable[1]
+    assert step_bars([limited(math.inf)[0]]) == ""
+
+
+@pytest.mark.parametrize("step", [0.1, 0.4])
+def test_the_first_screen_says_the_stored_limit(step: float, monkeypatch: Patch) -> None:
+    monkeypatch.setattr(of_index, "SCENES", (SWING,))
+    assert of_index.largest_step(replace(quick(), extras={})) is None
+    prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
+    study = replace(quick(), extras={StepPrediction(SWING, EULER): prediction})
+    shown = of_index.largest_step(study)
+    assert shown is not None
+    assert shown.default.text == f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
+    assert f"{step:g}; 0.002" in [cell.text for cell in shown.table.rows[0]]

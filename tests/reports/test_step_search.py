@@ -62,7 +62,7 @@ def evidence(
 
 
 def best(found: Evidence, wanted: float, *methods: Method) -> Choice | None:
-    chosen = searched(found, methods or (SAWTOOTH,), wanted, lambda m: True, 2.0)
+    chosen = searched(found, methods or (SAWTOOTH,), wanted, lambda m: True)
     return chosen[0] if chosen else None
 
 
@@ -76,7 +76,7 @@ def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope: float, at: 
     # Beyond a step that holds one more is tried, 1.8 times as large, up to an eighth of the scene.
     assert choice.step >= min(largest / RESOLVED / 1.01, ONE.duration / 8 / 1.81)
     assert choice.error <= 0.01
-    assert choice.absolute == 2.0 * choice.error
+    assert choice.absolute == found.scale * choice.error
     assert sum(map(len, found.taken.values())) <= 60
 
 

@@ -21,10 +21,16 @@ from plumbob.reports.analyses.capsule_line.displacement import ERRORS
 from plumbob.reports.analyses.page_numbers import scene_record, study_record
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure, Table
+from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
 from plumbob.reports.view.plotly_figure import curve, figure, linear, logarithmic
-from plumbob.reports.view.records import PairVerdict, RunVerdict, StudyRecord
+from plumbob.reports.view.records import (
+    PairVerdict,
+    Records,
+    RunVerdict,
+    SceneRecord,
+    StudyRecord,
+)
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.site.views import scene_view
@@ -77,8 +83,16 @@ def _record() -> StudyRecord:
     return study_record(replace(whole_profile.study(), convergence=()), {})
 
 
-def _matrix(study: Study, scene: Scene) -> Table:
-    return matrix.by_engine(study, matrix.every_pair(study, verdicts(study)), (scene,))
+def _matrix(study: Study, scene: Scene) -> dict[str, matrix.Steps]:
+    """The cells of a scene's row, by method."""
+    judged = {m: of for (name, m), of in verdicts(study).items() if name == scene.name}
+    records = Records(_record(), {scene.name: SceneRecord(judged, (), (), None)})
+    own = tuple(c for c in study.convergence if c.scene == scene.name)
+    alone = replace(study, convergence=own)
+    every = matrix.every_pair(alone, records)
+    ((_, cells),) = matrix.matrices(alone, every, (scene,))[0].rows
+    names = matrix.matrices(alone, every, (scene,))[0].methods
+    return {name: cell for name, cell in zip(names, cells, strict=True) if cell}
 
 
 def _said(study: Study) -> str:
@@ -166,10 +180,10 @@ def test_a_finding_is_computed_from_the_study(study: Study) -> None:
 
 def test_the_matrix_is_computed_from_the_study(study: Study) -> None:
     scene = next(s for s in study.scenes if s.name == LINE)
-    changed = _with_error(study, LINE, DEFAULT, 0.123)
-    table = _matrix(changed, scene)
-    cells = dict(zip(table.heads, table.rows[0], strict=True))
-    assert "12 %" in cells["MuJoCo, default settings"].text
+    for error, text, size in ((0.123, "12 %", "g"), (2e-5, "0.002 %", "c"), (7.0, "700 %", "h")):
+        (cell, *_) = _matrix(_with_error(study, LINE, DEFAULT, error), scene)[DEFAULT]
+        assert text in cell.cell(1e-3)
+        assert cell.look.partition(" ")[0] == f"size-{size}"
 
 
 def _at_steps(study: Study, runs: dict[float, float | None]) -> ConvergenceStudy:
@@ -228,18 +242,40 @@ def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None
         judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, runs)
         one = replace(found, method=CONVERGENT)
         shown = matrix.shown(study, one, find_method(CONVERGENT), judged)
-        assert shown.cell().text == f"{sign} 20 %"
+        assert shown is not None
+        assert shown[0].cell(1e-3) == f"{sign} 20 %"
 
 
 def test_engines_are_compared_at_one_step(study: Study) -> None:
     scene = find_scene("cone-pendulum/rotating-base")
-    table = _matrix(study, scene)
-    cells = dict(zip(table.heads, table.rows[0], strict=True))
-    assert " at " not in cells["ODE solvers, smallest error"].text  # dop853's would be smaller
+    cells = _matrix(study, scene)
+    best = [name for name, cell in cells.items() if cell[0].best and name.startswith("ode/")]
+    assert best != ["ode/dop853"]  # whose error is smaller, at a tolerance
+    assert len(best) == 1
+    assert "\nrtol" in cells["ode/dop853"][0].cell(1e-3)
     (dop853,) = [c for c in study.convergence if (c.scene, c.method) == (scene.name, "ode/dop853")]
     alone = replace(study, convergence=(dop853,), methods=(find_method("ode/dop853"),))
-    ((_, cell),) = _matrix(alone, scene).rows
-    assert "at rtol" in cell.text
+    assert _matrix(alone, scene)["ode/dop853"][0].best
+
+
+def test_a_cell_has_the_error_at_other_steps(study: Study) -> None:
+    """At MuJoCo's default step, and at the largest step that is, with all smaller ones, within 1 %:
+    one that is so by chance is no answer."""
+    passes = RunVerdict("predicted", "")
+    judged = PairVerdict(
+        "predicted", "", "as expected", "predicted", "", False, None, (passes,) * 4
+    )
+    for coarse, largest in ((0.3, 2e-3), (0.009, 1e-2)):
+        found = _at_steps(study, {1e-2: coarse, 2e-3: 0.009, 1e-3: 0.007, 5e-4: 0.004})
+        cells = matrix.shown(study, found, find_method(DEFAULT), judged)
+        assert cells is not None
+        assert cells[2] is not None
+        assert [cell.step for cell in cells if cell] == [1e-3, 2e-3, largest]
+        assert cells[1].cell(2e-3) == "= 0.9 %"
+    found = _at_steps(study, {1e-2: 0.3, 2e-3: 0.009, 1e-3: 0.3, 5e-4: 0.03})
+    cells = matrix.shown(study, found, find_method(DEFAULT), judged)
+    assert cells is not None
+    assert cells[2] is None
 
 
 def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study: Study) -> None:
@@ -290,9 +326,11 @@ def test_methods_that_did_not_run_are_not_counted(study: Study) -> None:
 def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
     for found in verdicts(study).values():
         means = matrix.meaning(found)
-        shown = matrix.Shown(0.1, 1e-3, "step", means).cell()
-        assert ("✗" in shown.text) == (means == "unexpected")
-        assert ("unexpected" in shown.kind) == (means == "unexpected")
+        if means == "not-run":
+            continue
+        shown = matrix.Shown(0.1, 1e-3, "step", means)
+        assert ("✗" in shown.cell(1e-3)) == (means == "unexpected")
+        assert ("unexpected" in shown.look) == (means == "unexpected")
 
 
 def test_systems_come_in_the_order_of_the_sources() -> None:

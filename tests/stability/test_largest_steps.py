@@ -14,7 +14,6 @@ from plumbob.analytic.errors.stability.adaptive_cost import stability_interval, 
 from plumbob.analytic.errors.stability.largest_step import excess, largest_step
 from plumbob.analytic.errors.stability.linear_steps import (
     LinearSystem,
-    generalised_alpha,
     jacobians,
     stability_function,
     step_matrices,
@@ -121,16 +120,6 @@ def test_the_fastest_mode_of_a_coupled_system_sets_the_limit() -> None:
     fastest = math.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max())
     assert limit(Scheme(EULER), system) * fastest == pytest.approx(2.0, rel=1e-6)
     assert limit(Scheme(RK4), system) * fastest == pytest.approx(2.0 * 2.0**0.5, rel=1e-6)
-
-
-def test_generalised_alpha_has_no_limit_and_its_radius_at_infinity() -> None:
-    system, radius = oscillator(), 0.9
-    matrices = generalised_alpha(system, radius)
-    assert math.isinf(largest_step(matrices, system.rates))
-    far = np.abs(np.linalg.eigvals(matrices(np.array([1e9])))).max()
-    assert far == pytest.approx(radius, rel=1e-4)  # a triple root: the cube root of an ulp
-    once = np.sort(np.abs(np.linalg.eigvals(matrices(np.array([1e-3])))))[0, 1:]
-    assert once == pytest.approx(1.0, abs=1e-8)  # of second order: (h omega)^4
 
 
 def test_a_growing_flow_is_no_instability_of_the_step() -> None:

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.stability.long_runs import LEVELS, PeriodicMotion
+from plumbob.analytic.errors.stability.long_runs import PeriodicMotion
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.stability import LEVELS
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support import fixed_step
@@ -27,6 +28,11 @@ RUNS = (
 SHORTEST = 12  # a period is an eleventh of that: the bar
 
 
+def scales(name: str) -> dict[str, float]:
+    case = case_of(find_scene(name))
+    return {q.observable: q.scale for q in case.system.quantities(case)}
+
+
 def motion(name: str) -> PeriodicMotion:
     case = case_of(find_scene(name))
     pendulum = case.problem.motion if name.startswith("cone") else case.problem.elliptic
@@ -42,15 +48,13 @@ def test_the_time_until_an_error_is_as_predicted(
     """Within 1.1 at 1 % and at 10 %, but in the first SHORTEST periods: two terms of the series, an
     interpolated orbit, and an error that is at its largest once a period."""
     exact = motion(name)
-    predicted = exact.long_run(scheme, step)
+    predicted = exact.long_run(scheme, step, scales(name)["theta"])
     assert predicted is not None
     assert predicted.growth == growth
     steps = math.ceil((1.2 * predicted.times[0.1] + 2.0 * exact.period) / step)
     theta, _ = fixed_step.run(exact.rotor, *exact.start, step, steps, scheme)
     truth = exact.exact.observe(np.arange(steps + 1, dtype=np.float64) * step)["theta"]
-    period = exact.exact.observe(np.linspace(0.0, exact.period, 400))["theta"]
-    rotating = abs(period[-1] - period[0]) > 1.0
-    errors = np.abs(theta - truth) / (1.0 if rotating else np.ptp(period) / 2.0)
+    errors = np.abs(theta - truth) / scales(name)["theta"]
     levels = [level for level in LEVELS[:2] if predicted.times[level] > SHORTEST * exact.period]
     assert levels
     for level in levels:
@@ -60,11 +64,11 @@ def test_the_time_until_an_error_is_as_predicted(
 
 def test_the_drift_of_the_energy_and_of_its_sign() -> None:
     exact = motion("simple-pendulum/free-large")
-    euler, rk4 = (exact.long_run(scheme, 0.02) for scheme in (Scheme(EULER), Scheme(RK4)))
+    euler, rk4 = (exact.long_run(scheme, 0.02, 1.0) for scheme in (Scheme(EULER), Scheme(RK4)))
     assert euler is not None
     assert rk4 is not None
     assert euler.energy_rate == 0.0  # bounded, for ever
-    half = exact.long_run(Scheme(RK4), 0.01)
+    half = exact.long_run(Scheme(RK4), 0.01, 1.0)
     assert half is not None
     assert rk4.energy_rate < 0.0
     assert rk4.energy_rate / half.energy_rate == pytest.approx(32.0, rel=0.02)  # next: h^7
@@ -74,7 +78,8 @@ def test_a_gravity_error_of_a_thousandth_is_seen_in_the_time_to_one_per_cent() -
     """What the prediction would miss: a period that differs by 5e-4 is 1 % wrong after 3 periods,
     where leapfrog's own error takes 50."""
     exact = motion("simple-pendulum/free-large")
-    predicted = exact.long_run(Scheme(LEAPFROG), 0.01)
+    scale = scales("simple-pendulum/free-large")["theta"]
+    predicted = exact.long_run(Scheme(LEAPFROG), 0.01, scale)
     assert predicted is not None
     assert predicted.times[0.01] > 50.0 * exact.period
     shift = 5e-4 * 3.0 * exact.period
@@ -83,7 +88,45 @@ def test_a_gravity_error_of_a_thousandth_is_seen_in_the_time_to_one_per_cent() -
 
 def test_motions_and_schemes_without_an_answer() -> None:
     exact = motion("simple-pendulum/free-large")
-    assert exact.long_run(Scheme("velocity-verlet"), 0.01) is None
+    assert exact.long_run(Scheme("velocity-verlet"), 0.01, 1.0) is None
     endless = PeriodicMotion(exact.rotor, exact.start, exact.exact, math.inf)
     with pytest.raises(ParameterError, match="finite, of an undamped unforced motion"):
-        endless.long_run(Scheme(EULER), 0.01)
+        endless.long_run(Scheme(EULER), 0.01, 1.0)
+
+
+FOLLOWED = (
+    ("simple-pendulum/damped-large", Scheme(EULER), 0.1, "decaying"),
+    ("simple-pendulum/damped-large", Scheme(LEAPFROG), 0.1, "decaying"),
+    ("simple-pendulum/damped-large", Scheme(RK4), 0.2, "decaying"),
+    ("simple-pendulum/forced-large", Scheme(EULER), 0.05, "decaying"),
+    ("simple-pendulum/forced-large", Scheme(LEAPFROG), 0.08, "decaying"),
+    ("simple-pendulum/forced-large", Scheme(RK4), 0.3, "decaying"),
+    ("simple-pendulum/forced-chaotic", Scheme(EULER), 0.01, "exponential"),
+    ("simple-pendulum/forced-chaotic", Scheme(LEAPFROG), 0.02, "exponential"),
+    ("simple-pendulum/forced-chaotic", Scheme(RK4), 0.1, "exponential"),
+    ("simple-pendulum/near-top-1e-6", Scheme(RK4), 0.01, "exponential"),
+)
+LATER = 0.1  # [s]: two steps at most
+
+
+@pytest.mark.parametrize(("name", "scheme", "step", "growth"), FOLLOWED, ids=str)
+def test_errors_that_die_or_grow_exponentially_are_followed(
+    name: str, scheme: Scheme, step: float, growth: str
+) -> None:
+    case = case_of(find_scene(name))
+    assert case.system.stability is not None
+    predicted = case.system.stability(case.problem).long_run(scheme, step, scales(name))
+    assert predicted is not None
+    assert predicted.growth == growth
+    start = case.problem.started
+    steps = math.ceil(min(1.2 * predicted.times[0.1] + 2.0, 140.0) / step)
+    theta, _ = fixed_step.run(start.rotor, start.theta, start.theta_dot, step, steps, scheme)
+    times = np.arange(steps + 1, dtype=np.float64) * step
+    errors = np.abs(theta - case.reference.observe(times)["theta"]) / scales(name)["theta"]
+    assert predicted.times[0.01] < math.inf
+    for level in LEVELS[:2]:
+        reached = np.flatnonzero(errors >= level)
+        if math.isinf(predicted.times[level]):
+            assert not reached.size
+        else:
+            assert times[reached[0]] == pytest.approx(predicted.times[level], rel=0.1, abs=LATER)

@@ -8,6 +8,7 @@ import operator
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,19 +17,26 @@ from plumbob.analytic.stability import Kind, StabilityTheory, StepLimit
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.extra_runs import make
 from plumbob.engines.study.results import TaskResult
+from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.stability import (
     RATIO,
+    KnownLimit,
     MeasuredLimit,
+    PredictedLimits,
     Stability,
     StabilitySearch,
+    StepPrediction,
     Trials,
     bracket,
+    known_limit,
     measured,
     stability,
 )
+from plumbob.engines.study.store import studies_of
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.stability import judged_limits
@@ -259,3 +267,43 @@ def test_the_nudge_is_another_start_of_the_same_system(
     begun, moved = (one.reference.observe(np.zeros(1)) for one in (case, trials.nudged))
     apart = {n: abs(float(moved[n][0] - begun[n][0])) / s for n, s in trials.scales.items()}
     assert max(apart.values()) == pytest.approx(size, rel=1e-3)
+
+
+def test_of_limits_the_smallest_is_known_and_a_measured_one_is_taken_first() -> None:
+    predicted = PredictedLimits(
+        (StepLimit("unstable", 2.0, "a"), StepLimit("changes-kind", 1.0, "b"))
+    )
+    assert known_limit(predicted, None) == KnownLimit("changes-kind", 1.0, False, "b")
+    limits = (
+        MeasuredLimit("unstable", 2.0, 1.9, 1.92, "c"),
+        MeasuredLimit("changes-kind", 1.0, None, 0.1, "d"),
+    )
+    assert known_limit(predicted, Stability(limits[:1])) == KnownLimit("unstable", 1.9, True, "c")
+    assert known_limit(predicted, Stability(limits)) == KnownLimit("changes-kind", 0.0, True, "d")
+    beyond = MeasuredLimit("unstable", None, 30.0, None, "every step that was tried holds")
+    assert known_limit(None, Stability((beyond,))) == KnownLimit(
+        "unstable", math.inf, True, beyond.why
+    )
+    assert known_limit(predicted, Stability(())) == known_limit(predicted, None)
+    assert known_limit(PredictedLimits(()), None) is None
+
+
+def test_predicted_limits_are_stored_with_their_pair_and_read_back_by_scene(
+    tmp_path: Path,
+) -> None:
+    """Of the parameters that are run, not those that the scene's name is registered with."""
+    scene, method = find_scene(SWING), find_method("ode/euler")
+    slower = replace(scene, parameters={**scene.parameters, "gravity": 9.8 / 4.0})
+    request = StepPrediction(SWING, method.name)
+    limits = []
+    for number, run in enumerate((scene, slower)):
+        file = tmp_path / str(number)
+        with measured_into(file) as kept:
+            run_study((run,), (method,), timed=False, requests=lambda _: [request], kept=kept)
+        (study,) = studies_of(file, SWING)
+        known = study.step_limit(SWING, method.name)
+        assert known is not None
+        assert not known.measured
+        limits.append(known.step)
+        assert study.step_limit(SWING, "ode/rk4") is None
+    assert limits == pytest.approx([2.0 / OMEGA, 4.0 / OMEGA], rel=0.01)

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from plumbob.analytic.stability import StepLimit
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
@@ -30,11 +31,18 @@ from plumbob.engines.study.extra_runs import (
     make,
 )
 from plumbob.engines.study.identification import Identification, Identified
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
-from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
+from plumbob.engines.study.stability import (
+    MeasuredLimit,
+    PredictedLimits,
+    Stability,
+    StabilitySearch,
+    StepPrediction,
+)
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -133,10 +141,14 @@ def _invented(request: Request) -> Result:
         )
     if isinstance(request, StabilitySearch):
         return Stability((MeasuredLimit("unstable", 0.1, 0.1, 0.101, "lost after 1 s"),))
+    if isinstance(request, StepPrediction):
+        return PredictedLimits((StepLimit("unstable", 0.1, "of h omega = 2"),))
     if isinstance(request, ParameterFit):
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)
         return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
+    if isinstance(request, LongRunSearch):
+        return MeasuredLongRun(0.05, 2.8, None, {0.01: 10.0}, 60.0, "not within 1200 steps")
     if not isinstance(request, ExtraRun):
         raise AssertionError(f"the quick profile fits its own orders: {request}")
     case = _posed(request.scene)

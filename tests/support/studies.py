@@ -96,7 +96,7 @@ def made_up(
     )
     per_step = ns or [NS] * len(errors)
     costs = {
-        (SCENE, method.name): Cost(value, value, value, 1.0, 0.0, 5)
+        (SCENE, method.name): Cost(value, value, value, value / NS, 0.0, 5)
         for (method, _, _), value in zip(errors, per_step, strict=True)
     }
     methods = tuple(method for method, _, _ in errors)

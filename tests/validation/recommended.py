@@ -20,7 +20,7 @@ from plumbob.models.registry import case_of, scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known, Question, advise
 from plumbob.reports.advice.recommend import EXACT, Choice, trusted
-from plumbob.reports.advice.work_precision import error_of, of_method, points
+from plumbob.reports.advice.work_precision import error_of
 from plumbob.reports.judge.study_verdicts import judge_study
 
 BELOW = (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)  # of the recommended step
@@ -97,7 +97,7 @@ def cheaper(
     """Full models that reach the error for less than `limit` [ns per simulated second]: method,
     step, and how many times cheaper than a choice of CHEAPER times that. None that is above a step
     of `runs`, or of the study, which does not reach it: a step that does by chance is no choice."""
-    judged, every = judge_study(study), points(study, scene.name)
+    judged, runs_of = judge_study(study), {c.method: c.measurements for c in study.convergence}
     for method in study.methods:
         price = study.costs.get((scene.name, method.name))
         if (
@@ -105,7 +105,11 @@ def cheaper(
             or method.surrogate
             or not meant(method, scene)
             or method.scheme.integrator == EXACT
-            or not trusted(judged, scene.name, of_method(every, method), method.name)
+            or not trusted(
+                judged.get((scene.name, method.name)),
+                runs_of.get(method.name, ()),
+                study.quantities(scene.name),
+            )
         ):
             continue
         unit = price.ratio * study.reference_step

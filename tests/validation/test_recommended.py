@@ -18,8 +18,8 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.advice import Known
-from plumbob.reports.advice.recommend import Choice, cheapest
+from plumbob.reports.advice.advice import Known, from_study
+from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
 from plumbob.tests.validation.measured_once import Shared
 from plumbob.tests.validation.recommended import (
@@ -74,8 +74,8 @@ def _stored(scene: Scene, pattern: str, folder: Path, shared: Shared) -> Study:
     return store.studies_of(file, scene.name)[-1]
 
 
-def _offered(study: Study, scene: str, wanted: float) -> Iterator[Choice]:
-    found = cheapest(study, scene, wanted)
+def _offered(study: Study, scene: Scene, wanted: float) -> Iterator[Choice]:
+    found = from_study(study, scene, wanted)
     if found.choice is None:  # then no measured run reaches it, and the best is stated
         assert found.best is None or found.best.error > wanted
     offered = (found.choice, found.runner_up, *found.by_engine, found.surrogate)
@@ -88,7 +88,7 @@ def test_a_fresh_run_reaches_it(
 ) -> None:
     study = _stored(scene, _option(pytestconfig, "methods", METHODS), tmp_path, shared)
     for wanted in WANTED:
-        for choice in _offered(study, scene.name, wanted):
+        for choice in _offered(study, scene, wanted):
             run, _ = measure(case_of(scene), find_method(choice.method), choice.step)
             error = error_of(run, study.quantities(scene.name))
             assert error <= wanted, choice

@@ -116,28 +116,6 @@ _STEPS: MappingProxyType[str, Callable[[LinearSystem, Scheme, Array], Array]] = 
 )
 
 
-def generalised_alpha(system: LinearSystem, radius: float) -> Matrices:
-    """The step of the generalised-alpha method (Chung and Hulbert 1993, J. Appl. Mech. 60, 371)
-    with the spectral `radius` at infinity, of (x, h x', h^2 x''): shape (n, 3d, 3d)."""
-    alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
-    gamma, beta = 0.5 - alpha_m + alpha_f, 0.25 * (1.0 - alpha_m + alpha_f) ** 2
-    after = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [0.0, 0.0, 1.0 - alpha_m]])
-    before = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [0.0, 0.0, -alpha_m]])
-
-    def matrices(steps: Array) -> Array:
-        h = steps[:, None, None]
-        pull, drag = h * h * system.pull, h * system.drag
-        balance = np.concatenate([pull, drag, np.zeros_like(pull)], axis=2)  # of M^-1 times forces
-        both = []
-        for part, weight in ((after, 1.0 - alpha_f), (before, -alpha_f)):
-            whole = np.tile(np.kron(part, np.eye(len(system.pull))), (len(steps), 1, 1))
-            whole[:, -len(system.pull) :] += weight * balance
-            both.append(whole)
-        return np.asarray(np.linalg.solve(*both))
-
-    return matrices
-
-
 def jacobians(advance: Callable[..., Sequence[Any]], state: Sequence[Any], count: int) -> Array:
     """The derivative of a step of `count` sizes at once, at a state of d numbers or arrays of shape
     (count,), by imaginary parts: shape (count, d, d)."""

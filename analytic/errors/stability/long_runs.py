@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -20,27 +19,14 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.stability import LEVELS, Growth, LongRun
 from plumbob.analytic.theory import Coefficients
 
-LEVELS = (0.01, 0.1, 1.0)  # of the amplitude, or of a radian where the motion rotates
 PERIODS = 5  # over which the time ahead is followed
 SAMPLES = 128  # of a period
 TERMS = 2  # of the error's series: products of errors, which the time ahead is not linear in, begin
 # with the third
 NOTHING = 1e-9  # of a part of the time ahead, relative to what the error makes of it in a period
-Growth = Literal["constant", "linear", "quadratic"]
-
-
-@dataclass(frozen=True)
-class LongRun:
-    """The growth of a method's error on one motion at one step."""
-
-    growth: Growth  # at the time of the first level that is reached
-    rate: float  # of the time ahead: a [s/s] where linear, b [1/s] where quadratic
-    energy_rate: float  # [rad^2/s^3] mean rate of the energy per moment of inertia; 0: bounded
-    times: Mapping[float, float]
-    """[s] by level, when the error first reaches it: next to zero where the part that repeats
-    alone does, infinite where it never does."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +39,9 @@ class PeriodicMotion:
     exact: Reference
     period: float
 
-    def long_run(self, scheme: Scheme, step: float) -> LongRun | None:
-        """The growth of the error of `scheme` with `step` [s]; None for a scheme without a series.
-        Raises ParameterError where the motion does not repeat."""
+    def long_run(self, scheme: Scheme, step: float, scale: float) -> LongRun | None:
+        """The growth of the error of `scheme` with `step` [s], over a `scale` [rad]; None for a
+        scheme without a series. Raises ParameterError where the motion does not repeat."""
         if not (self.rotor.conservative and math.isfinite(self.period)):
             raise ParameterError("period", self.period, "finite, of an undamped unforced motion")
         times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
@@ -65,7 +51,7 @@ class PeriodicMotion:
         observed = self.exact.observe(times)
         ahead, repeating = self._parts(times, observed, series, step)
         sign = math.copysign(1.0, ahead[0] or ahead[1])
-        reached = self._time_shifts(observed["theta"], repeating, sign)
+        reached = self._time_shifts(observed["theta"] / scale, repeating / scale, sign)
         spent = {level: _when(ahead, shift) for level, shift in reached.items()}
         first = next((time for time in spent.values() if 0.0 < time < math.inf), self.period)
         quadratic = abs(ahead[0] * first) > abs(ahead[1])
@@ -74,8 +60,10 @@ class PeriodicMotion:
         return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
 
     def _energy_rate(self, scheme: Scheme, step: float) -> float:
+        """Mean rate of the energy over the largest kinetic energy [1/s]."""
         rates = energy_drift_rate(self.rotor, *self.start, self.period, scheme)
-        return sum(rate * step**order for order, rate in rates.items())
+        scale = kinetic_energy(self.exact, self.period)
+        return sum(rate * step**order for order, rate in rates.items()) / scale
 
     def _parts(
         self, times: Array, observed: Mapping[str, Array], series: Coefficients, step: float
@@ -108,21 +96,25 @@ class PeriodicMotion:
 
     def _time_shifts(self, theta: Array, repeating: Array, sign: float) -> Mapping[float, float]:
         """The time ahead [s] at which the error first reaches each level; infinite where none up
-        to half a period does."""
+        to half a period does. Angles are over their scale."""
         turned = theta[SAMPLES] - theta[0]  # by a rotation in a period
-        rotating = abs(turned) > 1.0
-        amplitude = 1.0 if rotating else float(np.ptp(theta)) / 2.0
         shifts = sign * self.period * np.geomspace(1e-7, 0.5, 2000)
         spaced = np.arange(3 * SAMPLES) * self.period / SAMPLES
         three = np.concatenate([theta[:SAMPLES] + k * turned for k in (-1.0, 0.0, 1.0)])
         middle = slice(SAMPLES, 2 * SAMPLES)
         moved = np.interp(spaced[middle] + shifts[:, None], spaced, three)
-        errors = np.abs(moved - three[middle] + repeating).max(axis=1) / amplitude
+        errors = np.abs(moved - three[middle] + repeating).max(axis=1)
         above = {level: np.flatnonzero(errors >= level) for level in LEVELS}
         return {
             level: float(shifts[first[0]]) if first.size else math.inf
             for level, first in above.items()
         }
+
+
+def kinetic_energy(exact: Reference, until: float) -> float:
+    """The largest per moment of inertia [rad^2/s^2] of a motion `until` a time [s]; 1 at rest."""
+    rates = exact.observe(np.linspace(0.0, until, SAMPLES))["theta_dot"]
+    return 0.5 * float(np.abs(rates).max()) ** 2 or 1.0
 
 
 def _when(ahead: Array, shift: float) -> float:

@@ -4,31 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
 from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
 from plumbob.analytic.errors.stability.largest_step import (
     LEAST_PERIODS,
     largest_lasting_step,
     largest_step,
 )
 from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
+from plumbob.analytic.errors.stability.long_runs import PeriodicMotion, kinetic_energy
 from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED, PendulumKinds
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, first_failures
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
-from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
+from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
 STRAIGHT = 1e-3  # by which the curvature of the potential may change along a motion by equilibrium
 SAMPLES = 512
+RESTS = 10.0  # time constants after which a damped motion is at rest, or a forced one repeats
+PASSES = 30.0  # growth in a period beyond which a motion passes a saddle closely: s(t) of (13.7),
+# linear in the error, is a better description of motions that do not
+TERMS = 4  # of an error's series, where it is carried on by its size alone
 
 
 @dataclass(frozen=True)
@@ -114,6 +121,42 @@ class PendulumStability:
             self._found[scheme] = self._by_eigenvalues(scheme) or self._by_steps(scheme)
         return self._found[scheme]
 
+    @cached_property
+    def repeats_after(self) -> float:
+        """The period of an undamped motion [s], linear or not; infinite where there is none."""
+        linear = self.rotor.linear and self.rotor.conservative and self.rotor.stiffness > 0.0
+        return math.tau / math.sqrt(self.rotor.stiffness) if linear else self.period
+
+    @cached_property
+    def lasts(self) -> float:
+        """See `StabilityTheory`: RESTS time constants of the mode that is damped least."""
+        if self.rotor.damping_rate and not self.growth.exponent:
+            return RESTS / max(float(np.abs(self._rates.real).min()), TINY)
+        return math.inf
+
+    def energy(self, observed: Mapping[str, Array]) -> Array:
+        """See `StabilityTheory`: over the largest kinetic energy of the exact motion."""
+        scale = kinetic_energy(self.exact, self._span)
+        return self.rotor.energy(observed["theta"], observed["theta_dot"]) / scale
+
+    def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
+        """See `StabilityTheory`."""
+        passes = math.isfinite(self.period) and self.growth.largest[-1] > PASSES
+        if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:
+            motion = PeriodicMotion(self.rotor, self.start, self.exact, self.repeats_after)
+            return motion.long_run(scheme, step, scales["theta"])
+        followed = FollowedMotion(
+            lambda times: leading_error(self.rotor, *self.start, times, scheme, TERMS),
+            scales,
+            math.tau / self.rate,
+            self.lasts,
+            float(self.growth.exponent),
+        ).long_run(step)
+        if passes and followed and followed.times[LEVELS[0]] < self.period:
+            exponent = math.log(float(self.growth.largest[-1])) / self.period
+            return replace(followed, growth="exponential", rate=exponent)
+        return followed
+
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         if not self.equilibrium:
             return ()
@@ -192,4 +235,7 @@ def pendulum_stability(
         theory.limits,
         lambda duration: float(theory.growth(np.array(duration))),
         theory.kind_of,
+        theory.long_run,
+        theory.energy if rotor.conservative else None,
+        theory.lasts,
     )

@@ -1,10 +1,11 @@
 """The page's section on engines side by side, which belongs to no system: the largest steps that
-hold, and what readers take from a model file."""
+hold, for how long methods are right, and what readers take from a model file."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.engines.largest_steps import LARGEST_STEPS
+from plumbob.reports.analyses.engines.long_runs import LONG_RUNS
 from plumbob.reports.analyses.engines.readers import READERS
 
-SECTION = Section((LARGEST_STEPS, READERS))
+SECTION = Section((LARGEST_STEPS, LONG_RUNS, READERS))

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.method import meant
+from plumbob.engines.study.extra_runs import Request, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.stability import StabilitySearch
+from plumbob.engines.study.stability import StabilitySearch, StepPrediction
+from plumbob.models.registry import system_of
 from plumbob.models.scene import ON_SUPPORTS
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.measurements import plan_of
@@ -39,7 +41,7 @@ class LargestSteps:
         return sum(bool(limit["known_limit"]) for limit in self.limits)
 
 
-def requests(plan: StudyPlan) -> Sequence[StabilitySearch]:
+def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
     """In the full profile every method that is given a step, on each smooth scene of the quick
     one."""
     quick = plan.profile == "quick"
@@ -55,13 +57,27 @@ def requests(plan: StudyPlan) -> Sequence[StabilitySearch]:
     )
 
 
+def predictions(plan: StudyPlan) -> Sequence[StepPrediction]:
+    """Of every pair of the plan whose system has a theory of the largest step."""
+    return tuple(
+        StepPrediction(scene.name, method.name)
+        for scene in plan.scenes
+        for method in plan.methods
+        if system_of(scene).stability and meant(method, scene)
+    )
+
+
+def requests(plan: StudyPlan) -> Sequence[Request]:
+    """Searches and predictions of limits."""
+    return (*searches(plan), *predictions(plan))
+
+
 def numbers(study: Study) -> LargestSteps | None:
     """The limits that the study holds; None where it holds none."""
-    searches = {request: study.stability_of(request) for request in requests(plan_of(study))}
     judged = [
         limit
-        for search, found in searches.items()
-        if found is not None
+        for search in searches(plan_of(study))
+        if (found := study.stability_of(search)) is not None
         for limit in judged_limits(search, found)
         if limit.limit is not None
     ]

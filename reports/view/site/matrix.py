@@ -1,4 +1,4 @@
-"""Scenes against methods: the relative error at the reference step, and what it means."""
+"""Scenes against methods: the relative error at a step that a reader chooses, and what it means."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy
+from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy
 from plumbob.engines.study.measurement import (
     REFERENCE_STEP,
     Measurement,
@@ -19,11 +19,9 @@ from plumbob.engines.study.measurement import (
 )
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity, Scene
-from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, UNTRUSTED
+from plumbob.reports.advice.recommend import EXACT, UNTRUSTED, Recommendation
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Cell, Table
-from plumbob.reports.view.records import PairVerdict, Verdicts
-from plumbob.reports.view.tables import table
+from plumbob.reports.view.records import PairVerdict, Records
 
 Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
 SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
@@ -58,6 +56,11 @@ ENGINES = MappingProxyType(
 )
 
 
+LARGEST_STEP, LOOSEST = DEFAULT[1], 1e-3  # default settings: MuJoCo's step [s], scipy's tolerance
+WANTED = 0.01  # relative: the error that the largest step is shown for
+DECADES = 6  # below 1 that have a colour of their own: errors of 1e-6 and less have the first
+
+
 @dataclass(frozen=True)
 class Shown:
     """The error of a method on a scene beside the step that it was measured at."""
@@ -66,30 +69,59 @@ class Shown:
     step: float  # [s], or the relative tolerance
     control: Literal["step", "tolerance"]
     meaning: Meaning = "predicted"
-    reason: str = ""
+    best: bool = False  # of its row the smallest in its engine, or the cheapest
 
     @property
     def at(self) -> str:
         """The step, where that is not the reference step."""
-        if self.control == "step" and math.isclose(self.step, REFERENCE_STEP, rel_tol=1e-9):
-            return ""
-        return notation.step(self.step, self.control)
+        return self._beside(REFERENCE_STEP)
 
     @property
     def text(self) -> str:
         """The error, with its step where that is not the reference step."""
-        error = "diverged" if math.isinf(self.error) else notation.relative(self.error)
-        return f"{error} at {self.at}" if self.at else error
+        return f"{self._size} at {self.at}" if self.at else self._size
 
-    def cell(self, method: str = "") -> Cell:
-        """The error with its sign, and below it the method where the column does not say it."""
-        if self.meaning == "not-run":
-            return Cell("–", "none", self.reason)
-        below = "".join(f"\n{part}" for part in (method,) if part)
-        return Cell(f"{SIGNS[self.meaning][0]} {self.text}{below}", f"sign {self.meaning}")
+    def cell(self, column: float | None) -> str:
+        """The sign and the error, with the step where that is not the column's [s]."""
+        at = self._beside(column)
+        return f"{SIGNS[self.meaning][0]} {self._size}" + (f"\n{at}" if at else "")
+
+    @property
+    def word(self) -> str:
+        """The sign in words."""
+        return SIGNS[self.meaning][1]
+
+    @property
+    def look(self) -> str:
+        """The classes of its cell: the decade of its error, from 0 to 7, and what stands out."""
+        decade = math.ceil(math.log10(max(self.error, 1e-99)) - 1e-9) if self.error < 1.0 else 0
+        place = DECADES + 1 if self.error > 1.0 else max(DECADES + decade, 0)
+        marks = " best" * self.best + " unexpected" * (self.meaning == "unexpected")
+        return f"size-{'abcdefgh'[place]}{marks}"
+
+    @property
+    def _size(self) -> str:
+        return "diverged" if math.isinf(self.error) else notation.relative(self.error)
+
+    def _beside(self, column: float | None) -> str:
+        """The step, where that is not the column's [s]."""
+        if self.control == "step" and column and math.isclose(self.step, column, rel_tol=1e-9):
+            return ""
+        return notation.step(self.step, self.control)
 
 
-Every = Mapping[tuple[str, str], Shown]  # by scene and method
+Steps = tuple[Shown, Shown, Shown | None]
+"""At the reference step, at default settings, and at the largest step for the error wanted."""
+Every = Mapping[tuple[str, str], Steps]  # by scene and method
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """Scenes of one kind against the methods that ran any of them."""
+
+    kind: str
+    methods: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Steps | None, ...]], ...]  # scenes, with a cell a method
 
 
 def in_order(names: Sequence[str]) -> list[str]:
@@ -116,17 +148,41 @@ def meaning(judged: PairVerdict) -> Meaning:
     return "converges" if judged.verdict == "converges" else "predicted"
 
 
-def shown(study: Study, series: ConvergenceStudy, method: Method, judged: PairVerdict) -> Shown:
-    """The error of a method on a scene at the reference step, and what it means."""
-    means = meaning(judged)
-    error = at_reference(series, method, study.quantities(series.scene))
-    if error is None:
-        means = means if judged.verdict == "cut-short" else "not-run"
-        return Shown(math.nan, REFERENCE_STEP, "step", means, judged.reason)
+def shown(
+    study: Study, series: ConvergenceStudy, method: Method, judged: PairVerdict
+) -> Steps | None:
+    """The error of a method on a scene at three steps, and what it means; None where it did not
+    run."""
+    quantities = study.quantities(series.scene)
+    error, means = at_reference(series, method, quantities), meaning(judged)
+    if error is None or means == "not-run" or math.isnan(error.error):
+        return None
     verdicts = {m.step: j.verdict for m, j in zip(series.measurements, judged.runs, strict=True)}
-    if means == "predicted" and verdicts[error.step] in ("pre-asymptotic", "diverged"):
-        means = "unclaimed"
-    return replace(error, meaning=means, reason=judged.reason)
+
+    def at(run: Measurement) -> Shown:
+        return judged_there(Shown(relative_error(run, quantities), run.step, method.control))
+
+    def judged_there(of: Shown) -> Shown:
+        large = means == "predicted" and verdicts[of.step] in ("pre-asymptotic", "diverged")
+        return replace(of, meaning="unclaimed" if large else means)
+
+    runs = [m for m in series.measurements if m.status in ("done", "diverged")]
+    usual = LARGEST_STEP if method.control == "step" else LOOSEST
+    default = min(runs, key=lambda m: abs(math.log(m.step / usual)))
+    within = _largest_within(runs, quantities)
+    return judged_there(error), at(default), None if within is None else at(within)
+
+
+def _largest_within(
+    runs: Sequence[Measurement], quantities: Sequence[Quantity]
+) -> Measurement | None:
+    """The run with the largest step of those that, with all smaller ones, have the error wanted."""
+    largest = None
+    for run in sorted(runs, key=lambda m: m.step):
+        if not relative_error(run, quantities) <= WANTED:
+            break
+        largest = run
+    return largest
 
 
 def at_reference(
@@ -165,89 +221,60 @@ def _beside_zero(
     return max(near, key=lambda m: relative_error(m, quantities))
 
 
-def every_pair(study: Study, verdicts: Verdicts) -> Every:
-    """The error of each method on each scene at the reference step, and what it means."""
+def every_pair(study: Study, records: Records) -> Every:
+    """The errors of each method on each scene, of those that ran, with what they mean; in each row
+    the best stand out."""
     methods = {m.name: m for m in study.methods}
-    return {
-        (c.scene, c.method): shown(study, c, methods[c.method], verdicts[c.scene, c.method])
+    cells = {
+        (c.scene, c.method): of
         for c in study.convergence
+        if (of := shown(study, c, methods[c.method], records.verdicts[c.scene, c.method]))
     }
+    for scene, record in records.scenes.items():
+        cheapest = _cheapest(record.recommendations)
+        of_scene = {name: of for (where, name), of in cells.items() if where == scene}
+        for engine in {methods[name].engine for name in of_scene}:
+            own = {name: of[0] for name, of in of_scene.items() if methods[name].engine == engine}
+            name = best(own, study.methods)
+            at, default, within = cells[scene, name]
+            cells[scene, name] = (replace(at, best=True), default, within)
+        if cheapest in of_scene:
+            at, default, within = cells[scene, cheapest]
+            cells[scene, cheapest] = (at, default, within and replace(within, best=True))
+    return cells
 
 
-def by_engine(study: Study, every: Every, scenes: Sequence[Scene]) -> Table:
-    """Scenes against engines: MuJoCo's default settings, and of each engine the method with the
-    smallest error at the reference step among those that nothing is known against."""
-    named = {scene.name for scene in scenes}
-    ran = {
-        name for (scene, name), of in every.items() if scene in named and of.meaning != "not-run"
-    }
-    engines = _in_order({m.engine for m in study.methods if m.name in ran} - {"exact"})
-    default = any((scene.name, DEFAULT_METHOD) in every for scene in scenes)
-    rows = []
-    for scene in scenes:
-        usual = every.get((scene.name, DEFAULT_METHOD))
-        cells = [usual.cell() if usual else Cell("–", "none")] if default else []
-        for engine in engines:
-            of_engine = {
-                m.name: of
-                for m in study.methods
-                if m.engine == engine and (of := every.get((scene.name, m.name))) is not None
-            }
-            cells.append(_best(of_engine, study.methods))
-        rows.append((scene.name, cells))
-    return table(
-        "matrix",
-        default=default,
-        engines=[ENGINES.get(engine, engine) for engine in engines],
-        rows=rows,
-        times=any("×" in cell.text for _, cells in rows for cell in cells),
-    )
+def _cheapest(advice: Sequence[Recommendation]) -> str:
+    """The cheapest method for the error wanted, or ""."""
+    chosen = [r.choice.method for r in advice if r.error == WANTED and r.choice]
+    return chosen[0] if chosen else ""
 
 
-def of_engines(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Table, ...]:
-    """A folded table for each engine: scenes against all of its methods that run any of them."""
-    tables = []
-    for engine in _in_order({m.engine for m in study.methods}):
-        methods = [
-            m.name
-            for m in study.methods
-            if m.engine == engine
-            and any(
-                every[key].meaning != "not-run"
-                for scene in scenes
-                if (key := (scene.name, m.name)) in every
-            )
-        ]
-        rows = [
-            (scene.name, [every.get((scene.name, name)) for name in methods])
-            for scene in scenes
-            if any((scene.name, name) in every for name in methods)
-        ]
-        if methods and rows:
-            shown = ENGINES.get(engine, engine)
-            tables.append(table("matrix_of_engine", engine=shown, methods=methods, rows=rows))
-    return tuple(tables)
+def matrices(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Matrix, ...]:
+    """A matrix for each kind of system."""
+    names = [m.name for engine in engines(study) for m in study.methods if m.engine == engine]
+    made = []
+    for kind in dict.fromkeys(scene.kind for scene in scenes):
+        own = [scene.name for scene in scenes if scene.kind == kind]
+        ran = tuple(name for name in names if any((scene, name) in every for scene in own))
+        rows = tuple((scene, tuple(every.get((scene, name)) for name in ran)) for scene in own)
+        made.append(Matrix(kind, ran, rows))
+    return tuple(made)
 
 
-def _best(of_engine: Mapping[str, Shown], methods: Sequence[Method]) -> Cell:
-    """The smallest error of an engine's methods: of those that are as predicted or converge, full
-    models first, where there are any; of these those at the reference step."""
-    surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
-    ran = {name: of for name, of in of_engine.items() if of.meaning != "not-run"}
-    good = {
-        name: of
-        for name, of in ran.items()
-        if of.meaning in ("predicted", "converges") and name not in surrogates
-    }
-    other = {name: of for name, of in ran.items() if of.meaning in ("predicted", "converges")}
-    if not (chosen := good or other or ran):
-        return Cell("–", "none")
-    chosen = {name: of for name, of in chosen.items() if not of.at} or chosen
-    name = min(chosen, key=lambda name: chosen[name].error)
-    return chosen[name].cell(name.partition("/")[2])
-
-
-def _in_order(engines: set[str]) -> list[str]:
-    """Engines in the order of ENGINES, others after them by name."""
+def engines(study: Study) -> tuple[str, ...]:
+    """The engines of a study in the order of ENGINES, others after them by name."""
     first = list(ENGINES)
-    return sorted(engines, key=lambda e: (first.index(e) if e in first else len(first), e))
+    every = {m.engine for m in study.methods}
+    return tuple(sorted(every, key=lambda e: (first.index(e) if e in first else len(first), e)))
+
+
+def best(errors: Mapping[str, Shown], methods: Sequence[Method]) -> str:
+    """The method with the smallest error of an engine's: of those that are as predicted or
+    converge, full models first, where there are any; of these those at the reference step."""
+    surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
+    other = {n: of for n, of in errors.items() if of.meaning in ("predicted", "converges")}
+    good = {name: of for name, of in other.items() if name not in surrogates}
+    chosen = good or other or errors
+    chosen = {name: of for name, of in chosen.items() if not of.at} or chosen
+    return min(chosen, key=lambda name: chosen[name].error)

@@ -28,6 +28,8 @@ from plumbob.reports.view.records import (
 )
 from plumbob.reports.view.site import matrix
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
+from plumbob.reports.view.site.step_bars import step_bars
+from plumbob.reports.view.step_ranges import StepRange, step_ranges
 from plumbob.reports.view.tables import table
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
@@ -63,6 +65,7 @@ class SceneView:
     replay: Replay
     order: Table | None
     hard: tuple[Figure | Table, ...]
+    steps: str  # bars of accurate and stable steps, as SVG
     trimmed: Table | None
     rest: tuple[Table, ...]
     commands: tuple[str, ...]
@@ -77,7 +80,7 @@ class SystemView:
     galleries: tuple[tuple[str, Sequence[Figure]], ...]
     findings: tuple[Finding, ...]
     scenes: tuple[SceneView, ...]  # the one that stands for the system first
-    matrix: Table
+    matrices: tuple[matrix.Matrix, ...]
     hard: Table | None
 
     @property
@@ -109,7 +112,7 @@ def system_view(
             for scene in scenes
             if scene.name in exact
         ),
-        matrix.by_engine(study, every, scenes),
+        matrix.matrices(study, every, scenes),
         hard_cases.of_system(study, scenes, records.verdicts),
     )
 
@@ -123,7 +126,7 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
     costs = {name: cost for (of, name), cost in study.costs.items() if of == scene.name}
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
     at_first = _at_first(record, [methods[name] for name in ran])
-    observables = study.observables(scene.name)
+    observables, ranges = study.observables(scene.name), step_ranges(study, scene)
     first = (
         scene_tables.summary(observables, convergence, judged, methods),
         top_tables.scene_recommendations(record.recommendations),
@@ -161,7 +164,8 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
         (*figures, *((bars,) if bars else ())),
         exact.replay,
         scene_tables.orders(convergence, methods),
-        _hard(study, scene) if scene.hard else (),
+        _hard(study, scene, ranges),
+        step_bars(ranges),
         trimming(study, scene),
         tuple(t for t in tables_below if t),
         (
@@ -173,10 +177,13 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
     )
 
 
-def _hard(study: Study, scene: Scene) -> tuple[Figure | Table, ...]:
-    """The hard part of a scene, and its cost in digits."""
-    digits = hard_cases.of_scene(study, scene)
-    return (*hard_case(study, scene.system, scene.name), *((digits,) if digits else ()))
+def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Figure | Table, ...]:
+    """The hard part of a scene, its cost in digits, and limits of the step."""
+    if not scene.hard and not any(of.limit for of in ranges):
+        return ()
+    digits = hard_cases.of_scene(study, scene, ranges)
+    figures = hard_case(study, scene.system, scene.name) if scene.hard else ()
+    return (*figures, *((digits,) if digits else ()))
 
 
 def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:

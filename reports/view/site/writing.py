@@ -23,6 +23,7 @@ from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.claims import formed
+from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.versions import Versions, versions
 from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
@@ -104,7 +105,7 @@ def content(study: Study, others: Versions | None = None) -> Content:
     """The content of the pages of `study`, which `others` are stored beside, with other engines;
     raises as `records_of`."""
     records = records_of(study)
-    every = matrix.every_pair(study, records.verdicts)
+    every = matrix.every_pair(study, records)
     views = _views(study, records, every)
     common = {**_common(study, records, views, every), "versions": others}
     return Content(views, common, _pages(views, common))
@@ -140,10 +141,12 @@ def _common(
         "counts": first_screen.counts(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
+        "largest_step": largest_step(study),
         "settings": [choice for choice in settings if choice.settings.method not in shown],
         "user_settings": own_table(records.study.user, records.verdicts),
-        "matrix": matrix.by_engine(study, every, scenes),
-        "of_engines": matrix.of_engines(study, every, scenes),
+        "matrices": matrix.matrices(study, every, scenes),
+        "signs": dict(matrix.SIGNS),
+        "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
         "recommendations": top_tables.recommendations(study, advice),
         "sources": top_tables.sources(findings),
         "tightness": top_tables.tightness_tables(records.study.tightness),

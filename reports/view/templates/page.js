@@ -316,7 +316,7 @@
   };
 
   const follow = () => {
-    const id = decodeURIComponent(location.hash.slice(1));
+    const id = decodeURIComponent(location.hash.slice(1).split("?")[0]);
     turned(id || (current ? "top" : ""));
     let place = document.getElementById(id);
     const wanted = place;

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import pytest
 
+from plumbob.engines.adapters.mujoco.own_model.tangent import TangentMaps
 from plumbob.engines.audit.stability import limited
 from plumbob.tests.audit.robots.largest_steps import CONFIRMED, course_of, verdict
 from plumbob.tests.audit.robots.robot_files import file_model, folder
@@ -19,6 +20,8 @@ KNOWN = (
     ("dm_control", "manipulator", "rk4", 2e-5, 3e-5, "tip, damping 0.01 on 7.3e-08 kg m²"),
     ("dm_control", "cheetah", "rk4", 0.070, 0.088, "stiffness"),
     ("dm_control", "humanoid_CMU", "rk4", 0.0034, 0.0043, "damping 10"),
+    # At rest on the ground at that step: its contacts chatter.
+    ("gymnasium", "half_cheetah", "euler", 0.055, 0.067, "joint bshin"),
     ("gymnasium", "half_cheetah", "rk4", 0.068, 0.088, "joint bshin, stiffness 180 on 0.17 kg m²"),
     ("gymnasium", "humanoid", "rk4", 0.0114, 0.0141, "damping 5"),
 )
@@ -27,6 +30,7 @@ BEYOND = (
     ("dm_control", "manipulator", "euler"),
     ("dm_control", "cartpole", "rk4"),
     ("gymnasium", "inverted_pendulum", "rk4"),
+    ("gymnasium", "hopper", "euler"),  # at 20 ms a nudge decides on a landing alone
 )
 QUICK = ("fish", "inverted_pendulum")
 
@@ -69,3 +73,17 @@ def test_a_limit_beyond_what_is_tried_is_said_as_that(
     assert found is not None
     limit = limited(course_of(file_model(found / f"{name}.xml"), "rest"), integrator)
     assert (limit.largest_step, limit.confirmed) == (None, True)
+
+
+def test_states_along_the_motion_alone_miss_where_a_contact_chatters(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The contacts of the motion are those of small steps."""
+    skipped("gymnasium", "half_cheetah", request)
+    found = folder("gymnasium")
+    assert found is not None
+    monkeypatch.setattr(TangentMaps, "at_rest", lambda *_: None)
+    limit = limited(course_of(file_model(found / "half_cheetah.xml"), "rest"), "euler")
+    assert limit.predicted is not None
+    assert limit.predicted > 0.08
+    assert limit.why.startswith("by nudged runs")

@@ -129,14 +129,20 @@ class MujocoModel:
         return TangentMaps(model, self._begun(model), state, control)
 
     def nudged(
-        self, script: Script, begin: int, integrator: str, step: float, duration: float
+        self,
+        script: Script,
+        begin: int,
+        integrator: str,
+        step: float,
+        duration: float,
+        after: float = 0.0,
     ) -> float:
         """See `OwnModel`."""
         _, model = self._neighbours
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
         with silent():
             pair = self._begun(model), self._begun(model)
-            return growth(model, pair, script, begin, duration)
+            return growth(model, pair, script, begin, duration, after)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """See `OwnModel`."""

@@ -22,6 +22,9 @@ from plumbob.engines.own_motion import Change, Place, Script
 # [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
 # nudge's growth ends where it opens, at some 1e-5 m, which is to be more than a thousandfold.
 NUDGE = 1e-9
+AT_REST = 1e-9  # [m, rad, m/s, ...] by which a state at rest changes in a step
+DIFFERENCE = 1e-7  # [m, rad, ...] of the Jacobians that find it
+NEUTRAL = 1e-7  # of the stiffest direction: one as soft has no place of rest
 _BAD = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
     mujoco.mjtWarning.mjWARN_BADQVEL,
@@ -78,16 +81,46 @@ class TangentMaps:
             derivative[2 * nv :] = activation - other_activation
         return derivatives.T / (2.0 * difference)
 
+    def _moved(self, integrator: str, step: float) -> Array:
+        """What a step [s] changes, in the tangent space."""
+        self.model.opt.timestep, self.model.opt.integrator = step, kind(integrator)
+        position, *others = self._stepped(np.zeros(self.size))
+        moved = np.zeros(self.model.nv)
+        mujoco.mj_differentiatePos(self.model, moved, 1.0, self.about[0], position)
+        changes = (now - then for now, then in zip(others, self.about[1:], strict=True))
+        return np.concatenate([moved, *changes])
+
+    def _shifted(self, shift: Array) -> tuple[Array, Array, Array]:
+        """Positions, velocities and activations of the state after a shift."""
+        (position, velocity, activation), nv = self.about, self.model.nv
+        position = position.copy()
+        mujoco.mj_integratePos(self.model, position, shift[:nv], 1.0)
+        return position, velocity + shift[nv : 2 * nv], activation + shift[2 * nv :]
+
     def _stepped(self, shift: Array) -> tuple[Array, Array, Array]:
         """Positions, velocities and activations a step after a shift of the state."""
-        data, nv = self.data, self.model.nv
-        data.qpos[:], data.qvel[:], data.act[:] = self.about
+        data = self.data
+        data.qpos[:], data.qvel[:], data.act[:] = self._shifted(shift)
         data.qacc_warmstart[:] = self.warm
-        mujoco.mj_integratePos(self.model, data.qpos, shift[:nv], 1.0)
-        data.qvel += shift[nv : 2 * nv]
-        data.act += shift[2 * nv :]
         mujoco.mj_step(self.model, data)
         return data.qpos.copy(), data.qvel.copy(), data.act.copy()
+
+    def at_rest(self, integrator: str, step: float) -> TangentMaps | None:
+        """See `StepMaps`: by Newton's method; a body that nothing holds may be anywhere."""
+        maps, before = self, math.inf
+        while True:
+            moved = maps._moved(integrator, step)
+            size = float(np.abs(moved).max())
+            if not size < before:
+                return None
+            if size < AT_REST:
+                return maps
+            free = np.eye(self.size) - maps(integrator, step, DIFFERENCE)
+            if not np.isfinite(free).all():
+                return None
+            shift, before = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float), size
+            state = np.concatenate(maps._shifted(shift))
+            maps = TangentMaps(self.model, self.data, state, self.control)
 
     def place(self, weights: Array) -> Place:
         """See `StepMaps`."""
@@ -110,20 +143,25 @@ def for_maps(model: Any) -> Any:
     return model
 
 
-def growth(model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float) -> float:
-    """How many times as far apart as a nudge of the start of `script` are positions, at most, when
-    `model` has stepped for a `duration` [s]; its controls are those from the period `begin` on,
-    then the last one. `pair` are the two mjData; infinite where one diverges."""
+def growth(
+    model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float, after: float
+) -> float:
+    """How many times as far apart as a nudge are positions, at most, when `model` has stepped for a
+    `duration` [s] from it; a run from the start of `script` is nudged `after` a time [s], its
+    controls are those from the period `begin` on, then the last one. `pair` are the two mjData;
+    infinite where one diverges."""
     nudge = np.random.default_rng(0).standard_normal(2 * model.nv + model.na)
     nudge *= NUDGE / np.abs(nudge).max()
     for data in pair:
         put(data, script.start)
-    mujoco.mj_integratePos(model, pair[1].qpos, nudge[: model.nv], 1.0)
-    pair[1].qvel += nudge[model.nv : 2 * model.nv]
-    pair[1].act += nudge[2 * model.nv :]
-    apart, largest = np.zeros(model.nv), 0.0
-    for k in range(math.ceil(duration / model.opt.timestep)):
-        period = begin + int((k + 1e-6) * model.opt.timestep / script.period)
+    apart, largest, step = np.zeros(model.nv), 0.0, model.opt.timestep
+    nudged = math.ceil(after / step)
+    for k in range(nudged + math.ceil(duration / step)):
+        if k == nudged:
+            mujoco.mj_integratePos(model, pair[1].qpos, nudge[: model.nv], 1.0)
+            pair[1].qvel += nudge[model.nv : 2 * model.nv]
+            pair[1].act += nudge[2 * model.nv :]
+        period = begin + int((k + 1e-6) * step / script.period)
         for data in pair:
             data.ctrl[:] = script.controls[min(period, len(script.controls) - 1)]
             mujoco.mj_step(model, data)

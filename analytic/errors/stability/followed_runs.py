@@ -1,0 +1,85 @@
+"""How long a method stays right on any motion whose error has a series in the step (THEORY.md, 13).
+
+The series is followed until the error is large, and carried on as it grew: exponentially where the
+motion itself parts neighbours, by the time and its square elsewhere, not at all where it dies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import LEVELS, Growth, LongRun
+from plumbob.analytic.theory import Coefficients
+
+FIRST, LONGEST = 30, 300  # fastest periods that a series is followed for, at first and at most
+MORE = 2.0  # times as long, the next time
+KNOWN = 23.0  # e-folds, after which 10^-10 of an orbit is as large as the orbit
+SAMPLES = 48  # of a fastest period
+# Calibrated (test_long_runs.py: damped, forced and rotating motions): of the largest error so far,
+# that of the last quarter where it dies, and that of the first half where it grows no more.
+DIES, STAYS = 0.5, 0.85
+
+
+@dataclass(frozen=True)
+class FollowedMotion:
+    """The `series` of a scheme's error at times [s], on a motion of a `fastest` period [s] that
+    `lasts` so long [s] and parts neighbours at the rate `exponent` [1/s]; `scales` of errors."""
+
+    series: Callable[[Array], Coefficients]
+    scales: Mapping[str, float]
+    fastest: float
+    lasts: float = math.inf
+    exponent: float = 0.0
+
+    def long_run(self, step: float) -> LongRun | None:
+        """The growth of the error at a `step` [s]; None without a series."""
+        longest = min(self.lasts, LONGEST * self.fastest)
+        enough = LEVELS[1] if math.isinf(self.lasts) else math.inf
+        if self.exponent:
+            longest, enough = min(longest, KNOWN / self.exponent), LEVELS[-1]
+        until = min(FIRST * self.fastest, longest)
+        while True:
+            times = np.linspace(0.0, until, math.ceil(SAMPLES * until / self.fastest) + 1)
+            series = self.series(times)
+            if not series:
+                return None
+            size = np.zeros_like(times)
+            for name, scale in self.scales.items():
+                error = sum(step**order * errors[name] for order, errors in series.items())
+                size = np.maximum(size, np.abs(error) / scale)
+            if size.max() > enough or until >= longest:
+                return self._carried_on(times, size)
+            until = min(MORE * until, longest)
+
+    def _carried_on(self, times: Array, size: Array) -> LongRun:
+        """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
+        until, half = float(times[-1]), float(size[: len(size) // 2].max())
+        largest, last = float(size.max()), float(size[3 * len(size) // 4 :].max())
+        quadratic = max(2.0 * (largest - 2.0 * half), 0.0) / until**2
+        linear = max(largest / until - quadratic * until, 0.0)
+        growth: Growth = "linear" if linear > quadratic * until else "quadratic"
+        rate = linear if growth == "linear" else quadratic
+        if self.exponent:
+            growth, rate = "exponential", self.exponent
+        elif last < DIES * largest:
+            growth, rate = "decaying", 0.0
+        elif half > STAYS * largest:
+            growth, rate = "constant", 0.0
+
+        def reached(level: float) -> float:
+            above = np.flatnonzero(size >= level)
+            if above.size:
+                return float(times[above[0]])
+            if not rate:
+                return math.inf
+            if self.exponent:
+                return until + math.log(level / last) / rate
+            root = math.sqrt(linear**2 + 4.0 * quadratic * level)
+            return 2.0 * level / (linear + root)
+
+        return LongRun(growth, rate, 0.0, {level: reached(level) for level in LEVELS})

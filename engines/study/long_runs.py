@@ -1,0 +1,162 @@
+"""How long a method stays right, by an engine's own runs, each longer than the one before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import LEVELS, LongRun, StabilityTheory
+from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import engine_of
+from plumbob.engines.study.measurement import scheme_of
+from plumbob.engines.trajectory import Trajectory, lost
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
+
+MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver in Python
+FIRST_STEPS, MORE = 1_000, 4  # of the first run, and how many times as many the next one takes
+A_PERIOD = 100  # steps that a step of one's own choice takes to a period of the fastest mode
+OF_A_SOLVER = 1e3  # steps to a period, roughly, of one that chooses its own, for the length of runs
+DOUBT = 0.2  # of the least level, by which the exact motion is known well enough
+SHARP = 4.0  # standard errors by which a drift of the energy differs from none
+LOST = 1.0  # of the energy's scale: all of it gained or lost
+
+
+@dataclass(frozen=True)
+class LongRunSearch:
+    """A search for the times at which a method's error on a scene reaches each of LEVELS."""
+
+    scene: str
+    method: str
+    step: float | None = (
+        None  # [s], or the relative tolerance; None: the scene's, A_PERIOD a period
+    )
+    most_steps: int = MOST_STEPS
+
+
+@dataclass(frozen=True)
+class MeasuredLongRun:
+    """The times of a method's errors, as measured and predicted."""
+
+    step: float = math.nan  # [s], or the relative tolerance
+    period: float = math.nan  # [s] the fastest
+    predicted: LongRun | None = None
+    times: Mapping[float, float] = field(default_factory=dict)  # [s] by level that was reached
+    followed: float = 0.0  # [s] the longest run
+    stopped: str = ""  # why none was longer; empty where all levels were reached
+    energy: Literal["bounded", "drifting", "lost", "not conserved"] = "not conserved"
+    energy_rate: float = 0.0  # [1/s] of its scale, where it drifts
+    why: str = ""  # nothing was measured
+
+
+def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLongRun:
+    """The times by runs of `method` on `scene`; raises ParameterError."""
+    case = case_of(scene)
+    theory = case.system.stability(case.problem) if case.system.stability else None
+    if theory is None:
+        return MeasuredLongRun(why="long runs are of pendulums and of a free body")
+    step = request.step or own_step(scene, method, theory)
+    fixed = method.control == "step"
+    scales = {q.observable: q.scale for q in case.system.quantities(case)}
+    predicted = theory.long_run(scheme_of(case, method), step, scales) if fixed else None
+    pace = step if fixed else theory.fastest / OF_A_SOLVER
+    times: dict[float, float] = {}
+    longest: Trajectory | None = None
+    stopped = f"not within {request.most_steps:.3g} steps"
+    try:
+        for run in _runs(case, method, step, _durations(pace, request.most_steps, theory)):
+            if run.diverged_at is None and not lost(run):
+                longest = run
+            else:
+                stopped = f"lost after {run.diverged_at or 0.0:.3g} s"
+                break
+            known = _reached(case, run, scales, times)
+            if len(times) == len(LEVELS):
+                stopped = ""
+            elif not known:
+                stopped = "double precision knows the exact motion no longer"
+            elif run.times[-1] >= theory.lasts * (1.0 - 1e-9) - 2.0 * pace:
+                stopped = "the motion has come to rest, or repeats"
+            else:
+                continue
+            break
+    except Unsupported as why:
+        return MeasuredLongRun(why=str(why))
+    energy = _energy(theory, longest, "lost" in stopped)
+    followed = 0.0 if longest is None else float(longest.times[-1])
+    return MeasuredLongRun(step, theory.fastest, predicted, times, followed, stopped, *energy)
+
+
+def own_step(scene: Scene, method: Method, theory: StabilityTheory) -> float:
+    """The step of the scene [s] that is nearest to A_PERIOD to the fastest period, or the middle
+    one of a method's tolerances."""
+    if method.control == "tolerance":
+        return method.step_sizes[len(method.step_sizes) // 2]
+    wanted = theory.fastest / A_PERIOD
+    return min(scene.steps, key=lambda step: abs(math.log(step / wanted)))
+
+
+def _durations(pace: float, most_steps: int, theory: StabilityTheory) -> Iterator[float]:
+    """Durations of runs [s], of FIRST_STEPS to `most_steps` steps of `pace` [s]."""
+    steps = FIRST_STEPS
+    while steps < most_steps and steps * pace < theory.lasts:
+        yield steps * pace
+        steps *= MORE
+    yield min(most_steps * pace, theory.lasts)
+
+
+def _runs(
+    case: Case, method: Method, step: float, durations: Iterator[float]
+) -> Iterator[Trajectory]:
+    for duration in durations:
+        with np.errstate(all="ignore"):
+            yield engine_of(method).prepare(case.lasting(duration), method, step).run()
+
+
+def _reached(
+    case: Case, run: Trajectory, scales: Mapping[str, float], times: dict[float, float]
+) -> bool:
+    """Enter the times at which the run's error reaches levels that none before did, as far as the
+    exact motion is known; false where that is not all of it."""
+    try:
+        exact, doubt = (
+            ask(run.times) for ask in (case.reference.observe, case.reference.uncertainty)
+        )
+    except ParameterError:
+        return False
+    names = [name for name in scales if name in run.observables]
+    errors, doubts = (
+        np.max([np.abs(parts[n]) / scales[n] for n in names], axis=0)
+        for parts in ({n: run.observables[n] - exact[n] for n in names}, doubt)
+    )
+    unknown = np.flatnonzero(doubts > DOUBT * LEVELS[0])
+    for level in LEVELS:
+        above = np.flatnonzero(errors[: unknown[0] if unknown.size else None] >= level)
+        if above.size:
+            times.setdefault(level, float(run.times[above[0]]))
+    return not unknown.size
+
+
+def _energy(
+    theory: StabilityTheory, run: Trajectory | None, lost: bool
+) -> tuple[Literal["bounded", "drifting", "lost", "not conserved"], float]:
+    """How the energy of a run goes, and at which rate [1/s]: that of a line through its samples,
+    where it differs from none."""
+    if theory.energy is None:
+        return "not conserved", 0.0
+    if run is None or lost:
+        return "lost", 0.0
+    energy: Array = theory.energy(run.observables)
+    drift = energy - energy[0]
+    if np.abs(drift).max() > LOST:
+        return "lost", 0.0
+    (rate, _), ((variance, _), _) = np.polyfit(run.times, drift, 1, cov=True)
+    if abs(rate) < SHARP * math.sqrt(variance):
+        return "bounded", 0.0
+    return "drifting", float(rate)

@@ -1,0 +1,66 @@
+"""The time after which methods are wrong on a swing, measured beside its prediction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.long_runs import LongRunSearch
+from plumbob.engines.study.results import Study
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.measurements import plan_of
+from plumbob.reports.judge.long_runs import judged_long_run
+from plumbob.reports.view.content import Claim
+
+SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] the notebook's
+METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
+MOST_STEPS = 64_000  # in which every error is as large as the swing
+
+
+@dataclass(frozen=True)
+class LongRuns:
+    """The long runs, a record each as `plumbob stability --long --json` prints them, and why those
+    that are unexpected are."""
+
+    runs: tuple[Mapping[str, Any], ...]
+    surprises: tuple[str, ...]
+
+
+def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
+    """A swing at one step, with one method of each kind."""
+    return tuple(
+        LongRunSearch(SWING, method, STEP, MOST_STEPS)
+        for method in METHODS
+        if plan.has(SWING, method)
+    )
+
+
+def numbers(study: Study) -> LongRuns | None:
+    """The long runs that the study holds; None where it holds none."""
+    searches = {request: study.long_run_of(request) for request in requests(plan_of(study))}
+    judged = [judged_long_run(s, found) for s, found in searches.items() if found and found.times]
+    if not judged:
+        return None
+    surprises = [f"{of.search.method}: {of.surprise}" for of in judged if of.surprise]
+    return LongRuns(tuple(of.record() for of in judged), tuple(surprises))
+
+
+def claims(numbers: LongRuns) -> Sequence[Claim]:
+    """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
+    before it."""
+    unexpected = tuple(Claim(text, False) for text in numbers.surprises)
+    times = {run["method"]: [level["measured"] for level in run["times"]] for run in numbers.runs}
+    if not {"ode/rk4", "ode/leapfrog"} <= set(times):
+        return unexpected
+    rk4, leapfrog = (
+        [math.inf if time is None else time for time in times[name]]
+        for name in ("ode/rk4", "ode/leapfrog")
+    )
+    overtaken = rk4[0] > leapfrog[0] and rk4[-1] < leapfrog[-1]
+    return (*unexpected, Claim("RK4 is right for longer, and then overtaken", overtaken))
+
+
+LONG_RUNS = Analysis("engines/long_runs", numbers, requests, claims)

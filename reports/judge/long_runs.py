@@ -1,0 +1,76 @@
+"""Is the time after which a method is wrong the one that theory predicts?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from plumbob.analytic.stability import LEVELS
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
+from plumbob.reports.judge.stability import LimitVerdict
+
+# Calibrated (tests/study/test_long_runs.py, from both sides): samples of a run meet an error that
+# is at its largest once a period that much later. The last level is far beyond what is linear.
+WITHIN, PERIODS = 0.1, 2.0
+JUDGED = LEVELS[:2]
+
+
+@dataclass(frozen=True)
+class JudgedLongRun:
+    """A long run with its verdict: `measured` where no theory predicts it."""
+
+    search: LongRunSearch
+    found: MeasuredLongRun
+    verdict: LimitVerdict
+    surprise: str = ""  # why the verdict is not as expected
+
+    def record(self) -> dict[str, Any]:
+        """The record that `plumbob stability --long --json` prints, in SI units."""
+        found, predicted = self.found, self.found.predicted
+        return {
+            "scene": self.search.scene,
+            "method": self.search.method,
+            "step": found.step,
+            "period": found.period,
+            "growth": predicted and predicted.growth,
+            "rate": predicted and predicted.rate,
+            "times": [
+                {
+                    "error": level,
+                    "predicted": predicted and predicted.times[level],
+                    "measured": found.times.get(level),
+                }
+                for level in LEVELS
+            ],
+            "followed": found.followed,
+            "why": found.why or found.stopped,
+            "energy": found.energy,
+            "energy_rate": found.energy_rate,
+            "energy_rate_predicted": predicted and predicted.energy_rate,
+            "verdict": self.verdict,
+            "expected": not self.surprise,
+        }
+
+
+def judged_long_run(search: LongRunSearch, found: MeasuredLongRun) -> JudgedLongRun:
+    """A long run, judged."""
+    if found.predicted is None:
+        return JudgedLongRun(search, found, "measured")
+    wrong = "; ".join(_wrong(found))
+    return JudgedLongRun(search, found, "off-prediction" if wrong else "predicted", wrong)
+
+
+def _wrong(found: MeasuredLongRun) -> Iterator[str]:
+    """Each time that is not as predicted."""
+    assert found.predicted is not None
+    slack = PERIODS * found.period
+    for level in JUDGED:
+        wanted, measured = found.predicted.times[level], found.times.get(level)
+        least, most = (1.0 - WITHIN) * wanted - slack, (1.0 + WITHIN) * wanted + slack
+        if measured is None and most < found.followed:
+            yield f"no error of {level:.0%} in {found.followed:.4g} s, predicted at {wanted:.4g} s"
+        elif measured is not None and not least <= measured <= most:
+            later = "never" if math.isinf(wanted) else f"at {wanted:.4g} s"
+            yield f"an error of {level:.0%} at {measured:.4g} s, predicted {later}"

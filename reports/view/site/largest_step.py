@@ -1,0 +1,54 @@
+"""The largest step that one may take, on the first screen: a few motions and a few methods."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from plumbob.engines.study.results import Study
+from plumbob.models.scene import Scene
+from plumbob.reports.advice.recommend import DEFAULT_METHOD
+from plumbob.reports.view.content import Table
+from plumbob.reports.view.step_ranges import StepRange, step_ranges
+from plumbob.reports.view.tables import table
+
+SCENES = (
+    "simple-pendulum/free-large",
+    "cone-pendulum/rotating-base",
+    "cone-pendulum/fast-platform",
+    "linear-pendulum/overdamped",
+    "free-body/flip",
+)
+METHODS = (
+    *(f"mujoco/{integrator}" for integrator in ("euler", "implicit", "implicitfast", "rk4")),
+    "pymunk/default",
+    "ode/rk4",
+)
+
+
+@dataclass(frozen=True)
+class LargestStep:
+    """The steps of MuJoCo's default settings on one motion, and a table of more."""
+
+    scene: Scene
+    default: StepRange
+    table: Table
+
+
+def largest_step(study: Study) -> LargestStep | None:
+    """Of the first motion on which the default settings have a limit; None without one."""
+    ranges: dict[str, Mapping[str, StepRange]] = {
+        scene.name: {of.method: of for of in step_ranges(study, scene) if of.limit}
+        for scene in sorted(_shown(study), key=lambda scene: SCENES.index(scene.name))
+    }
+    first = next((name for name, of in ranges.items() if DEFAULT_METHOD in of), None)
+    if first is None:
+        return None
+    methods = [name for name in METHODS if any(name in of for of in ranges.values())]
+    (scene,) = [scene for scene in study.scenes if scene.name == first]
+    shown = table("stable_steps", ranges=ranges, names=methods)
+    return LargestStep(scene, ranges[first][DEFAULT_METHOD], shown)
+
+
+def _shown(study: Study) -> list[Scene]:
+    return [scene for scene in study.scenes if scene.name in SCENES]

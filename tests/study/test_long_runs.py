@@ -1,0 +1,88 @@
+"""How long a method stays right, by an engine's runs: as predicted, and red for what is wrong."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from plumbob.analytic.stability import LEVELS
+from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.extra_runs import make
+from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
+from plumbob.engines.study.results import TaskResult
+from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
+from plumbob.tests.support.fixture_types import Patch
+
+SWING, CHAOS = "simple-pendulum/free-large", "simple-pendulum/forced-chaotic"
+SCENES = (
+    SWING,
+    CHAOS,
+    "simple-pendulum/forced-large",
+    "simple-pendulum/damped-large",
+    "cone-pendulum/deep-well",
+)
+STEPS = 60_000
+
+
+def run(scene: str, method: str, step: float | None = None) -> JudgedLongRun:
+    search = LongRunSearch(scene, method, step, STEPS)
+    found = make(search, find_method(method))
+    assert isinstance(found, MeasuredLongRun)
+    return judged_long_run(search, found)
+
+
+@pytest.mark.long(keep=3)
+@pytest.mark.parametrize("method", ["mujoco/euler", "ode/leapfrog", "ode/rk4"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_runs_take_the_predicted_time_to_be_wrong(scene: str, method: str) -> None:
+    judged = run(scene, method)
+    assert judged.verdict == "predicted"
+    assert judged.found.predicted is not None
+
+
+def test_energy_is_bounded_drifts_as_predicted_or_is_lost() -> None:
+    euler, rk4 = run(SWING, "ode/euler").found, run(SWING, "ode/rk4").found
+    assert euler.energy == "bounded"
+    assert rk4.energy == "drifting"
+    assert rk4.predicted is not None
+    assert rk4.energy_rate == pytest.approx(rk4.predicted.energy_rate, rel=0.02)
+    assert run(SWING, "ode/euler", 0.9).found.energy == "lost"
+
+
+def test_chaos_grows_at_its_own_rate_and_ends_where_doubles_do() -> None:
+    found = run(CHAOS, "ode/rk4", 0.02).found
+    assert found.predicted is not None
+    assert found.predicted.growth == "exponential"
+    assert found.predicted.rate == pytest.approx(0.12, abs=0.01)
+    assert set(found.times) == set(LEVELS)
+    near = run("simple-pendulum/near-top-1e-6", "ode/leapfrog", 1e-3).found
+    assert set(near.times) < set(LEVELS)
+    assert "no longer" in near.stopped
+
+
+@pytest.mark.parametrize("wrong", [0.8, 1.25, math.inf])
+def test_a_wrong_time_is_red(wrong: float) -> None:
+    right = run(SWING, "ode/leapfrog")
+    assert right.verdict == "predicted"
+    predicted = right.found.predicted
+    assert predicted is not None
+    times = {level: wrong * time for level, time in predicted.times.items()}
+    found = replace(right.found, predicted=replace(predicted, times=times))
+    judged = judged_long_run(right.search, found)
+    assert (judged.verdict, bool(judged.surprise)) == ("off-prediction", True)
+
+
+def test_a_sabotaged_integrator_is_red(monkeypatch: Patch) -> None:
+    monkeypatch.setattr(integrators, "leapfrog", integrators.semi_implicit_euler)
+    assert run("simple-pendulum/rotating-slow", "ode/leapfrog").verdict == "off-prediction"
+
+
+def test_a_long_run_is_kept_to_the_last_bit() -> None:
+    request = LongRunSearch(SWING, "ode/leapfrog", None, STEPS)
+    found = make(request, find_method("ode/leapfrog"))
+    kept = from_json(to_json(TaskResult(extras={request: found})), TaskResult)
+    assert kept.extras == {request: found}
