@@ -10,6 +10,15 @@ from typing import Literal
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 
+# Steps that are tried are powers of RATIO, in fastest periods, of theory and of runs alike; away
+# from an equilibrium, where single steps fail below others that hold, those of every fourth power.
+RATIO, EVERY = 1.01, 4
+SMALLEST, LARGEST = 1e-3, 30.0  # in fastest periods
+AWAY = 1.0  # the largest away from an equilibrium: samples farther apart show no kind of motion
+# Of a conserved quantity, in its own scale: a run that leaves it is lost. Near its limit a
+# symplectic oscillator's energy swings to 1/(1 - h omega/2) of its start: to 200 times that at
+# 0.995 of the limit, half a bracket below.
+BAND = 200.0
 Kind = Literal["unstable", "changes-kind"]
 """Consequence of a step beyond the limit: it magnifies a nudge that the exact motion does not, or
 its motion becomes one of another kind (a swing turns over, a well is left)."""
@@ -24,6 +33,12 @@ class StepLimit:
     kind: Kind
     step: float  # [s]; infinite where no step is too large
     why: str  # "h omega < 2 of the swing at 3.13 rad/s"
+
+
+def exponent(periods: float, every: int = 1) -> int:
+    """The largest exponent of RATIO, a multiple of `every`, at which a step is no larger than so
+    many fastest periods."""
+    return math.floor(math.log(periods) / math.log(RATIO) / every + 1e-9) * every
 
 
 NO_STEP = StepLimit("unstable", math.inf, "no step is given: the method chooses its own")

@@ -96,18 +96,17 @@ RunRequest = (
     | ParameterFit
 )
 Request = RunRequest | ModelReading
-Answer = (
+Measured = (
     Trajectory
     | ConvergenceStudy
     | Trimming
-    | ModelRead
     | Stability
     | PredictedLimits
     | MeasuredLongRun
     | Gradients
     | Identification
 )
-Result = Answer | None
+Result = Measured | ModelRead | None
 ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
     {
         ExtraRun: Trajectory,
@@ -115,8 +114,8 @@ ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
         TrimmingRun: Trimming,
         ModelReading: ModelRead,
         StabilitySearch: Stability,
-        GradientSearch: Gradients,
         StepPrediction: PredictedLimits,
+        GradientSearch: Gradients,
         ParameterFit: Identification,
         LongRunSearch: MeasuredLongRun,
     }
@@ -167,10 +166,10 @@ def make(request: RunRequest, method: Method) -> Result:
         return None
     if isinstance(request, StabilitySearch):
         return stability(scene, method)
-    if isinstance(request, GradientSearch):
-        return gradients(case_of(scene), method, request)
     if isinstance(request, StepPrediction):
         return predicted_limits(scene, method)
+    if isinstance(request, GradientSearch):
+        return gradients(case_of(scene), method, request)
     if isinstance(request, ParameterFit):
         return _fit(request, scene, method)
     if isinstance(request, LongRunSearch):

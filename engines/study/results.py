@@ -179,13 +179,6 @@ class Study:
         assert found is None or isinstance(found, Stability)
         return found
 
-    def gradients_of(self, request: GradientSearch) -> Gradients | None:
-        """Declared derivatives; None where the engine is missing, or the method is not meant for
-        the scene. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, Gradients)
-        return found
-
     def step_limit(self, scene: str, method: str) -> KnownLimit | None:
         """The smallest limit of the step that is stored of a scene with a method, or None."""
         predicted = self.extras.get(StepPrediction(scene, method))
@@ -193,6 +186,13 @@ class Study:
         assert predicted is None or isinstance(predicted, PredictedLimits)
         assert measured is None or isinstance(measured, Stability)
         return known_limit(predicted, measured)
+
+    def gradients_of(self, request: GradientSearch) -> Gradients | None:
+        """Declared derivatives; None where the engine is missing, or the method is not meant for
+        the scene. Raises UndeclaredRun."""
+        found = looked_up(self.extras, request)
+        assert found is None or isinstance(found, Gradients)
+        return found
 
     def fit(self, request: ParameterFit) -> Identification | None:
         """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""

@@ -12,7 +12,18 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import Kind, StabilityTheory, StepLimit
+from plumbob.analytic.stability import (
+    AWAY,
+    BAND,
+    EVERY,
+    LARGEST,
+    RATIO,
+    SMALLEST,
+    Kind,
+    StabilityTheory,
+    StepLimit,
+    exponent,
+)
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import invariant_drifts, scheme_of
@@ -25,18 +36,13 @@ GROWTH = 1e3  # of a nudge, beyond that of the exact motion
 # GROWTH magnify would be as large as the motion, but far above what a double resolves.
 NUDGE, SMALLEST_NUDGE, SMALL = 1e-6, 1e-11, 0.1
 STEPS, PERIODS = 10_000, 100  # the least that a run lasts: steps, and periods of the fastest mode
-# Of a conserved quantity, in its own scale. Near its limit a symplectic oscillator's energy swings
-# to 1/(1 - h omega/2) of its start: to 200 times that at 0.995 of the limit, half a bracket below.
-BAND = 200.0
-RATIO = 1.01  # of the steps that are tried: the bracket, and the grid that all steps are of
-SMALLEST, LARGEST = 1e-3, 30.0  # steps that are tried, in fastest periods
 COARSER = 4  # the search widens by this factor, in exponents of RATIO
 PILOT = 500  # steps of runs that show most failures, at little cost
 FIRST = 0.3  # in fastest periods: where a search without a prediction begins
 # Exponents of RATIO. Steps of 0.95, 0.78, 0.5 and 0.25 of a limit are to hold, too; away from an
-# equilibrium those of 0.78 and more 4 % apart: where a motion becomes chaotic there are steps that
-# fail below others that hold.
-BELOW, NEAR, EVERY = (5, 25, 70, 140), 25, 4
+# equilibrium all of EVERY from 0.78: where a motion becomes chaotic there are steps that fail below
+# others that hold.
+BELOW, NEAR = (5, 25, 70, 140), 25
 FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
 Holds = Callable[[int], bool]
 
@@ -157,9 +163,10 @@ def _limit(
     """The limit of a `kind`, searched from its prediction or from `start` fastest periods."""
     if predicted is not None and math.isfinite(predicted.step):
         start = predicted.step / trials.fastest
-    low, high = exponent(SMALLEST), exponent(LARGEST)
-    first = min(max(exponent(start), low), high) if start > 0.0 else low
-    held, failed = bracket(holds, first, low, high, trials.monotone)
+    every = 1 if trials.monotone else EVERY
+    low, high = (exponent(end, every) for end in (SMALLEST, LARGEST if every == 1 else AWAY))
+    first = min(max(exponent(start, every), low), high) if start > 0.0 else low
+    held, failed = bracket(holds, first, low, high, every)
     if failed is None:
         why = "every step that was tried holds"
     else:
@@ -175,35 +182,38 @@ def _limit(
     )
 
 
-def exponent(periods: float) -> int:
-    """The largest exponent of RATIO at which a step is no larger than so many fastest periods."""
-    return math.floor(math.log(periods) / math.log(RATIO) + 1e-9)
-
-
 def bracket(
-    holds: Holds, first: int, low: int, high: int, monotone: bool = True
+    holds: Holds, first: int, low: int, high: int, every: int = 1
 ) -> tuple[int | None, int | None]:
     """The largest number that holds, such that those tried below it do too, and the next one, which
-    does not; None where there is none from `low` to `high`. The search begins at `first`."""
-    held, failed = _widened(holds, first, low, high)
+    does not; None where there is none from `low` to `high`. The search begins at `first`, and looks
+    at multiples of `every`, as these three are, before it halves the last gap."""
+    held, failed = _widened(holds, first, low, high, every)
     if held is None:
         return None, failed
-    while failed is not None and failed - held > 1:
-        middle = (held + failed) // 2
-        held, failed = (middle, failed) if holds(middle) else (held, middle)
-    below = [held - drop for drop in BELOW]
-    if not monotone:
-        near = [lower for lower in range(held, held - NEAR, -1) if lower % EVERY == 0]
-        below = [*near, *below]
-    for lower in below:
+    held, failed = _halved(holds, held, failed, every)
+    below = {(held - drop) // every * every for drop in BELOW}
+    if every > 1:
+        below |= set(range(held - NEAR // every * every, held, every))
+    for lower in sorted(below, reverse=True):
         if lower >= low and not holds(lower):
-            return bracket(holds, lower, low, lower, monotone)
+            return bracket(holds, lower, low, lower, every)
+    return _halved(holds, held, failed, 1)
+
+
+def _halved(holds: Holds, held: int, failed: int | None, gap: int) -> tuple[int, int | None]:
+    """The two numbers no farther apart than a `gap`."""
+    while failed is not None and failed - held > gap:
+        middle = (held + failed) // (2 * gap) * gap
+        held, failed = (middle, failed) if holds(middle) else (held, middle)
     return held, failed
 
 
-def _widened(holds: Holds, first: int, low: int, high: int) -> tuple[int | None, int | None]:
+def _widened(
+    holds: Holds, first: int, low: int, high: int, stride: int
+) -> tuple[int | None, int | None]:
     """Two numbers, the smaller of which holds, by ever wider strides from `first`."""
-    up, stride, last = holds(first), 1, first
+    up, last = holds(first), first
     while last != (end := high if up else low):
         following = min(last + stride, end) if up else max(last - stride, end)
         if holds(following) != up:
@@ -279,6 +289,15 @@ class Trials:
         }
 
     @cached_property
+    def grown_scales(self) -> Mapping[str, float]:
+        """The same where a nudge is looked at later: of a rate at least what the fastest mode makes
+        of the angle."""
+        if self.theory is None:
+            return self.scales
+        rates = {f"{n}_dot": size * math.tau / self.fastest for n, size in self.scales.items()}
+        return {n: max(size, rates.get(n, 0.0)) for n, size in self.scales.items()}
+
+    @cached_property
     def nudged(self) -> Case:
         """The case with another start."""
         system, parameters = self.case.system, self.case.scene.parameters
@@ -307,8 +326,9 @@ class Trials:
     def _tried(self, step: float) -> _Outcome:
         """The outcome of runs at a step [s]."""
         steps = max(STEPS, math.ceil(PERIODS * self.fastest / step))
-        early = self._kept(step, PILOT)
-        return early if early.unstable else self._kept(step, steps)
+        with np.errstate(all="ignore"):  # of runs that are lost
+            early = self._kept(step, PILOT)
+            return early if early.unstable else self._kept(step, steps)
 
     def _kept(self, step: float, steps: int) -> _Outcome:
         """The outcome of runs of so many steps [s]."""
@@ -325,9 +345,7 @@ class Trials:
 
     def _run(self, case: Case, step: float, steps: int) -> Trajectory:
         """A run of so many steps."""
-        with np.errstate(all="ignore"):
-            lasting = case.lasting(steps * step)
-            return engine_of(self.method).prepare(lasting, self.method, step).run()
+        return engine_of(self.method).prepare(case.lasting(steps * step), self.method, step).run()
 
     def _grown(self, run: Trajectory, nudged: Trajectory) -> str:
         """By how much a nudge has grown beyond what the exact motion magnifies it; empty where
@@ -337,7 +355,7 @@ class Trials:
         apart = np.max(
             [
                 np.abs(nudged.observables[name] - run.observables[name]) / scale
-                for name, scale in self.scales.items()
+                for name, scale in self.grown_scales.items()
                 if name in run.observables
             ],
             axis=0,

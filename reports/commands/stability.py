@@ -15,12 +15,12 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
-from plumbob.engines.study.stability import Stability, StabilitySearch
+from plumbob.engines.study.stability import StabilitySearch
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
-from plumbob.reports.judge.stability import JudgedLimit, judged_limits
+from plumbob.reports.judge.stability import JudgedLimit, study_limits
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -99,12 +99,10 @@ def _measured(
 
 
 def _judged(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
-    """The limits or long runs that a study holds; of one whose engine is missing, or whose process
-    was lost, why there is none."""
+    """The long runs and the limits that a study holds; of one whose engine is missing, or whose
+    process was lost, why there is none."""
     for request in study.extras:
-        why = "its engine is missing, or its process was lost"
         if isinstance(request, LongRunSearch):
-            run = study.long_run_of(request) or MeasuredLongRun(why=why)
-            yield judged_long_run(request, run)
-        elif isinstance(request, StabilitySearch):
-            yield from judged_limits(request, study.stability_of(request) or Stability((), why=why))
+            why = "its engine is missing, or its process was lost"
+            yield judged_long_run(request, study.long_run_of(request) or MeasuredLongRun(why=why))
+    yield from study_limits(study)

@@ -32,6 +32,7 @@ from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
 from plumbob.reports.judge.expectations import as_expected
+from plumbob.reports.judge.stability import study_limits, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 
@@ -151,7 +152,7 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
 def exit_code(study: Study, judged: Judgements) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if surprises(study, judged):
+    if surprises(study, judged) or unexpected(study_limits(study)):
         return 1
     user = {both.whole.verdict for (_, method), both in judged.items() if method == USER_METHOD}
     if user and user <= {"unsupported", "missing"}:

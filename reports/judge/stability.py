@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from plumbob.engines.registry import limits_of
+from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import MeasuredLimit, Stability, StabilitySearch
 
 # Chosen, relative, between the prediction and the nearer end of a bracket of 1 %: eigenvalues set
@@ -90,3 +91,18 @@ def off_by(limit: MeasuredLimit) -> float | None:
         return limit.holds / limit.predicted
     beyond = limit.fails is None and limit.holds is not None and limit.predicted < limit.holds
     return math.inf if beyond else 1.0
+
+
+def study_limits(study: Study) -> Iterator[JudgedLimit]:
+    """The limits that a study holds; of a search whose engine is missing, or whose process was
+    lost, why there is none."""
+    for request in study.extras:
+        if not isinstance(request, StabilitySearch):
+            continue
+        why = "its engine is missing, or its process was lost"
+        yield from judged_limits(request, study.stability_of(request) or Stability((), why=why))
+
+
+def unexpected(judged: Iterable[JudgedLimit]) -> Sequence[JudgedLimit]:
+    """Those whose verdict is not as expected."""
+    return [limit for limit in judged if limit.surprise]

@@ -13,6 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Observable, Scene
 from plumbob.reports.judge.expectations import expected, standing, surprise
+from plumbob.reports.judge.stability import study_limits, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.page import written
@@ -20,7 +21,8 @@ from plumbob.reports.view.page import written
 
 def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     """Write one test case for each scene and method: a failure where the verdict is unexpected,
-    skipped with the reason where it is a known limit or claims nothing."""
+    skipped with the reason where it is a known limit or claims nothing; and a failure for each
+    largest step that is unexpected."""
     suite = ElementTree.Element("testsuite", name="plumbob")
     ran = {(c.scene, c.method): c for c in study.convergence}
     counts: Counter[str] = Counter()
@@ -41,6 +43,11 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
             kind, message = outcome
             ElementTree.SubElement(case, kind, message=message)
             counts[kind] += 1
+    for limit in unexpected(study_limits(study)):
+        name = f"{limit.method}, largest step"
+        case = ElementTree.SubElement(suite, "testcase", classname=limit.scene, name=name)
+        ElementTree.SubElement(case, "failure", message=f"{limit.surprise}: {limit.why}")
+        counts["failure"] += 1
     suite.attrib |= {
         "tests": str(len(suite)),
         "failures": str(counts["failure"]),

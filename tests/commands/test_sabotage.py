@@ -18,6 +18,7 @@ from plumbob.engines import registry
 from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.method import Method, Simulation
 from plumbob.engines.study import measurement
+from plumbob.engines.study import stability as measuring
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
@@ -45,6 +46,7 @@ def validate(tmp_path: Path, capsys: Capture, monkeypatch: Patch) -> Validate:
     return partial(validated, tmp_path, capsys)
 
 
+SEARCH = measuring.StabilitySearch("linear-pendulum/overdamped", "ode/euler")
 CONE, TURNING = "cone-pendulum/rotating-base", "simple-pendulum/damped-rotating"
 FORCED, SLOW = "simple-pendulum/forced-large", "simple-pendulum/rotating-slow"
 
@@ -175,6 +177,34 @@ def test_a_prediction_with_its_sign_flipped(validate: Validate, monkeypatch: Pat
 
     monkeypatch.setattr(measurement, "_held", flipped)
     assert red(validate(CONE, "mujoco/euler"), CONE, "mujoco/euler")
+
+
+@pytest.mark.long
+def test_a_doctored_theory_of_the_largest_step(
+    tmp_path: Path, capsys: Capture, monkeypatch: Patch
+) -> None:
+    """A tenth more than the theory says, where runs agree with it within 2 %."""
+    monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: (SEARCH,))
+    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
+    monkeypatch.setattr(
+        "plumbob.reports.view.site.writing.write_page", lambda study, out, *more: out / "none"
+    )
+    own, found = measuring.measured, {}
+
+    def doctored(by: float, *given: Any) -> measuring.Stability:
+        limits = tuple(replace(limit, step=by * limit.step) for limit in given[3])
+        return own(given[0], given[1], given[2], limits)
+
+    for factor in (1.0, 1.1):
+        monkeypatch.setattr(measuring, "measured", partial(doctored, factor))
+        folder = tmp_path / str(factor)
+        found[factor] = validated(folder, capsys, SEARCH.scene, SEARCH.method)
+    assert (found[1.0].code, found[1.1].code) == (0, 1)
+    assert found[1.0].junit.attrib["failures"] == "0"
+    assert "0 known limits, 0 unexpected" in found[1.0].out
+    assert "0 known limits, 1 unexpected" in found[1.1].out
+    assert f"UNEXPECTED {SEARCH.scene} {SEARCH.method}: largest step" in found[1.1].out
+    assert found[1.1].failure(SEARCH.scene, f"{SEARCH.method}, largest step").startswith("0.9")
 
 
 def test_nothing_is_red_without_sabotage(validate: Validate) -> None:

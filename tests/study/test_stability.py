@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plumbob.analytic.stability import Kind, StabilityTheory, StepLimit
+from plumbob.analytic.stability import EVERY, RATIO, Kind, StabilityTheory, StepLimit
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
@@ -23,7 +23,6 @@ from plumbob.engines.study.extra_runs import make
 from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.stability import (
-    RATIO,
     KnownLimit,
     MeasuredLimit,
     PredictedLimits,
@@ -107,21 +106,22 @@ def test_a_search_does_not_depend_on_the_prediction(factor: float) -> None:
 
 
 @pytest.mark.parametrize("first", range(-400, 401, 57))
-@pytest.mark.parametrize("monotone", [True, False])
-def test_a_bracket_is_that_of_its_numbers(first: int, monotone: bool) -> None:
+@pytest.mark.parametrize("every", [1, EVERY])
+def test_a_bracket_is_that_of_its_numbers(first: int, every: int) -> None:
+    begun = first // every * every
     for last in (-400, -123, 0, 1, 399):
-        found = bracket(partial(operator.ge, last), first, -400, 400, monotone)
+        found = bracket(partial(operator.ge, last), begun, -400, 400, every)
         assert found == (last, last + 1)
-    assert bracket(lambda n: True, first, -400, 400, monotone) == (400, None)
-    assert bracket(lambda n: False, first, -400, 400, monotone) == (None, -400)
+    assert bracket(lambda n: True, begun, -400, 400, every) == (400, None)
+    assert bracket(lambda n: False, begun, -400, 400, every) == (None, -400)
 
 
-@pytest.mark.parametrize("first", [-300, -20, 0, 55, 90, 300])
+@pytest.mark.parametrize("first", [-300, -20, 0, 56, 88, 300])
 def test_a_window_that_fails_below_is_seen_from_anywhere(first: int) -> None:
     def holds(number: int) -> bool:
         return number <= 90 and number not in range(70, 75)
 
-    assert bracket(holds, first, -400, 400, monotone=False) == (69, 70)
+    assert bracket(holds, first, -400, 400, EVERY) == (69, 70)
 
 
 def test_a_solver_with_a_tolerance_has_no_limit() -> None:

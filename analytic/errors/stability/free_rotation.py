@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,12 @@ import numpy as np
 from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.largest_step import LEAST_PERIODS, largest_step
 from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
-from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, first_failures
+from plumbob.analytic.errors.stability.stepped_growth import (
+    SHORT,
+    SteppedMotion,
+    first_failures,
+    near,
+)
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import (
     ADAPTIVE,
@@ -30,14 +35,17 @@ from plumbob.analytic.schemes import (
     TABLEAUX,
     Scheme,
 )
-from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
+from plumbob.analytic.stability import BAND, NO_STEP, StabilityTheory, StepLimit
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
 from plumbob.analytic.tableau import Tableau, along, order_8
 
 Rates = Sequence[Any]  # the three parts of an angular velocity [rad/s]
+Begin = Callable[[Any], Callable[..., Rates]]  # of sizes of a step [s]: the step
 SAMPLES = 257
 STEPS = 40  # in a turn, of the method of order 8 that linearises the exact rotation: 1e-9
+ANY = 1e300  # growth that no nudge exceeds of a motion that is not lost
+CORRECTIONS = 100  # at most, of an implicit half step
 DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: beyond, a run is lost
 
 
@@ -90,7 +98,26 @@ class RateSteps:
 
         return advance
 
-    def explicit(self, tableau: Tableau) -> Callable[[Any], Callable[..., Rates]]:
+    def leapfrog(self, h: Any) -> Callable[..., Rates]:
+        """Half a kick, explicit, and half a kick, implicit, by a fixed-point iteration that goes on
+        while its changes shrink."""
+
+        def advance(time: Any, *w: Any) -> Rates:
+            kicked = np.array(w) + 0.5 * h * np.array(self.slope(w))
+            rates, before, shrinks = kicked, np.inf, np.ones(kicked.shape[1:], dtype=bool)
+            for _ in range(CORRECTIONS):
+                corrected = kicked + 0.5 * h * np.array(self.slope(rates))
+                change = np.abs(corrected - rates).max(axis=0)
+                rates = np.where(shrinks, corrected, rates)
+                shrinks &= (change > 0.0) & (change < before)
+                if not shrinks.any():
+                    break
+                before = change
+            return list(rates)
+
+        return advance
+
+    def explicit(self, tableau: Tableau) -> Begin:
         """A Runge-Kutta method."""
 
         def of_step(h: Any) -> Callable[..., Rates]:
@@ -100,12 +127,14 @@ class RateSteps:
 
         return of_step
 
-    def of(self, scheme: Scheme) -> Callable[[Any], Callable[..., Rates]] | None:
+    def of(self, scheme: Scheme) -> Begin | None:
         """The step of a scheme by its size; None where none is known."""
         if scheme.integrator == EULER and not scheme.position_first:
             return self.euler
         if scheme.integrator == LINEARLY_IMPLICIT:
             return self.linearly_implicit
+        if scheme.integrator == LEAPFROG:
+            return self.leapfrog
         if scheme.integrator == RK4_ADDED_RATES:
             return self.explicit(TABLEAUX[RK4])
         tableau = TABLEAUX.get(scheme.integrator)
@@ -186,63 +215,49 @@ class FreeRotationStability:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
             return (NO_STEP,)
-        if scheme.integrator == LEAPFROG:
-            why = "the implicit half step's fixed-point iteration no longer contracts at"
-            return (self._limit("unstable", self._contracting, why),)
         begin = self._steps.of(scheme)
         if begin is None:
             return ()
         if scheme.integrator not in self._found:
-            attitude = scheme.integrator in TABLEAUX
-            self._found[scheme.integrator] = (
-                self._by_eigenvalues(begin) if self.equilibrium else self._by_steps(begin, attitude)
-            )
+            limits = self._by_eigenvalues if self.equilibrium else self._by_steps
+            if scheme.integrator == LEAPFROG:
+                limits = self._by_iteration
+            self._found[scheme.integrator] = limits(begin, scheme.integrator in TABLEAUX)
         return self._found[scheme.integrator]
 
-    @property
-    def _contracting(self) -> float:
-        """The step [s] of which a half takes no part of the motion out of a fixed-point iteration's
-        reach: 2 over the largest rate of the linearised motion; solved, leapfrog has no limit."""
+    def _by_iteration(self, begin: Begin, attitude: bool) -> tuple[StepLimit, ...]:
+        """The step of which a half takes no part of the motion out of a fixed-point iteration's
+        reach, 2 over the largest rate of the linearised motion (solved, leapfrog has no limit); or
+        a smaller one at which what the iteration leaves drives the motion out of it."""
         jacobians_along = [self._steps.jacobian(rates) for rates in self._rates]
         largest = float(np.abs(np.linalg.eigvals(jacobians_along)).max())
-        return 2.0 / largest if largest else math.inf
+        step = 2.0 / largest if largest else math.inf
+        if not self.equilibrium:
+            lost_only = replace(
+                self._motion(begin, attitude), growth=lambda times: np.full_like(times, ANY)
+            )
+            step = min(step, near(lost_only, step, SHORT)[0])
+        why = "the implicit half step's fixed-point iteration no longer contracts at"
+        return (self._limit("unstable", step, why),)
 
-    def _by_eigenvalues(
-        self, begin: Callable[[Any], Callable[..., Rates]]
-    ) -> tuple[StepLimit, ...]:
+    def _by_eigenvalues(self, begin: Begin, attitude: bool) -> tuple[StepLimit, ...]:
+        """Limits of a steady rotation; with the `attitude` where the scheme steps it too, of which
+        the rates are half the angular velocity."""
         state = self.body.angular_velocity
-        jacobian = self._steps.jacobian(np.array(state))
-        rates: Complex = np.linalg.eigvals(jacobian).astype(np.complex128)
+        rates: Complex = np.linalg.eigvals(self._steps.jacobian(np.array(state))).astype(complex)
+        if attitude:
+            state = (*state, 1.0, 0.0, 0.0, 0.0)
+            rates = np.append(rates, np.array([0.5j, 0.5j, -0.5j, -0.5j]) * self.body.speed)
         step = largest_step(
             lambda steps: jacobians(begin(steps), state, len(steps)), rates, self.rate
         )
         return (self._limit("unstable", step, "the axis leaves its place at"),)
 
-    def _by_steps(
-        self, begin: Callable[[Any], Callable[..., Rates]], attitude: bool
-    ) -> tuple[StepLimit, ...]:
-        """Limits by stepping; with the `attitude` where the scheme steps its four numbers too, the
-        size of which is then the growth of a nudge of it."""
+    def _by_steps(self, begin: Begin, attitude: bool) -> tuple[StepLimit, ...]:
+        """Limits by stepping."""
         if float(self.growth(np.array(LEAST_PERIODS * math.tau / self.rate))) > LOST:
             return ()
-        start = self.body.angular_velocity
-        nudge = 1j * TINY / 3**0.5
-
-        def begun(steps: Array) -> tuple[Callable[..., Rates], Rates]:
-            rates = [np.full(len(steps), w) + nudge for w in start]
-            turned = [np.full(len(steps), w + 0j) for w in (1.0, 0.0, 0.0, 0.0)]
-            return begin(steps), [*rates, *turned] if attitude else rates
-
-        motion = SteppedMotion(
-            begun,
-            self._nudge,
-            lambda state: dict(zip(RATES, (part.real for part in state), strict=False)),
-            math.tau / self.rate,
-            self.growth,
-            self.kind_of,
-            self.kind_of(dict(zip(RATES, self._rates.T, strict=True))),
-            0.0,
-        )
+        motion = self._motion(begin, attitude)
         unstable, changed = first_failures(motion)
         limits = []
         if not math.isnan(unstable):
@@ -253,17 +268,38 @@ class FreeRotationStability:
             limits.append(self._limit("changes-kind", changed, why))
         return tuple(limits)
 
+    def _motion(self, begin: Begin, attitude: bool) -> SteppedMotion:
+        """The motion in steps; with the `attitude` where the scheme steps its four numbers too."""
+        start = self.body.angular_velocity
+        nudge = 1j * TINY / 3**0.5
+
+        def begun(steps: Array) -> tuple[Callable[..., Rates], Rates]:
+            rates = [np.full(len(steps), w) + nudge for w in start]
+            turned = [np.full(len(steps), w + 0j) for w in (1.0, 0.0, 0.0, 0.0)]
+            return begin(steps), [*rates, *turned] if attitude else rates
+
+        return SteppedMotion(
+            begun,
+            self._nudge,
+            lambda state: dict(zip(RATES, (part.real for part in state), strict=False)),
+            math.tau / self.rate,
+            self.growth,
+            self.kind_of,
+            self.kind_of(dict(zip(RATES, self._rates.T, strict=True))),
+            0.0,
+        )
+
     def _nudge(self, state: Rates) -> Array:
-        """Size of a nudge, that of the attitude's four numbers, or infinity where the body turns
-        DIVERGED times faster than it can."""
+        """Size of a nudge, or infinity where the body turns DIVERGED times faster than it can, or
+        its attitude, four numbers, makes of a vector one that is BAND times as long."""
         nudged, rates = (
             np.array([pick(part) for part in state[:3]]) for pick in (np.imag, np.real)
         )
         turning = np.linalg.norm(rates, axis=0)
-        size = np.linalg.norm(nudged, axis=0) / TINY
+        lost = turning > DIVERGED * self.body.fastest
         if len(state) > 3:
-            size = np.maximum(size, np.linalg.norm(np.real(state[3:]), axis=0))
-        return np.where(turning > DIVERGED * self.body.fastest, np.inf, size)
+            lost |= np.linalg.norm(np.real(state[3:]), axis=0) ** 2 > BAND
+        return np.where(lost, np.inf, np.linalg.norm(nudged, axis=0) / TINY)
 
     def _limit(self, kind: Any, step: float, how: str) -> StepLimit:
         if math.isinf(step):

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from plumbob.analytic.errors.stability.linear_steps import Complex, Matrices
 from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import LARGEST, SMALLEST
 
 LEAST_STEPS = 10_000  # that a step must hold for
 LEAST_PERIODS = 100  # of the fastest mode
@@ -18,7 +19,7 @@ FACTOR = 1e3  # by which a nudge may grow beyond the growth of the exact motion
 # error of a growing mode is accuracy's business; one that blows up exceeds any such factor.
 FASTER = 1.5
 QUIET = 1e-3  # of a swing: what is smaller has come to rest
-RANGE = (1e-3, 1e2)  # of h |lambda|, the fastest mode's
+RANGE = (math.tau * SMALLEST, math.tau * LARGEST)  # of h |lambda|, the fastest mode's
 GRID = 600  # step sizes a factor of 1.02 apart: a window of instability that is narrower is missed
 Marks = npt.NDArray[np.bool_]
 

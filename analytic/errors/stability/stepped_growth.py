@@ -11,12 +11,13 @@ import numpy.typing as npt
 
 from plumbob.analytic.errors.stability.largest_step import FACTOR, Marks, run_length
 from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import AWAY, EVERY, RATIO, exponent
 
 SAMPLES = 256  # along a run, of nudge and kind
-COARSE, FINE = 48, 40  # step sizes of the two passes
+COARSE = 48  # step sizes of the first pass
 SHORT = 1000  # steps of the first
-BELOW = 4.0  # times smaller than what fails in the first pass the second looks, too
-RANGE = (0.02, 6.0)  # of h times the fastest angular frequency
+BELOW = 140  # exponents of RATIO, a factor of 4: below what fails first the second looks, too
+RANGE = (0.02 / math.tau, AWAY)  # in fastest periods
 Counts = npt.NDArray[np.int64]
 Complexes = Sequence[npt.NDArray[np.complex128]]
 
@@ -83,23 +84,24 @@ def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     none of RANGE fails, zero where all do. The first is NaN where the kind changes before it: what
     is stable then is another motion. Windows of failure narrower than the grid's factor are missed:
     1.13, and 1.04 within BELOW of the limit."""
-    scale = motion.fastest / (2.0 * np.pi)
-    steps = np.geomspace(*RANGE, COARSE) * scale
+    steps = np.geomspace(*RANGE, COARSE) * motion.fastest
     short = tried(motion, steps, np.full(COARSE, SHORT))
-    fails = min(_first(steps, short.kind)[1], RANGE[1] * scale)
-    unstable, changed = _near(motion, fails)
-    while changed == 0.0 and fails > RANGE[0] * scale:
-        fails /= BELOW
-        unstable, changed = _near(motion, fails)
+    fails = min(_first(steps, short.kind)[1], steps[-1])
+    unstable, changed = near(motion, fails)
+    while changed == 0.0 and fails > steps[0]:
+        fails /= RATIO**BELOW
+        unstable, changed = near(motion, fails)
     return math.nan if changed < unstable == math.inf else unstable, changed
 
 
-def _near(motion: SteppedMotion, fails: float) -> tuple[float, float]:
-    """The limits among the steps up to `fails` [s], and down to BELOW times less: infinite where
-    all hold, zero where none does."""
-    near = np.geomspace(fails / BELOW, fails, FINE)
-    held = tried(motion, near, run_length(near, motion.fastest))
-    unstable, changed = (_first(near, marks) for marks in (held.stable, held.kind))
+def near(motion: SteppedMotion, fails: float, most: int | None = None) -> tuple[float, float]:
+    """The limits among the steps up to `fails` [s] and BELOW smaller ones, of runs of `most` steps
+    or of their full length: infinite where all hold, zero where none does."""
+    last = exponent(fails / motion.fastest, EVERY) + EVERY
+    steps = motion.fastest * RATIO ** np.arange(last - BELOW, last + 1.0, EVERY)
+    counts = run_length(steps, motion.fastest)
+    held = tried(motion, steps, counts if most is None else np.full(len(steps), most))
+    unstable, changed = (_first(steps, marks) for marks in (held.stable, held.kind))
     return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
 
 

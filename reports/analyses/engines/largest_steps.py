@@ -13,8 +13,7 @@ from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.models.registry import system_of
 from plumbob.models.scene import ON_SUPPORTS
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import plan_of
-from plumbob.reports.judge.stability import judged_limits
+from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
 
 # In the quick profile: an equilibrium with every method, and a swing with one of each engine.
@@ -74,13 +73,7 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
 
 def numbers(study: Study) -> LargestSteps | None:
     """The limits that the study holds; None where it holds none."""
-    judged = [
-        limit
-        for search in searches(plan_of(study))
-        if (found := study.stability_of(search)) is not None
-        for limit in judged_limits(search, found)
-        if limit.limit is not None
-    ]
+    judged = [limit for limit in study_limits(study) if limit.limit is not None]
     if not judged:
         return None
     surprises = [f"{of.scene} {of.method}: {of.surprise}" for of in judged if of.surprise]
