@@ -17,7 +17,7 @@ WIDE = 0.7  # of the runs look everywhere in the box; the rest near the best pla
 
 @dataclass(frozen=True)
 class Searched:
-    """What a search found; without a `place` where no place had a cost."""
+    """The best place of a search; without a `place` where none had a cost."""
 
     place: tuple[float, ...] | None  # fractions of the sides
     cost: float
@@ -43,22 +43,22 @@ def lowest(
     Unsupported is raised, counts as `failed` and is never the answer."""
     from scipy.optimize import Bounds, direct, minimize
 
-    seen: list[tuple[float, tuple[float, ...]]] = []
+    tried: list[tuple[float, tuple[float, ...]]] = []
     without, why = 0, ""
 
     def run(place: Array) -> float:
         nonlocal without, why
-        if len(seen) + without >= most:
+        if len(tried) + without >= most:
             raise _Spent
         at = tuple(float(x) for x in np.clip(place, 0.0, 1.0))
         try:
-            found = cost(at)
+            value = cost(at)
         except (NoAnswer, Unsupported) as reason:
             without, why = without + 1, str(reason)
             return failed
-        seen.append((found, at))
-        progress(len(seen) + without, min(seen)[0])
-        return found
+        tried.append((value, at))
+        progress(len(tried) + without, min(tried)[0])
+        return value
 
     bounds = Bounds(np.zeros(sides), np.ones(sides))
     most = max(int(WIDE * budget), 1)
@@ -67,15 +67,15 @@ def lowest(
             run(np.array(place))
         direct(run, bounds, maxfun=10 * budget, maxiter=budget, vol_tol=0.0)
     most = budget
-    if not seen:
+    if not tried:
         return Searched(None, failed, without, without, why)
-    start = np.array(min(seen)[1])
+    start = np.array(min(tried)[1])
     with suppress(_Spent):
         options: Any = {"maxfev": budget, "xatol": 1e-9, "fatol": 0.0}
         options["initial_simplex"] = _simplex(start)
         minimize(run, start, method="Nelder-Mead", bounds=bounds, options=options)
-    best, place = min(seen)
-    return Searched(place, best, len(seen) + without, without, why)
+    best, place = min(tried)
+    return Searched(place, best, len(tried) + without, without, why)
 
 
 def _simplex(start: Sequence[float] | Array) -> Array:

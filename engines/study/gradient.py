@@ -274,7 +274,7 @@ def _of_number(
         return
     runs = _Runs(number, method, step, search.of)
     try:
-        found = runs.at(value)
+        results = runs.at(value)
     except Unsupported as why_not:
         yield from (replace(record, why=str(why_not)) for record in blank)
         return
@@ -283,7 +283,7 @@ def _of_number(
         end = step * round(end / step)
     exact = exact_gradient(number.case, [number.name], np.array([end]), search.of)[number.name]
     for record in blank:
-        if record.of not in found:
+        if record.of not in results:
             yield replace(record, why=f"the run leaves out {record.of}")
             continue
         here = _with_exact(replace(record, at=end), exact)
@@ -387,7 +387,7 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
 
 def _asked(own: OwnDerivative, number: Number, method: Method, step: float, name: str) -> float:
     """The derivative of one observable; raises Unsupported."""
-    found = own.of(number, method, step)
-    if name not in found:
-        raise Unsupported(f"{own.way} gives {', '.join(found)} alone")
-    return found[name]
+    asked = own.of(number, method, step)
+    if name not in asked:
+        raise Unsupported(f"{own.way} gives {', '.join(asked)} alone")
+    return asked[name]

@@ -190,21 +190,21 @@ class Study:
     def gradients_of(self, request: GradientSearch) -> Gradients | None:
         """Declared derivatives; None where the engine is missing, or the method is not meant for
         the scene. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, Gradients)
-        return found
+        result = looked_up(self.extras, request)
+        assert result is None or isinstance(result, Gradients)
+        return result
 
     def fit(self, request: ParameterFit) -> Identification | None:
         """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, Identification)
-        return found
+        result = looked_up(self.extras, request)
+        assert result is None or isinstance(result, Identification)
+        return result
 
     def long_run_of(self, request: LongRunSearch) -> MeasuredLongRun | None:
         """A declared long run; None as for `stability_of`. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, MeasuredLongRun)
-        return found
+        result = looked_up(self.extras, request)
+        assert result is None or isinstance(result, MeasuredLongRun)
+        return result
 
     def reading(self, request: ModelReading) -> ModelRead | None:
         """The result of a declared reading of a model; None where the engine was not installed.

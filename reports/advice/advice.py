@@ -188,7 +188,7 @@ class _Gathering:
     made: list[Study] = field(default_factory=list)
 
     def evidence(self) -> Evidence:
-        """What is known now, and no means to run more."""
+        """Choices from the runs that are there alone."""
         return Evidence(
             self.asked.scenes, self.quantities, self.costs(), self.runs(), limits=self.limits()
         )

@@ -109,6 +109,6 @@ def _judged(
             command=line,
         )
     for search in searches:
-        found = study.gradients_of(search)
-        if found is not None:
-            yield from judged_gradients(search, found)
+        computed = study.gradients_of(search)
+        if computed is not None:
+            yield from judged_gradients(search, computed)

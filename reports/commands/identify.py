@@ -37,12 +37,12 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed):
         true = case_of(find_scene(chosen.scene, changed))
         sides = list(_sides(true, chosen))
-        sought = [one.name for one in sides]
+        sought = [limits.name for limits in sides]
         around = box(chosen.scene, {n: v for n, v in changed.items() if n not in sought}, sides)
     runnable(around, [method])
     budget = len(sides) * BUDGET if chosen.budget is None else values.count("budget", chosen.budget)
     with progress() as show:
-        found = identify(
+        fit = identify(
             around,
             true,
             method,
@@ -54,35 +54,35 @@ def command(chosen: argparse.Namespace) -> int:
             lambda made, of, residual: show(f"residual so far {residual:.3g}", made, of),
         )
     if chosen.json:
-        values.print_json(records(found))
+        values.print_json(records(fit))
     else:
         from plumbob.reports.view.tables import lines
 
-        print(*lines("identify", found=found, control=method.control), sep="\n")
+        print(*lines("identify", found=fit, control=method.control), sep="\n")
     return 0
 
 
-def records(found: Identification) -> list[dict[str, Any]]:
+def records(fit: Identification) -> list[dict[str, Any]]:
     """One record for each parameter."""
     return [
         {
-            "scene": found.scene,
-            "method": found.method,
-            "step": found.step,
-            "parameter": one.parameter,
-            "true": one.true,
-            "identified": one.identified,
-            "residual": found.residual,
-            "residual_at_true": found.residual_at_true,
-            "deviation": one.deviation,
-            "correlation": one.correlation,
-            "within": [one.low, one.high],
-            "at_an_end": one.at_an_end,
-            "fitted": found.fitted,
-            "samples": found.samples,
-            "runs": found.runs,
+            "scene": fit.scene,
+            "method": fit.method,
+            "step": fit.step,
+            "parameter": parameter.parameter,
+            "true": parameter.true,
+            "identified": parameter.identified,
+            "residual": fit.residual,
+            "residual_at_true": fit.residual_at_true,
+            "deviation": parameter.deviation,
+            "correlation": parameter.correlation,
+            "within": [parameter.low, parameter.high],
+            "at_an_end": parameter.at_an_end,
+            "fitted": fit.fitted,
+            "samples": fit.samples,
+            "runs": fit.runs,
         }
-        for one in found.parameters
+        for parameter in fit.parameters
     ]
 
 
@@ -91,16 +91,17 @@ def _sides(true: Case, chosen: argparse.Namespace) -> Iterator[Side]:
     interval is given; raises ParameterError."""
     from plumbob.engines.box import Side
 
-    given = {one.name: one for one, _ in (side("within", text) for text in chosen.within or ())}
+    within = (side("within", text)[0] for text in chosen.within or ())
+    limits = {each.name: each for each in within}
     wanted = dict.fromkeys(name.strip() for name in chosen.parameter.split(","))
     allowed = true.system.parameters
     if wrong := next((name for name in wanted if name not in allowed), None):
         raise ParameterError("parameter", wrong, f"one of {', '.join(allowed)}")
-    for name in given.keys() - wanted:
+    for name in limits.keys() - wanted:
         raise ParameterError("within", name, f"one of {', '.join(wanted)}")
     for name in wanted:
         value = true.scene.parameters.get(name, true.system.left_out.get(name, 0.0))
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ParameterError("parameter", name, f"a parameter with one number, not {value!r}")
         ends = sorted((value / 2, value * 2)) if value else (-1.0, 1.0)
-        yield given.get(name) or Side(name, *ends)
+        yield limits.get(name) or Side(name, *ends)

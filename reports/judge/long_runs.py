@@ -54,12 +54,12 @@ class JudgedLongRun:
         }
 
 
-def judged_long_run(search: LongRunSearch, found: MeasuredLongRun) -> JudgedLongRun:
+def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedLongRun:
     """A long run, judged."""
-    if found.predicted is None:
-        return JudgedLongRun(search, found, "measured")
-    wrong = "; ".join(_wrong(found))
-    return JudgedLongRun(search, found, "off-prediction" if wrong else "predicted", wrong)
+    if measured.predicted is None:
+        return JudgedLongRun(search, measured, "measured")
+    wrong = "; ".join(_wrong(measured))
+    return JudgedLongRun(search, measured, "off-prediction" if wrong else "predicted", wrong)
 
 
 def _wrong(found: MeasuredLongRun) -> Iterator[str]:

@@ -63,11 +63,11 @@ def numbers(study: Study) -> IdentifiedFriction | None:
     """The fits that a study holds; None where it holds none."""
     fits, true = [], math.nan
     for method, angle in product(METHODS, ANGLES):
-        found = study.fit(_fit(method, angle))
-        if found is not None:
-            (one,) = found.parameters
-            true, bias = one.true, one.identified / one.true - 1.0
-            fits.append(Fit(method, angle, one.identified, bias, found.residual))
+        fit = study.fit(_fit(method, angle))
+        if fit is not None:
+            (parameter,) = fit.parameters
+            true, bias = parameter.true, parameter.identified / parameter.true - 1.0
+            fits.append(Fit(method, angle, parameter.identified, bias, fit.residual))
     return IdentifiedFriction(true, STEP, tuple(fits)) if fits else None
 
 

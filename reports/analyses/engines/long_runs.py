@@ -41,7 +41,11 @@ def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
 def numbers(study: Study) -> LongRuns | None:
     """The long runs that the study holds; None where it holds none."""
     searches = {request: study.long_run_of(request) for request in requests(plan_of(study))}
-    judged = [judged_long_run(s, found) for s, found in searches.items() if found and found.times]
+    judged = [
+        judged_long_run(s, measured)
+        for s, measured in searches.items()
+        if measured and measured.times
+    ]
     if not judged:
         return None
     surprises = [f"{of.search.method}: {of.surprise}" for of in judged if of.surprise]

@@ -233,15 +233,23 @@ def every_pair(study: Study, records: Records) -> Every:
     for scene, record in records.scenes.items():
         cheapest = _cheapest(record.recommendations)
         of_scene = {name: of for (where, name), of in cells.items() if where == scene}
-        for engine in {methods[name].engine for name in of_scene}:
-            own = {name: of[0] for name, of in of_scene.items() if methods[name].engine == engine}
-            name = best(own, study.methods)
+        for name in _best_of_engines(of_scene, methods):
             at, default, within = cells[scene, name]
             cells[scene, name] = (replace(at, best=True), default, within)
         if cheapest in of_scene:
             at, default, within = cells[scene, cheapest]
             cells[scene, cheapest] = (at, default, within and replace(within, best=True))
     return cells
+
+
+def _best_of_engines(of_scene: Mapping[str, Steps], methods: Mapping[str, Method]) -> list[str]:
+    """The method of each engine whose error is smallest."""
+    engines = {methods[name].engine for name in of_scene}
+    errors = [
+        {name: of[0] for name, of in of_scene.items() if methods[name].engine == engine}
+        for engine in engines
+    ]
+    return [best(each, tuple(methods.values())) for each in errors]
 
 
 def _cheapest(advice: Sequence[Recommendation]) -> str:
@@ -253,13 +261,13 @@ def _cheapest(advice: Sequence[Recommendation]) -> str:
 def matrices(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Matrix, ...]:
     """A matrix for each kind of system."""
     names = [m.name for engine in engines(study) for m in study.methods if m.engine == engine]
-    made = []
+    tables = []
     for kind in dict.fromkeys(scene.kind for scene in scenes):
         own = [scene.name for scene in scenes if scene.kind == kind]
         ran = tuple(name for name in names if any((scene, name) in every for scene in own))
         rows = tuple((scene, tuple(every.get((scene, name)) for name in ran)) for scene in own)
-        made.append(Matrix(kind, ran, rows))
-    return tuple(made)
+        tables.append(Matrix(kind, ran, rows))
+    return tuple(tables)
 
 
 def engines(study: Study) -> tuple[str, ...]:

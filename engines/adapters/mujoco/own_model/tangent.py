@@ -82,7 +82,7 @@ class TangentMaps:
         return derivatives.T / (2.0 * difference)
 
     def _moved(self, integrator: str, step: float) -> Array:
-        """What a step [s] changes, in the tangent space."""
+        """Change over a step [s], in the tangent space."""
         self.model.opt.timestep, self.model.opt.integrator = step, kind(integrator)
         position, *others = self._stepped(np.zeros(self.size))
         moved = np.zeros(self.model.nv)
