@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.parameters import known
+from plumbob.analytic.parameters import ParameterError, known
 from plumbob.engines.abilities import Ablation, Trimming
 from plumbob.engines.box import Side, box
 from plumbob.engines.method import Method, Unsupported, meant
@@ -187,12 +187,12 @@ def make(request: RunRequest, method: Method) -> Result:
 
 
 def _fit(request: ParameterFit, scene: Scene, method: Method) -> Identification | None:
-    """The best fit; None where the method does not support the scene."""
+    """The best fit; None where the method does not support the scene, or its runs are lost."""
     side = Side(request.parameter, request.low, request.high)
     around = box(request.scene, dict(request.changes), [side])
     try:
         return identify(around, case_of(scene), method, request.step, request.budget)
-    except Unsupported:
+    except (Unsupported, ParameterError):
         return None
 
 

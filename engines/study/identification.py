@@ -82,8 +82,12 @@ def identify(
     the exact values, relative to the quantities' scales. Raises ParameterError where nothing fits,
     or too little is fitted."""
     wanted = _fitted(true, all_samples)
-    with answering():
-        times = _run(true, method, step).times
+    try:
+        with answering():
+            times = _run(true, method, step).times
+    except NoAnswer as why:
+        name = "step" if method.control == "step" else "rtol"
+        raise ParameterError(name, step, f"one whose run has a fit ({why})") from why
     ends = np.array([q.when == "end" for q in wanted])
     size = int(np.where(ends, 1, times.size).sum())
     if size < len(box.sides):
