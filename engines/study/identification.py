@@ -82,12 +82,7 @@ def identify(
     the exact values, relative to the quantities' scales. Raises ParameterError where nothing fits,
     or too little is fitted."""
     wanted = _fitted(true, all_samples)
-    try:
-        with answering():
-            times = _run(true, method, step).times
-    except NoAnswer as why:
-        name = "step" if method.control == "step" else "rtol"
-        raise ParameterError(name, step, f"one whose run has a fit ({why})") from why
+    times = _times(true, method, step)
     ends = np.array([q.when == "end" for q in wanted])
     size = int(np.where(ends, 1, times.size).sum())
     if size < len(box.sides):
@@ -135,6 +130,16 @@ def _fitted(case: Case, all_samples: bool) -> tuple[Quantity, ...]:
     if not all_samples:
         return quantities
     return tuple(Quantity(q.observable, q.scale) for q in quantities)
+
+
+def _times(case: Case, method: Method, step: float) -> Array:
+    """Times [s] of the samples of a run, shape (n,); raises ParameterError where it is lost."""
+    try:
+        with answering():
+            return _run(case, method, step).times
+    except NoAnswer as why:
+        name = "step" if method.control == "step" else "rtol"
+        raise ParameterError(name, step, f"one whose run can be fitted ({why})") from why
 
 
 def _run(case: Case, method: Method, step: float) -> Trajectory:
