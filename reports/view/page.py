@@ -23,7 +23,7 @@ TEMPLATES = Path(__file__).parent / "templates"
 NAME = "index.html"
 UNITS = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmk]?m|rad|N|J|W|°)(?![\w]))")  # no line ends before one
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
-STYLE, SCRIPT, PLOTLY = "page.css", "page.js", "plotly.js"
+STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
 def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
@@ -60,14 +60,15 @@ def _kept(text: str) -> Markup:
 
 
 def shared_files() -> dict[str, str]:
-    """The style sheet, our script and plotly, by name: what all pages of a site load."""
+    """The style sheet, our script, plotly and the icon, by name: what all pages of a site load."""
     from plotly.offline import get_plotlyjs
 
     styles, scripts = (
         "\n".join(path.read_text("utf-8") for path in sorted(TEMPLATES.glob(f"*.{kind}")))
         for kind in ("css", "js")
     )
-    return {STYLE: styles, SCRIPT: scripts, PLOTLY: get_plotlyjs()}
+    icon = (TEMPLATES / ICON).read_text("utf-8")
+    return {STYLE: styles, SCRIPT: scripts, PLOTLY: get_plotlyjs(), ICON: icon}
 
 
 @cache

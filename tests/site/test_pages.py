@@ -75,7 +75,7 @@ def test_an_index_and_a_folder(page: Path) -> None:
 def test_they_load_nothing_from_elsewhere(documents: dict[Path, Document]) -> None:
     for file, document in documents.items():
         files = {Path(name).name for name in document.loaded}
-        assert files - {"cone_pendulum.png"} == {"page.css", "page.js"}
+        assert files - {"cone_pendulum.png"} == {"page.css", "page.js", "icon.svg"}
         assert all((file.parent / name).is_file() for name in document.loaded)
 
 

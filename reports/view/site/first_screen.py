@@ -109,6 +109,13 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
     return tuple(chosen[:MOST_FINDINGS])
 
 
+def preview_of(findings: Sequence[Finding]) -> Figure | None:
+    """The figure that stands for the site where a link to it is shown; None where it is missing."""
+    name, place = KEY_FINDINGS[0]
+    shown = (f for f in findings if f.name == name and f.judgement != NOT_SHOWN)
+    return next((finding.figures[place] for finding in shown if finding.figures), None)
+
+
 def _contacts(study: Study, record: StudyRecord) -> Answer | None:
     """The contact settings to use, what they give and what they cost."""
     default, euler, rk4 = WITH_CONTACTS

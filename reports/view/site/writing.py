@@ -25,12 +25,14 @@ from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
+from plumbob.reports.view.site.preview import preview
 from plumbob.reports.view.site.versions import Versions, versions
 from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
 SOURCES, TOLERANCES = "sources", "tolerances"  # names of pages
+PREVIEW = "preview.png"
 PAGES = "pages"  # folder of a published site: links from elsewhere outlive a study
 NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
@@ -106,6 +108,8 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     files = {name: text.encode("utf-8") for name, text in shared_files().items()}
     for name in {view.system.picture for view in content.views} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
+    if common["preview"]:
+        files[PREVIEW] = preview(common["preview"])
     for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
         text = filled(template, shared="", href=links, **common, **values)
@@ -155,6 +159,7 @@ def _common(
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
+        "preview": first_screen.preview_of(findings),
         "counts": first_screen.counts(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
