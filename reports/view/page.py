@@ -32,7 +32,12 @@ def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
     from markupsafe import Markup
 
     inside = {name: Markup(text) for name, text in _inside().items()} if shared is None else {}
-    defaults: dict[str, Any] = {"styles": {}, "frame": "frame.html.jinja", "href": _same_page}
+    defaults: dict[str, Any] = {
+        "styles": {},
+        "frame": "frame.html.jinja",
+        "href": _same_page,
+        "preview": None,
+    }
     return (
         _environment()
         .get_template(template)
