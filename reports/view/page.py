@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import base64
 import gzip
+import hashlib
 import json
 import os
 import re
 import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from plumbob.reports.view import compiled_templates
 from plumbob.reports.view.content import Figure
+from plumbob.reports.view.drawing import Drawing, drawing
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -23,12 +28,57 @@ TEMPLATES = Path(__file__).parent / "templates"
 NAME = "index.html"
 UNITS = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmk]?m|rad|N|J|W|°)(?![\w]))")  # no line ends before one
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
+PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
-def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
+@dataclass(frozen=True)
+class Plots:
+    """The plots of one page as it is filled: pictures, and the data that plotly draws."""
+
+    folder: str | None = None  # where the page finds their files; None: inside the page
+    page: str = ""  # its name
+    data: list[str] = field(default_factory=list)  # JSON, a figure each
+    files: dict[str, bytes] = field(default_factory=dict)  # by name
+
+    def picture(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
+        """The address and size of a figure's picture, of the `chosen` methods if it has some."""
+        self.data.append(figure_json(figure))
+        drawn = drawing(figure, chosen)
+        if drawn is None:
+            return "", None
+        if self.folder is None:
+            return f"data:image/svg+xml,{quote(drawn.svg, safe=PLAIN)}", drawn
+        content = drawn.svg.encode("utf-8")
+        name = f"{hashlib.sha256(content).hexdigest()[:12]}.svg"
+        self.files[name] = content
+        return f"{self.folder}{name}", drawn
+
+    def script(self) -> str:
+        """The data compressed: its text, or the address of the script that has it."""
+        text = packed(f"[{','.join(self.data)}]")
+        if self.folder is None:
+            return text
+        self.files[f"{self.page}.js"] = carried(text)
+        return f"{self.folder}{self.page}.js"
+
+
+def packed(text: str) -> str:
+    """A text compressed, in base64, which our script unpacks when a plot is wanted."""
+    return base64.b64encode(gzip.compress(text.encode("utf-8"), 6, mtime=0)).decode("ascii")
+
+
+def carried(text: str) -> bytes:
+    """A script whose element holds a text after it ran: a page in a folder can load no other."""
+    return f'document.currentScript.textContent="{text}"'.encode("ascii")
+
+
+def filled(
+    template: str, *, shared: str | None = None, plots: Plots | None = None, **content: Any
+) -> str:
     """A template of a page filled with its content. With `shared`, the path to the folder of a
-    site, the page loads the files of `shared_files` from there; without, it holds them."""
+    site, the page loads the files of `shared_files` from there; without, it holds them. Files of
+    its `plots` are added to these."""
     from markupsafe import Markup
 
     inside = {name: Markup(text) for name, text in _inside().items()} if shared is None else {}
@@ -37,6 +87,7 @@ def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
         "frame": "frame.html.jinja",
         "href": _same_page,
         "preview": None,
+        "plots": plots or Plots(),
     }
     return (
         _environment()
@@ -48,11 +99,8 @@ def filled(template: str, *, shared: str | None = None, **content: Any) -> str:
 @cache
 def _environment() -> Environment:
     """The environment that reads the templates and caches them."""
-    from markupsafe import Markup
-
     environment = compiled_templates.environment(TEMPLATES, autoescape=True)
     environment.filters["kept"] = _kept
-    environment.filters["figure_json"] = lambda figure: Markup(figure_json(figure))
     return environment
 
 
@@ -64,8 +112,15 @@ def _kept(text: str) -> Markup:
     return Markup(EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped))
 
 
-def shared_files() -> dict[str, str]:
+def shared_files() -> dict[str, bytes]:
     """The style sheet, our script, plotly and the icon, by name: what all pages of a site load."""
+    files = {name: text.encode("utf-8") for name, text in _inside().items()}
+    return {**files, PLOTLY: carried(_inside()[PLOTLY])}
+
+
+@cache
+def _inside() -> dict[str, str]:
+    """The same for a page that holds them, plotly compressed."""
     from plotly.offline import get_plotlyjs
 
     styles, scripts = (
@@ -73,16 +128,7 @@ def shared_files() -> dict[str, str]:
         for kind in ("css", "js")
     )
     icon = (TEMPLATES / ICON).read_text("utf-8")
-    return {STYLE: styles, SCRIPT: scripts, PLOTLY: get_plotlyjs(), ICON: icon}
-
-
-@cache
-def _inside() -> dict[str, str]:
-    """The same for a page that holds them: plotly compressed, in base64, which our script unpacks
-    when a plot is near."""
-    files = shared_files()
-    packed = base64.b64encode(gzip.compress(files[PLOTLY].encode("utf-8"), mtime=0))
-    return {**files, PLOTLY: packed.decode("ascii")}
+    return {STYLE: styles, SCRIPT: scripts, PLOTLY: packed(get_plotlyjs()), ICON: icon}
 
 
 def written(text: str | bytes, folder: Path, name: str) -> Path:

@@ -15,6 +15,7 @@ from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 MOST = 300  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
 DIGITS = 4
+FRONT = "front"  # in place of a method: the Pareto front of the methods that are shown
 Trace = Mapping[str, Any]
 
 

@@ -18,6 +18,7 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import COLOURS, GREY, Style
 from plumbob.reports.view.plotly_figure import (
+    FRONT,
     Trace,
     curve,
     figure,
@@ -193,7 +194,7 @@ def _edge(best: Sequence[Point]) -> Trace:
     """The Pareto front, as a broad band."""
     speeds, errors = [_speed(p) for p in best], positive([p.error for p in best])
     edge = curve(speeds, errors, colour=GREY, dash="solid", width=7.0, name="Pareto front")
-    return {**edge, "opacity": 0.35, "hoverinfo": "skip"}
+    return {**edge, "opacity": 0.35, "hoverinfo": "skip", "meta": FRONT}
 
 
 def _speed(point: Point) -> float:
@@ -292,6 +293,7 @@ def _bars_layout(bars: Sequence[str], terms: int) -> tuple[Mapping[str, Any], in
         "legend": {
             "orientation": "v",
             "xref": "container",
+            "xanchor": "left",
             "yanchor": "top",
             "y": -axis / (44 * len(bars)),
             "maxheight": legend + 40,

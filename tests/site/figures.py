@@ -66,7 +66,6 @@ def _ready(browser: Browser, page: Path, width: int) -> float:
 
 
 def _sheets(visit: Visit) -> str:
-    visit.until("window.Plotly || !document.querySelector('.area')")
     paper = visit.page.pdf(format="A4", print_background=True)
     return str(len(re.findall(rb"/Type\s*/Page[^s]", paper)))
 

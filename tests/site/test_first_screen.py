@@ -23,6 +23,7 @@ from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
+from plumbob.reports.view.pictures import names, picture
 from plumbob.reports.view.plotly_figure import curve, figure, linear, logarithmic
 from plumbob.reports.view.records import (
     PairVerdict,
@@ -32,7 +33,6 @@ from plumbob.reports.view.records import (
     StudyRecord,
 )
 from plumbob.reports.view.site import first_screen, matrix
-from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile

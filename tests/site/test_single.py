@@ -88,7 +88,7 @@ def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
         visit.page.locator(".matrix tbody a").first.click()
         heading.filter(has_text="cone-pendulum/").wait_for()
         plot = visit.page.locator(".area").first
-        plot.scroll_into_view_if_needed()
+        plot.locator("button").click()
         plot.locator(".main-svg").first.wait_for()
         visit.page.go_back()
         heading.filter(has_text="Cone pendulum").wait_for()

@@ -148,12 +148,17 @@ def visited(
     visit = Visit(opened, [], [])
     opened.on("console", lambda message: visit.console.append(message.text))
     opened.on("pageerror", lambda error: visit.console.append(str(error)))
-    opened.on("request", lambda request: visit.requests.append(request.url))
+    opened.on("request", lambda request: _requested(visit, request.url))
     opened.goto(page.resolve().as_uri() + place)
     try:
         yield visit
     finally:
         context.close()
+
+
+def _requested(visit: Visit, url: str) -> None:
+    if not url.startswith(("blob:", "data:")):  # which the page itself holds
+        visit.requests.append(url)
 
 
 def axe_core() -> Path:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 import re
 import shlex
@@ -19,6 +21,8 @@ from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments import values
 
+LOADS = ("src", "srcset", "data", "data-src")  # attributes that name a file
+
 
 class Document(HTMLParser):
     """Parts of a page for tests: ids, links, loaded files, plots, and the text of tables."""
@@ -29,7 +33,6 @@ class Document(HTMLParser):
         self.links: list[str] = []
         self.loaded: list[str] = []
         self.scripts: list[str] = []
-        self.figures: list[dict[str, Any]] = []
         self.cells: list[str] = []
         self.tags: list[str] = []
         self._inside = ""
@@ -40,9 +43,11 @@ class Document(HTMLParser):
         self.tags.append(tag)
         self.ids += [given["id"] or ""] if "id" in given else []
         self.links += [given["href"] or ""] if tag == "a" else []
-        self.loaded += [given[name] or "" for name in ("src", "srcset", "data") if name in given]
+        self.loaded += [
+            given[name] or "" for name in ("src", "srcset", "data", "data-src") if name in given
+        ]
         self.loaded += [given["href"] or ""] if tag in ("link", "image") else []
-        self._inside = "json" if given.get("type") == "application/json" else tag
+        self._inside = tag
         if tag in ("td", "th"):
             self._inside = "td"
             self.cells.append("")
@@ -51,12 +56,7 @@ class Document(HTMLParser):
         self._inside = "td" if tag in ("a", "span", "svg", "button") and self._inside != "" else ""
 
     def handle_data(self, data: str) -> None:
-        if self._inside == "json":
-            found = json.loads(data)
-            for trace in found["data"]:
-                trace |= {axis: found["arrays"][trace[axis]] for axis in "xy"}
-            self.figures.append(found)
-        elif self._inside == "script":
+        if self._inside == "script":
             self.scripts.append(data)
         elif self.cells:
             self.cells[-1] += data
@@ -67,6 +67,19 @@ def site_files(index: Path) -> list[Path]:
     found = re.search(r'href="(site-[0-9a-f]+)/page.css"', index.read_text("utf-8"))
     assert found is not None
     return [index, *sorted((index.parent / found[1]).glob("*.html"))]
+
+
+def plotted(file: Path) -> list[dict[str, Any]]:
+    """The figures of a page of a site, as plotly takes them."""
+    holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
+    if holder is None:
+        return []
+    text = (file.parent / holder[1]).read_text("ascii").split('"')[1]
+    figures: list[dict[str, Any]] = json.loads(gzip.decompress(base64.b64decode(text)))
+    for figure in figures:
+        for trace in figure["data"]:
+            trace |= {axis: figure["arrays"][trace[axis]] for axis in "xy"}
+    return figures
 
 
 def broken_links(documents: Mapping[Path, Document]) -> list[str]:

@@ -14,11 +14,11 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure, Finding, Table
+from plumbob.reports.view.pictures import names, picture
 from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
-from plumbob.reports.view.site.pictures import names, picture
 from plumbob.reports.view.tables import table
 from plumbob.reports.view.top_tables import anchor
 

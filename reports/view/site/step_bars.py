@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from html import escape
 
-from plumbob.reports.view.site.pictures import Axis
+from plumbob.reports.view.pictures import Axis
 from plumbob.reports.view.step_ranges import StepRange
 
 WIDTH, ROW, THICK, FOOT = 440, 34, 10, 34  # of the figure, in its own units

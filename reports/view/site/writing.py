@@ -17,8 +17,9 @@ from typing import Any
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, top_tables
-from plumbob.reports.view.page import NAME, STYLE, filled, shared_files, written
+from plumbob.reports.view.page import NAME, STYLE, Plots, filled, shared_files, written
 from plumbob.reports.view.palette import styles
+from plumbob.reports.view.pictures import DASHES
 from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix
@@ -105,15 +106,16 @@ def one_file(content: Content) -> str:
 def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
     """The files of a site's folder by name, and its index as a function of the folder's name."""
     places, common = _places(content), content.common
-    files = {name: text.encode("utf-8") for name, text in shared_files().items()}
+    files = shared_files()
     for name in {view.system.picture for view in content.views} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
     if common["preview"]:
         files[PREVIEW] = preview(common["preview"])
     for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
-        text = filled(template, shared="", href=links, **common, **values)
-        files[page_file(name)] = text.encode("utf-8")
+        plots = Plots("", name)
+        text = filled(template, shared="", href=links, plots=plots, **common, **values)
+        files |= {**plots.files, page_file(name): text.encode("utf-8")}
 
     def index(folder: str) -> str:
         links = Links(places, "", folder, single=False)
@@ -173,6 +175,7 @@ def _common(
         "sources": top_tables.sources(findings),
         "tightness": top_tables.tightness_tables(records.study.tightness),
         "styles": styles(study.methods),
+        "dashes": DASHES,
         "provenance": study.provenance,
         "number": notation.number,
         "seconds": notation.seconds,

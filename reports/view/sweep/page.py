@@ -31,14 +31,15 @@ from plumbob.reports.view.tables import table
 
 MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-SCALE = "Viridis"  # read alike by those who do not tell red from green
+# Viridis, which is read alike by those who do not tell red from green.
+SCALE = tuple(enumerate(("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")))
 
 
 def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: str) -> Path:
     """Write `sweep-SCENE-KEY.html` into `folder`, and beside it the files that such pages share,
     and return its path. Raises OSError where the folder cannot be written."""
     files = shared_files()
-    shared = "shared-" + hashlib.sha256("".join(files.values()).encode()).hexdigest()[:12]
+    shared = "shared-" + hashlib.sha256(b"".join(files.values())).hexdigest()[:12]
     for name, text in files.items():
         if not (folder / shared / name).exists():
             written(text, folder / shared, name)
@@ -122,7 +123,7 @@ def _map(swept: Swept, i: int, j: int, low: float, high: float) -> Figure:
         "z": shown,
         "zmin": low,
         "zmax": max(high, low + 0.1),
-        "colorscale": SCALE,
+        "colorscale": [[k / 4, shade] for k, shade in SCALE],
         "colorbar": {"title": {"text": "error"}, **_ticks(low, high)},
         "hovertemplate": f"{x.name} %{{x}}, {y.name} %{{y}}: 10^%{{z:.2f}}<extra></extra>",
         "name": of.methods[i].name,

@@ -4,31 +4,33 @@
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-  // ---- plots: drawn when near, taken away when far, so that a page stays small ----
-  const NEAR = "400px", FAR = "1200px", MOST = 8, PRINTED = {half: 330, wide: 680}, ROWS = 12;
-  let hidden = new Set(), drawn = new Set(), areas = [];
+  // ---- plots: pictures, which plotly draws anew where they are pressed, or methods chosen ----
+  const NEAR = "400px", FAR = "1200px", MOST = 8, ROWS = 12;
+  let hidden = new Set(), drawn = new Set(), areas = [], chosen = false;
 
-  // A page that stands alone holds plotly compressed.
-  const packed = document.getElementById("plotly");
-  const unpacked = async () => {
-    const bytes = Uint8Array.from(atob(packed.textContent), (one) => one.charCodeAt(0));
+  // What a page holds compressed, or what a script beside it has.
+  const text_of = (holder) => (!holder.dataset.src ? Promise.resolve(holder.textContent) : new Promise((done, failed) => {
+    const script = Object.assign(document.createElement("script"), {src: holder.dataset.src});
+    script.onload = () => done(script.textContent);
+    script.onerror = () => failed(new Error(`${holder.dataset.src} is missing`));
+    document.head.append(script);
+  }));
+  const unpacked = (text) => {
+    const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    const text = await new Response(stream).text();
-    document.head.append(Object.assign(document.createElement("script"), {textContent: text}));
+    return new Response(stream).text();
   };
-
-  let loading = null;
-  const plotly = () => {
-    if (window.Plotly) return Promise.resolve();
-    loading = loading || (packed ? unpacked() : null) || new Promise((done, failed) => {
-      const script = document.createElement("script");
-      script.src = document.documentElement.dataset.plotly;
-      script.onload = done;
-      script.onerror = () => failed(new Error("plotly.js is missing"));
-      document.head.append(script);
-    });
-    return loading;
+  const run = (text) => new Promise((done) => {
+    const src = URL.createObjectURL(new Blob([text], {type: "text/javascript"}));
+    document.head.append(Object.assign(document.createElement("script"), {src, onload: done}));
+  });
+  const loaded = new WeakMap();
+  const once = (holder, use) => {
+    if (!loaded.has(holder)) loaded.set(holder, text_of(holder).then(unpacked).then(use));
+    return loaded.get(holder);
   };
+  const plotly = () => once(document.getElementById("plotly"), run);
+  const figures = () => once(page.querySelector(".figures"), JSON.parse);
 
   const axis = (given) => ({
     gridcolor: colour("--grid"), linecolor: colour("--rule"), zerolinecolor: colour("--rule"),
@@ -36,9 +38,9 @@
     ...given, title: {standoff: 8, ...given.title, font: {size: 12}},
   });
 
-  const themed = (layout, size = {autosize: true}) => {
+  const themed = (layout) => {
     const full = {
-      ...layout, ...size, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
+      ...layout, autosize: true, hovermode: "closest", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       font: {family: "system-ui, sans-serif", size: 12, color: colour("--ink")},
       margin: {l: 68, r: layout.yaxis2 ? 68 : 16, t: 8, b: 46, ...layout.margin},
@@ -54,11 +56,26 @@
 
   const shown = (trace) => !hidden.has(trace.meta);
 
-  const read = (area) => {
-    const figure = JSON.parse(area.parentElement.querySelector("script").textContent);
+  // The runs that no other one shown beats in both speed and error.
+  const front = (traces) => {
+    const points = traces.filter((one) => one.meta && one.meta !== "front" && one.visible)
+      .flatMap((one) => one.x.map((x, i) => [x, one.y[i]]))
+      .sort((a, b) => b[0] - a[0] || a[1] - b[1]);
+    let best = Infinity;
+    return points.filter(([, error]) => error < best && ((best = error), true));
+  };
+
+  const fronted = (traces) => traces.map((one) => {
+    if (one.meta !== "front") return one;
+    const points = front(traces);
+    return {...one, x: points.map(([x]) => x), y: points.map(([, y]) => y)};
+  });
+
+  const read = async (area) => {
+    const figure = (await figures())[area.dataset.figure];
     const place = (found) => (typeof found === "number" ? figure.arrays[found] : found);
-    return {...figure, data: figure.data.map((trace) => ({...trace, visible: shown(trace),
-      x: place(trace.x), y: place(trace.y)}))};
+    return {...figure, data: fronted(figure.data.map((trace) => ({...trace, visible: shown(trace),
+      x: place(trace.x), y: place(trace.y)})))};
   };
 
   // The middle of the window to the nearest part of a plot.
@@ -73,23 +90,33 @@
     area.last = (area.last || Promise.resolve()).then(next, next);
   };
 
-  const draw = (area, size) => {
+  const draw = async (area) => {
     if (drawn.has(area)) return;
     drawn.add(area);
-    if (!size) {
-      [...drawn].sort((a, b) => distance(a) - distance(b)).slice(MOST).forEach(remove);
-      if (!drawn.has(area)) return;
-    }
-    const figure = read(area);
-    area.given = figure.layout;
-    const make = () => Plotly.newPlot(area, figure.data, themed(figure.layout, size),
-      {responsive: true, displayModeBar: false});
-    if (size) make();  // on paper at once
-    else queue(area, true, make);
+    [...drawn].sort((a, b) => distance(a) - distance(b)).slice(MOST).forEach(remove);
+    const [figure] = await Promise.all([read(area), plotly()]);
+    queue(area, true, () => {
+      const stage = document.createElement("div");
+      stage.style.height = `${Math.max(area.offsetHeight, area.dataset.height)}px`;
+      area.stage?.remove();
+      area.stage = stage;
+      area.given = figure.layout;
+      area.append(stage);
+      area.classList.add("drawn");
+      return Plotly.newPlot(stage, figure.data, themed(figure.layout), {responsive: true, displayModeBar: false});
+    });
+  };
+
+  const erase = (area) => {
+    if (!area.stage) return;
+    Plotly.purge(area.stage);
+    area.stage.remove();
+    area.stage = null;
+    area.classList.remove("drawn");
   };
 
   const remove = (area) => {
-    if (drawn.delete(area)) queue(area, false, () => Plotly.purge(area));
+    if (drawn.delete(area)) queue(area, false, () => erase(area));
   };
 
   const open = (area) => area.isConnected && !area.closest("details:not([open])");
@@ -102,27 +129,35 @@
     if (!areas.length) return;
     near = new IntersectionObserver((entries) => {
       for (const {target, isIntersecting} of entries) {
-        if (isIntersecting) plotly().then(() => open(target) && draw(target));
+        if (isIntersecting && chosen && open(target)) draw(target);
       }
     }, {rootMargin: NEAR});
     far = new IntersectionObserver((entries) => {
       for (const {target, isIntersecting} of entries) if (!isIntersecting) remove(target);
     }, {rootMargin: FAR});
-    for (const area of areas) { near.observe(area); far.observe(area); }
-    (window.requestIdleCallback || setTimeout)(() => plotly());  // ready if the page is printed
+    for (const area of areas) {
+      near.observe(area);
+      far.observe(area);
+      area.querySelector("button").addEventListener("click", () => draw(area));
+    }
   };
 
   const restyle = () => {
+    chosen = true;
     for (const area of drawn) {
-      queue(area, true, () => Plotly.restyle(area, {visible: area.data.map(shown)}));
+      queue(area, true, async () => {
+        const {data} = await read(area);
+        return Plotly.react(area.stage, data, themed(area.given));
+      });
     }
+    areas.filter(inSight).forEach(draw);
   };
 
   // ---- a plot's figures as a table, while it is open ----
   const text = (value) => (typeof value === "number" ? String(Number(value.toPrecision(4))) : String(value ?? "–"));
   const made = (tag, content, more = {}) => Object.assign(document.createElement(tag), {textContent: content}, more);
-  const tabled = (area) => {
-    const figure = read(area), titles = ["xaxis", "yaxis"].map((name) => figure.layout[name]?.title?.text || name[0]);
+  const tabled = (area, figure) => {
+    const titles = ["xaxis", "yaxis"].map((name) => figure.layout[name]?.title?.text || name[0]);
     const table = document.createElement("table"), head = table.createTHead().insertRow();
     table.createCaption().textContent = area.parentElement.querySelector("b").textContent;
     for (const title of ["curve", ...titles]) head.append(made("th", title, {scope: "col"}));
@@ -255,11 +290,12 @@
         if (details.classList.contains("data")) {
           details.querySelector(".scroll")?.remove();
           if (!details.open) return;
-          details.append(tabled(details.parentElement.querySelector(".area")));
-          scrolls(details);
-          overflow(details.querySelector(".scroll"));
-        } else if (details.open) {
-          plotly().then(() => areas.filter((a) => details.contains(a) && inSight(a)).forEach((a) => draw(a)));
+          const area = details.parentElement.querySelector(".area");
+          read(area).then((figure) => {
+            details.append(tabled(area, figure));
+            scrolls(details);
+            overflow(details.querySelector(".scroll"));
+          });
         }
       });
     }
@@ -271,6 +307,7 @@
 
   const begin = (root) => {
     drawn.forEach(remove);
+    chosen = false;
     legends(root);
     foldings(root);
     copies(root);
@@ -326,23 +363,10 @@
   };
   addEventListener("hashchange", follow);
 
-  addEventListener("beforeprint", () => {
-    if (!window.Plotly) return;
-    for (const area of areas.filter(open)) {
-      const width = area.parentElement.classList.contains("wide") ? PRINTED.wide : PRINTED.half;
-      if (drawn.delete(area)) Plotly.purge(area);
-      draw(area, {autosize: false, width, height: Math.min(300, area.clientHeight)});
-    }
-  });
-  addEventListener("afterprint", () => {
-    for (const area of [...drawn]) {
-      drawn.delete(area);
-      Plotly.purge(area);
-      if (inSight(area)) draw(area);
-    }
-  });
+  // Paper has the pictures.
+  addEventListener("beforeprint", () => { for (const area of drawn) { drawn.delete(area); erase(area); } });
   dark.addEventListener("change", () => {
-    for (const area of drawn) queue(area, true, () => Plotly.relayout(area, themed(area.given)));
+    for (const area of drawn) queue(area, true, () => Plotly.relayout(area.stage, themed(area.given)));
   });
   begin(page);
   if (location.hash) follow();

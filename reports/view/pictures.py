@@ -9,6 +9,9 @@ from html import escape
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from plumbob.analytic.reference import Array
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.palette import GREY
 
@@ -36,18 +39,29 @@ class Axis:
             value = math.log10(value)
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
-    def ticks(self) -> list[tuple[float, str]]:
+    def along(self, values: Sequence[float | None] | Array) -> Array:
+        """Places of values; NaN where one has none."""
+        numbers = np.asarray(values, dtype=float)
+        if self.logarithmic:
+            nowhere = np.full_like(numbers, np.nan)
+            numbers = np.log10(numbers, out=nowhere, where=numbers > 0.0)
+        part = (numbers - self.low) / (self.high - self.low)
+        return np.asarray(self.start + part * (self.end - self.start))
+
+    def ticks(self, most: int = MOST_TICKS) -> list[tuple[float, str]]:
         """Places of a few round values, and the values as text."""
         if self.logarithmic:
             first, last = math.ceil(self.low - 1e-9), math.floor(self.high + 1e-9)
-            every = max(1, math.ceil((last - first + 1) / MOST_TICKS))
-            return [
-                (self.at(10.0**p), f"10{str(p).translate(SUPERSCRIPTS)}")
-                for p in range(first, last + 1, every)
-            ]
+            every = max(1, math.ceil((last - first + 1) / most))
+            powers = range(first, last + 1, every)
+            if len(powers) > 1:
+                return [(self.at(10.0**p), f"10{str(p).translate(SUPERSCRIPTS)}") for p in powers]
+            values = [k * 10.0**p for p in range(first - 1, last + 1) for k in (1, 2, 5)]
+            inside = [v for v in values if self.low <= math.log10(v) <= self.high]
+            return [(self.at(v), f"{v:g}") for v in inside]
         size = self.high - self.low
-        unit = 10.0 ** math.floor(math.log10(size / MOST_TICKS))
-        step = next(unit * k for k in (1, 2, 5, 10) if size / (unit * k) <= MOST_TICKS)
+        unit = 10.0 ** math.floor(math.log10(size / most))
+        step = next(unit * k for k in (1, 2, 5, 10) if size / (unit * k) <= most)
         first = math.ceil(self.low / step)
         count = math.floor(self.high / step) - first + 1
         return [(self.at(step * (first + k)), f"{step * (first + k):g}") for k in range(count)]
@@ -74,7 +88,7 @@ def picture(figure: Figure) -> str:
 def names(figure: Figure) -> list[tuple[str, str, str]]:
     """Names, colours and dashes, empty for a solid line, of the curves of a picture."""
     traces = [t for t in figure.traces if _points(t, figure.layout)][:MOST_CURVES]
-    return [(t["name"], _colour(t), _dashes(t)) for t in traces if t.get("name")]
+    return [(t["name"], colour(t), dashes(t)) for t in traces if t.get("name")]
 
 
 def _points(trace: Mapping[str, Any], layout: Mapping[str, Any]) -> list[tuple[float, float]]:
@@ -135,27 +149,29 @@ def _curve(
     trace: Mapping[str, Any], points: Sequence[tuple[float, float]], across: Axis, up: Axis
 ) -> str:
     places = [f"{across.at(x):.1f} {up.at(y):.1f}" for x, y in points]
-    colour, line = _colour(trace), trace.get("line", {})
-    dashes = f' stroke-dasharray="{dash}"' if (dash := _dashes(trace)) else ""
+    stroke, line = colour(trace), trace.get("line", {})
+    dashed = f' stroke-dasharray="{dash}"' if (dash := dashes(trace)) else ""
     mode, paths = trace.get("mode", "lines"), ""
     if "lines" in mode:
         width = min(float(line.get("width", 1.6)), 6.0)
         faint = f' opacity="{trace["opacity"]}"' if "opacity" in trace else ""
         paths += (
-            f'<path fill="none" stroke="{colour}" stroke-width="{width:g}"{dashes}{faint} '
+            f'<path fill="none" stroke="{stroke}" stroke-width="{width:g}"{dashed}{faint} '
             f'd="M{"L".join(places)}"/>'
         )
     if "markers" in mode:  # round ends of lines without length: one element for all marks
         paths += (
-            f'<path stroke="{colour}" stroke-width="5" stroke-linecap="round" '
+            f'<path stroke="{stroke}" stroke-width="5" stroke-linecap="round" '
             f'd="{"".join(f"M{place}h0" for place in places)}"/>'
         )
     return paths
 
 
-def _colour(trace: Mapping[str, Any]) -> str:
+def colour(trace: Mapping[str, Any]) -> str:
+    """The colour of a trace."""
     return str(trace.get("line", {}).get("color") or trace.get("marker", {}).get("color") or GREY)
 
 
-def _dashes(trace: Mapping[str, Any]) -> str:
+def dashes(trace: Mapping[str, Any]) -> str:
+    """Its dashes, empty for a solid line."""
     return DASHES.get(trace.get("line", {}).get("dash", ""), "")

@@ -1,0 +1,182 @@
+"""Every plot is a picture with its labels inside it and apart, and plotly's where pressed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from plumbob.reports.view.content import Figure
+from plumbob.reports.view.drawing import drawing, shown
+from plumbob.reports.view.page import Plots
+from plumbob.reports.view.plotly_figure import (
+    FRONT,
+    Trace,
+    curve,
+    figure,
+    heat,
+    linear,
+    logarithmic,
+)
+from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.page_document import site_files
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+SCENE = "capsule-line-ca1.html"
+# Of pictures, those of whose labels one is not inside, and those with two that overlap by more
+# than the half pixel to which browsers round.
+MISPLACED = """(pictures) => Object.entries(pictures).flatMap(([name, text]) => {
+  const holder = document.body.appendChild(document.createElement("div"));
+  holder.innerHTML = text;
+  const svg = holder.firstElementChild, view = svg.viewBox.baseVal;
+  svg.setAttribute("width", view.width);
+  svg.setAttribute("height", view.height);
+  const around = svg.getBoundingClientRect(), faults = [];
+  const labels = [...svg.querySelectorAll("text")].filter((one) => one.textContent);
+  const boxes = labels.map((one) => one.getBoundingClientRect());
+  boxes.forEach((box, i) => {
+    if (box.left < around.left - 1 || box.right > around.right + 1 || box.top < around.top - 3 ||
+        box.bottom > around.bottom + 1) faults.push(`${name} outside: ${labels[i].textContent}`);
+    boxes.slice(0, i).forEach((other, j) => {
+      if (Math.min(box.right, other.right) - Math.max(box.left, other.left) > .5 &&
+          Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top) > 2.5)
+        faults.push(`${name} overlap: ${labels[i].textContent} | ${labels[j].textContent}`);
+    });
+  });
+  holder.remove();
+  return faults;
+})"""
+# Legends that plotly drew that are not inside its drawing.
+LEGENDS = """() => [...document.querySelectorAll(".area.drawn")].flatMap((area) => {
+  const around = area.querySelector(".main-svg").getBoundingClientRect();
+  return [...area.querySelectorAll(".legend")].map((one) => one.getBoundingClientRect())
+    .filter((box) => box.width < 10 || box.left < around.left - 1 ||
+      box.right > around.right + 1 || box.bottom > around.bottom + 1)
+    .map((box) => [box.left, box.right, box.bottom, around.left, around.right, around.bottom]);
+})"""
+
+
+def _pictures(index: Path, whole: bool) -> dict[str, str]:
+    """The pictures of a site by file, or those of one page of each kind."""
+    folder = site_files(index)[1].parent
+    pages = "*.html" if whole else "cap*-line*1.html"
+    pages_with = [page.read_text("utf-8") for page in sorted(folder.glob(pages))]
+    names = {name for text in pages_with for name in re.findall(r'src="(\w{12}\.svg)"', text)}
+    return {name: (folder / name).read_text("utf-8") for name in sorted(names)}
+
+
+def test_every_label_is_inside_its_picture_and_apart(
+    index: Path, browser: Browser, pytestconfig: pytest.Config
+) -> None:
+    pictures = _pictures(index, pytestconfig.getoption("--suite") == "whole")
+    assert len(pictures) > 4
+    with visited(browser, index) as visit:
+        assert visit.ask(MISPLACED, pictures) == []
+        (name, text) = next(iter(pictures.items()))
+        moved = re.sub(r'<text class="m" x="[\d.]+"', '<text class="m" x="2"', text)
+        assert len(visit.ask(MISPLACED, {name: moved})) > 2
+
+
+def test_a_legend_below_and_names_at_ends_and_a_map_are_apart_too(
+    index: Path, browser: Browser
+) -> None:
+    def of(curves: Sequence[Trace], *, wide: bool = False) -> Figure:
+        return figure("", "", curves, linear("x [m]"), logarithmic("y [m]"), legend=True, wide=wide)
+
+    curves = [curve([1.0, 2.0], [k + 1e-3, 1.0], name=f"engine/method-{k}") for k in range(9)]
+    named_long = [curve([1.0, 2.0], [k, 9.0], name=f"a long name {k} " * 4) for k in (1, 2)]
+    drawn = {
+        "ends": of(curves[:6]),
+        "below": of(curves),
+        "long": of(named_long),
+        "wide": of(curves, wide=True),
+        "map": figure(
+            "",
+            "",
+            [heat([1.0, 2.0], [1.0, 2.0], [[0.0, 1.0], [0.2, 0.4]], 0.5)],
+            linear("x [m]"),
+            linear("y [m]"),
+        ),
+    }
+    with visited(browser, index) as visit:
+        assert visit.ask(MISPLACED, {name: _svg(one) for name, one in drawn.items()}) == []
+
+
+def _svg(of: Figure, *chosen: str) -> str:
+    drawn = drawing(of, chosen)
+    assert drawn is not None
+    return drawn.svg
+
+
+@pytest.mark.long
+def test_a_plot_is_a_picture_until_it_is_pressed(index: Path, browser: Browser) -> None:
+    page = site_files(index)[1].parent / SCENE
+    with visited(browser, page) as visit:
+        plots = visit.page.locator(".area")
+        for plot in plots.all():
+            plot.scroll_into_view_if_needed()
+        visit.until("[...document.querySelectorAll('.area img')].every((one) => one.naturalWidth)")
+        assert not any("plotly" in url for url in visit.requests)
+        _pressed(visit, 0)
+        plots.last.locator("button").click()
+        plots.last.locator(".legend .traces").first.wait_for()
+        assert visit.ask(LEGENDS) == []
+        visit.ask("dispatchEvent(new Event('beforeprint'))")
+        assert visit.page.locator(".main-svg").count() == 0
+        assert visit.page.locator(".area img:visible").count() == plots.count()
+        assert visit.console == []
+
+
+def _pressed(visit: Visit, place: int) -> None:
+    plot = visit.page.locator(".area").nth(place)
+    plot.locator("button").focus()
+    visit.page.keyboard.press("Enter")
+    plot.locator(".main-svg").first.wait_for()
+    assert not plot.locator("img").is_visible()
+
+
+def test_a_picture_has_the_methods_that_are_chosen_and_their_front() -> None:
+    fast = curve([1.0, 10.0], [1e-3, 1e-2], method="a/fast", marks=True)
+    slow = curve([1.0, 2.0], [1e-6, 1e-4], method="b/slow", marks=True)
+    edge = {**curve([1.0], [1.0], name="Pareto front"), "meta": FRONT}
+    both = figure("", "", [edge, fast, slow], logarithmic("speed [1]"), logarithmic("error [1]"))
+    assert [t["name"] for t in shown(both, ["a/fast"])] == ["Pareto front", "a/fast"]
+    assert list(shown(both, ["a/fast"])[0]["x"]) == [10.0, 1.0]
+    assert list(shown(both, ["a/fast", "b/slow"])[0]["x"]) == [10.0, 2.0, 1.0]
+    assert "b/slow" not in _svg(both, "a/fast")
+    assert "b/slow" in _svg(both)
+
+
+def test_a_curve_breaks_at_a_gap_and_keeps_its_course() -> None:
+    x = np.linspace(0.0, 6.0, 300)
+    y = np.where(abs(x - 3.0) < 0.1, np.nan, np.sin(x))
+    text = _svg(figure("", "", [curve(x, y, colour="#123456")], linear("x [1]"), linear("y [1]")))
+    (path,) = re.findall(r'stroke="#123456"[^>]* d="([^"]+)"', text)
+    first, second = ([int(n) for n in re.findall(r"-?\d+", run)] for run in path.split("M")[1:])
+    assert 10 < len(first) + len(second) < 300
+    points = np.cumsum(np.reshape([*first, *second[2:]], (-1, 2)), axis=0)[: len(first) // 2]
+    along = 6.0 / (points[-1, 0] - points[0, 0]) * (x[x < 2.9][-1] / 6.0)
+    angle = (points[:, 0] - points[0, 0]) * along
+    height = (points[0, 1] - points[:, 1]) / (points[0, 1] - points[:, 1].min())
+    assert np.max(np.abs(height - np.sin(angle))) < 0.01
+
+
+def test_pictures_inside_a_page_are_no_files() -> None:
+    drawn = figure("t", "", [curve([1.0, 2.0], [1.0, 2.0])], linear("x [1]"), linear("y [1]"))
+    inside, beside = Plots(), Plots("folder/", "page")
+    address, size = inside.picture(drawn, ())
+    assert address.startswith("data:image/svg+xml,")
+    assert not set('<>"#&') & set(address)
+    assert inside.files == {}
+    assert size is not None
+    address, _ = beside.picture(drawn, ())
+    assert beside.files[address.removeprefix("folder/")].decode() == size.svg
+    nothing: Any = replace(drawn, traces=({**drawn.traces[0], "x": [None], "y": [None]},))
+    assert beside.picture(nothing, ()) == ("", None)
