@@ -403,9 +403,11 @@ def _at_ends(axes: Mapping[str, Axis], frame: Frame) -> Iterator[str]:
 def _name(trace: Trace, x: float, y: float) -> str:
     """A piece of a curve and its name, at a place [px]."""
     dash = f' stroke-dasharray="{dashes(trace)}"' if dashes(trace) else ""
-    width = 9 if trace["type"] == "bar" else 2.5
+    width, line = 9 if trace["type"] == "bar" else 2.5, f"M{x:.0f} {y:.1f}h{SAMPLE}"
+    if "lines" not in trace.get("mode", "lines"):  # a mark: a round end without a line
+        width, line = 6, f"M{x + SAMPLE / 2:.0f} {y:.1f}h0"
+        dash = ' stroke-linecap="round"'
     return (
-        f'<path stroke="{colour(trace)}" stroke-width="{width}"{dash} '
-        f'd="M{x:.0f} {y:.1f}h{SAMPLE}"/>'
+        f'<path stroke="{colour(trace)}" stroke-width="{width}"{dash} d="{line}"/>'
         f'<text x="{x + SAMPLE + 4:.0f}" y="{y + 4:.1f}">{escape(str(trace["name"]))}</text>'
     )
