@@ -20,6 +20,7 @@ from plumbob.engines.own_motion import Touching
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, page, page_name, rows, write_page
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball, ready
+from plumbob.tests.support.page_document import plotted_inside
 
 
 @pytest.fixture(name="found", scope="module")
@@ -50,11 +51,7 @@ def test_a_bar_in_a_name_ends_no_cell(found: Audit) -> None:
 def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
     answer = answered(found)
     text = page(answer, found, "")
-    drawn = [
-        json.loads(figure.replace("\\u003c", "<"))
-        for figure in re.findall(r'<script type="application/json">(.*?)</script>', text, re.S)
-    ]
-    assert len(drawn) == 3
+    assert len(plotted_inside(text)) == text.count('src="data:image/svg+xml,') == 3
     timeline = answer.figures[-1]
     assert [t["name"] for t in timeline.traces] == ["floor – geom 1"]
     assert found.touching is not None

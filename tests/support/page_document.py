@@ -74,7 +74,17 @@ def plotted(file: Path) -> list[dict[str, Any]]:
     holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
     if holder is None:
         return []
-    text = (file.parent / holder[1]).read_text("ascii").split('"')[1]
+    return unpacked((file.parent / holder[1]).read_text("ascii").split('"')[1])
+
+
+def plotted_inside(page: str) -> list[dict[str, Any]]:
+    """The same of a page that holds them."""
+    (text,) = re.findall(r'class="figures">([^<]+)<', page)
+    return unpacked(text)
+
+
+def unpacked(text: str) -> list[dict[str, Any]]:
+    """Figures from their text as a page has it."""
     figures: list[dict[str, Any]] = json.loads(gzip.decompress(base64.b64decode(text)))
     for figure in figures:
         for trace in figure["data"]:

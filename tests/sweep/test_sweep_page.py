@@ -16,6 +16,7 @@ from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render
 from plumbob.reports.view.sweep.text import lines
 from plumbob.tests.support.fixture_types import Capture
+from plumbob.tests.support.page_document import plotted_inside
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
 VARY = ["--vary", "heading=0:1.5:3", "--vary", "friction=0.3:0.6:2:log"]
@@ -32,7 +33,7 @@ def test_a_sweep_is_printed_written_and_kept(tmp_path: Path, capsys: Capture) ->
     assert text[0] == "heading,friction,mujoco/euler at 0.001,mujoco/euler+coulomb at 0.001"
     assert len(text) == 7
     page = Path(answer["page"]).read_text("utf-8")
-    assert "heatmap" in page
+    assert plotted_inside(page)[0]["data"][0]["type"] == "heatmap"
     assert answer["rows"][0]["worst"][0]["command"] in page
     assert main(words) == 0
     assert "6 of 6 points were stored" in capsys.readouterr().out

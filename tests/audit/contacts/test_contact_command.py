@@ -25,6 +25,7 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     texts,
 )
 from plumbob.tests.audit.scenes_as_models import compiled
+from plumbob.tests.support.page_document import plotted_inside
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
@@ -133,7 +134,7 @@ def test_page_says_what_the_text_says(found: ContactAudit) -> None:
         assert name in shown
         assert line in shown
     assert found.snippet in shown
-    assert len(re.findall(r'<script type="application/json">', text)) == 2
+    assert len(plotted_inside(text)) == 2
     assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
 
 
