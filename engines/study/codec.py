@@ -7,7 +7,7 @@ import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any, TypeVar, get_origin
 
@@ -16,8 +16,8 @@ import numpy as np
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.extra_runs import ANSWERS
-from plumbob.engines.study.results import Study, TaskResult
+from plumbob.engines.study.extra_runs import ANSWERS, Result
+from plumbob.engines.study.results import Answers, Study, TaskResult
 
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
@@ -80,13 +80,16 @@ def _converter() -> cattrs.Converter:
         extras = {}
         for name, request, answer in held["extras"]:
             asked, given = kinds[name]
-            known = None if answer is None else made.structure(answer, given)
-            extras[made.structure(request, asked)] = known
-        return replace(back(held, TaskResult), extras=extras)
+            extras[made.structure(request, asked)] = partial(_answer, answer, given)
+        return replace(back(held, TaskResult), extras=Answers(extras))
 
     made.register_unstructure_hook(TaskResult, with_extras)
     made.register_structure_hook(TaskResult, of_extras)
     return made
+
+
+def _answer(values: Any, kind: type[Result]) -> Result:
+    return None if values is None else restored(values, kind)
 
 
 def _is_array(kind: Any) -> bool:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from plumbob.engines.abilities import Trimming
@@ -53,6 +54,32 @@ class Analysed:
     claims: tuple[tuple[str, bool], ...] = ()
     """Checks: why each would not hold, and whether it does; without numbers, the pairs of scene and
     method whose verdicts are unexpected."""
+
+
+class Answers(Mapping[Request, Result]):
+    """Answers to requests, each made where it is first asked for: recordings are long, and most
+    readers of a study want none."""
+
+    def __init__(self, makers: Mapping[Request, Callable[[], Result]]) -> None:
+        self._makers = makers
+        self._made: dict[Request, Result] = {}
+
+    def __getitem__(self, request: Request) -> Result:
+        if request not in self._made:
+            self._made[request] = self._makers[request]()
+        return self._made[request]
+
+    def __contains__(self, request: object) -> bool:
+        return request in self._makers
+
+    def __iter__(self) -> Iterator[Request]:
+        return iter(self._makers)
+
+    def __len__(self) -> int:
+        return len(self._makers)
+
+    def __reduce__(self) -> tuple[type[dict[Request, Result]], tuple[dict[Request, Result]]]:
+        return dict, (dict(self),)
 
 
 @dataclass(frozen=True)
@@ -226,6 +253,8 @@ def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
         head,
         convergence=tuple(part.convergence for part in parts if part.convergence is not None),
         costs=costs,
-        extras={request: result for part in parts for request, result in part.extras.items()},
+        extras=Answers(
+            {of: partial(part.extras.__getitem__, of) for part in parts for of in part.extras}
+        ),
         analyses=tuple(part.analysis for part in parts if part.analysis is not None),
     )
