@@ -292,6 +292,21 @@ class OwnModel(Protocol):
         shape (count, n)."""
         ...
 
+    @property
+    def names(self) -> Mapping[str, tuple[str, ...]]:
+        """Of the numbers that a motion depends on: each "position", "velocity" and "activation" of
+        the start, on its tangent space, and each "control"."""
+        ...
+
+    def shifted(self, state: Array, shift: Array) -> Array:
+        """A state moved by positions, velocities and activations of the tangent space."""
+        ...
+
+    def product(self, script: Script) -> Array:
+        """Derivatives of positions at the ends of the periods by all of `names`, multiplied along
+        its own steps, shape (periods + 1, positions, names); raises NotCertifiable."""
+        ...
+
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
         degrees of freedom)."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.engines.audit.ensemble import Likely, likely
+from plumbob.engines.audit.gradient import Gradients, gradients
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, refined
 from plumbob.engines.audit.stability import Stability, stability
 from plumbob.engines.audit.step_errors import (
@@ -24,7 +25,7 @@ from plumbob.engines.audit.step_errors import (
     unlike,
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
-from plumbob.engines.own_motion import OwnModel, Script, Touching
+from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Touching
 
 REFERENCE, TRIMS, ENSEMBLE, STABLE = 0.6, 0.1, 0.1, 0.05  # of the budget
 LEAST_STABLE = 5.0  # [s] for the largest steps, whatever the budget: most take less than two
@@ -53,6 +54,7 @@ class Audit:
     stability: Stability | None = None  # the largest steps that hold
     model: OwnModel | None = None
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
+    gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
     slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property
@@ -180,3 +182,23 @@ def audited(
         largest,
         model,
     )
+
+
+def with_gradient(
+    audit: Audit,
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Audit:
+    """An audit with the derivatives of the end, or why there are none, within about `budget` [s]
+    more."""
+    assert audit.model is not None
+    begin, index = clock(), audit.found.index if audit.found else 0
+    derivatives: Gradients | str
+    try:
+        derivatives = gradients(
+            audit.model, audit.script, audit.reference, index, budget, clock, progress
+        )
+    except NotCertifiable as why:
+        derivatives = str(why)
+    return replace(audit, gradient=derivatives, seconds=audit.seconds + clock() - begin)

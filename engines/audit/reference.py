@@ -47,7 +47,7 @@ Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)
-class _Run:
+class Run:
     """One computation of the motion."""
 
     method: str
@@ -92,9 +92,9 @@ def certified(
     bits. Where nothing can be certified, its uncertainty is infinite after the start and `why` says
     so."""
     ends = clock() + budget
-    loose = _Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * budget)
+    loose = Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * budget)
     beside = executor.submit(computed, model, script, loose, clock) if executor else None
-    first = computed(model, script, _Run("DOP853", TIGHT, 0.0, FIRST * budget), clock)
+    first = computed(model, script, Run("DOP853", TIGHT, 0.0, FIRST * budget), clock)
     if not first.why:
         second = computed(model, script, loose, clock) if beside is None else beside.result()
         return _compared(model, first, second, ())
@@ -139,7 +139,7 @@ def _layered(
     again = done.get((width, OTHER_IN_LAYER))
     if again is None:
         short = _up_to(script, min(best.until, other.until))
-        last = _Run("RK45", OTHER_IN_LAYER, width, ends - clock())
+        last = Run("RK45", OTHER_IN_LAYER, width, ends - clock())
         again = computed(model, short, last, clock)
     return _in_layers(model, layers, _cut(again, script, script.duration)), ended
 
@@ -158,7 +158,7 @@ def _by_width(
         seconds = (ends - clock()) / (len(groups) - k)
         # What one of them does not reach is not known: the others need not go on for longer.
         short = _up_to(script, min((c.until for c in done.values()), default=script.duration))
-        asked = [_Run("RK45", tolerance, width, seconds) for width, tolerance in group]
+        asked = [Run("RK45", tolerance, width, seconds) for width, tolerance in group]
         courses = _beside(model, short, asked, clock, executor)
         done.update(zip(group, courses, strict=True))
     return done
@@ -218,7 +218,7 @@ def refined(
     if 2.5 * (reference.course.seconds + other.seconds) > REFINING * budget:
         return reference
     asked = [
-        _Run(method, FINER * tolerance, 0.0, REFINING * budget)
+        Run(method, FINER * tolerance, 0.0, REFINING * budget)
         for method, tolerance in (("DOP853", TIGHT), ("RK45", LOOSE))
     ]
     first, second = _beside(model, script, asked, clock, executor)
@@ -229,7 +229,7 @@ def refined(
 
 
 def computed(
-    model: OwnModel, script: Script, run: _Run, clock: Clock = time.perf_counter
+    model: OwnModel, script: Script, run: Run, clock: Clock = time.perf_counter
 ) -> Integration:
     """The motion of `model` under `script` by one method, for as long as it is given."""
     many = run.width > 0.0
@@ -246,7 +246,7 @@ def computed(
 
 
 def _beside(
-    model: OwnModel, script: Script, runs: Sequence[_Run], clock: Clock, executor: Executor | None
+    model: OwnModel, script: Script, runs: Sequence[Run], clock: Clock, executor: Executor | None
 ) -> list[Integration]:
     """Some runs, each in a process of its own where there is an executor."""
     if executor is None:

@@ -71,9 +71,14 @@ class Limit:
 class Remedy:
     """A change of the model that raises the limit of its own integrator."""
 
-    name: str  # "armature 0.02"
+    change: Change
     limit: Limit
     moved: float  # [m] by which some body is elsewhere along the certified motion
+
+    @property
+    def name(self) -> str:
+        """That of its change: "armature 0.02"."""
+        return self.change.name
 
 
 @dataclass(frozen=True)
@@ -138,17 +143,20 @@ def unstable(at: Point, integrator: str, step: float) -> bool:
     return excess_at(at, integrator, step, DIFFERENCES[0]) > 1.0 + MARGIN
 
 
-def decided(at: Point, integrator: str, step: float) -> bool:
-    """Whether that does not depend on the differences."""
-    factors = [excess_at(at, integrator, step, difference) for difference in DIFFERENCES]
-    return math.isinf(min(factors)) or max(factors) <= ALIKE * min(factors)
+def decidedly_unstable(at: Point, integrator: str, step: float) -> bool:
+    """Whether it does by a factor that does not depend on the differences."""
+    factor = excess_at(at, integrator, step, DIFFERENCES[0])
+    if factor <= 1.0 + MARGIN:
+        return False
+    other = excess_at(at, integrator, step, DIFFERENCES[1])
+    return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
 
 
 def bracket(at: Point, integrator: str, most: float) -> tuple[float, float] | None:
     """Of steps [s] from the smallest to `most`, the last that holds at a state before one that does
     not, and that one; None where all hold."""
     holds, step = 0.0, min(most / BEYOND if at.rests else at.safe, most)
-    while not (unstable(at, integrator, step) and decided(at, integrator, step)):
+    while not decidedly_unstable(at, integrator, step):
         if step >= most:
             return None
         holds, step = step, min(RATIO * step, most)
@@ -194,6 +202,12 @@ class Course:
     def changed(self, change: Change) -> Course:
         """Of the model with a change, at the same states."""
         return replace(self, model=self.model.changed((change,)))
+
+    def finely_stepped(self, integrator: str) -> Array:
+        """States at the ends of the periods as far as the motion is known, at small steps."""
+        parts = FINE * max(1, round(self.script.period / self.model.step))
+        controls = self.script.controls[: max(1, len(self.states) - 1)]
+        return self.model.stepped(replace(self.script, controls=controls), integrator, parts).states
 
     def lost(self, integrator: str, step: float, index: int = 0) -> bool:
         """Whether a run with a step [s] loses a nudge, or itself: one from a period `index` on, or
@@ -327,29 +341,27 @@ def named(course: Course, limit: Limit) -> str:
 
 
 def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
-    """Changes that raise the limit of the model's own integrator, tried: the best first."""
+    """Changes that raise the limit of the model's own integrator, tried: the best first. How far
+    they move some body is that of runs with small steps of the steadiest integrator, as far as the
+    motion is known."""
     own = limits[0]
     place, element = culprit(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
     best = max(limits, key=lambda limit: limit.reach).integrator
-    remedies = []
+    helping: list[tuple[Change, Course, Limit]] = []
     for change in changes:
         other = course.changed(change)
         limit = limited(other, own.integrator)
         if limit.reach > HELPS * own.reach:
-            remedies.append(Remedy(change.name, limit, moved_by(course, other, best)))
+            helping.append((change, other, limit))
+    if not helping:
+        return ()
+    states = course.finely_stepped(best)
+    remedies = [
+        Remedy(change, limit, moved(course.model, states, other.finely_stepped(best)))
+        for change, other, limit in helping
+    ]
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
-
-
-def moved_by(course: Course, other: Course, integrator: str) -> float:
-    """How far [m] from each other two models move some body as far as the motion is known, at small
-    steps of an integrator."""
-    parts = FINE * max(1, round(course.script.period / course.model.step))
-    known = replace(
-        course.script, controls=course.script.controls[: max(1, len(course.states) - 1)]
-    )
-    runs = [c.model.stepped(known, integrator, parts).states for c in (course, other)]
-    return moved(course.model, *runs)
 
 
 def stability(

@@ -21,6 +21,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, SPEED, ContactAudit, Measured
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.costs import Ratio
+from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
 from plumbob.engines.registry import find_engine
@@ -52,6 +53,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         action="store_const",
         const=True,
         help="exit 1 if the file's own step is unstable along the motion",
+    )
+    parser.add_argument(
+        "--gradient",
+        action="store_const",
+        const=True,
+        help="derivatives of the end by controls and start, too; up to as much time again",
     )
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
@@ -106,6 +113,7 @@ def command(chosen: argparse.Namespace) -> int:
             budget=numbers.get("budget", BUDGET),
             jobs=jobs,
             progress=lambda what: show(what, 0, 0),
+            gradient=bool(chosen.gradient),
         )
     if target is not None:
         answer = trimmed_file(answer, Path(chosen.model), target, chosen.keyframe)
@@ -142,7 +150,16 @@ def _asked(audit: Audit | ContactAudit, metres: float | None, stable: bool) -> i
 
 def _fits(chosen: argparse.Namespace) -> None:
     """Raises ParameterError for an option of one audit that is given to the other."""
-    motion = ("ctrl", "ctrl_period", "duration", "budget", "jobs", "write_trimmed", "stable")
+    motion = (
+        "ctrl",
+        "ctrl_period",
+        "duration",
+        "budget",
+        "jobs",
+        "write_trimmed",
+        "stable",
+        "gradient",
+    )
     for name in motion if chosen.contacts else ("body", "speed", "friction"):
         if (value := getattr(chosen, name)) not in (None, "rest"):
             what = "left out with --contacts" if chosen.contacts else "given with --contacts"
@@ -177,7 +194,7 @@ def page(answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespac
     folder = Path(chosen.out)
     options_given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
     words = [w for o, v in options_given for w in (f"--{o.replace('_', '-')}", str(v))]
-    words += ["--contacts"] * chosen.contacts
+    words += ["--contacts"] * chosen.contacts + ["--gradient"] * bool(chosen.gradient)
     command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
     drawn = audit.model.picture() if audit.model else None
     try:
@@ -283,6 +300,7 @@ def as_data(audit: Audit) -> dict[str, Any]:
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
         "slides": audit.slides or None,
         **stability_data(audit),
+        **gradient_data(audit.gradient),
         "seconds": audit.seconds,
     }
 
@@ -301,6 +319,24 @@ def stability_data(audit: Audit) -> dict[str, Any]:
         "remedies": [{"change": r.name, **limit(r.limit), "moved": r.moved} for r in known.remedies]
         if known
         else [],
+    }
+
+
+def gradient_data(known: Gradients | str | None) -> dict[str, Any]:
+    """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
+    not asked for."""
+    if known is None:
+        return {}
+    if isinstance(known, str):
+        return {"gradient": [], "gradient_horizon": None, "gradient_why": known}
+    measured = next(way.eps for way in known.ways if way.name == "central")
+    return {
+        "gradient": [entry.__dict__ for entry in known.entries],
+        "gradient_horizon": known.horizon,
+        "gradient_why": known.why,
+        "gradient_ways": {way.name: way.why for way in known.ways},
+        "gradient_left_out": known.left_out,
+        "best_eps": {"predicted": known.predicted_eps, "measured": measured},
     }
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import NotCertifiable
@@ -30,6 +30,7 @@ def audit(
     budget: float = BUDGET,
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
+    gradient: bool = False,
 ) -> Audit:
     """How wrong `model`, a path to an MJCF file or a compiled `mujoco.MjModel`, is at its own
     integrator and step: its continuous motion is certified, and its steps are held against it.
@@ -37,8 +38,9 @@ def audit(
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
     `jobs` integrators run in as many processes; costs are measured alone.
-    `progress` is given what is being done. Raises ParameterError for bad input, and for a model
-    that no reference can be certified for, with the reason.
+    `progress` is given what is being done. A `gradient` certifies derivatives of the end by
+    controls and start, too, in as much time again. Raises ParameterError for bad input, and for a
+    model that no reference can be certified for, with the reason.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -59,6 +61,8 @@ def audit(
     with Workers(jobs) as workers:
         beside = workers if jobs > 1 else None
         answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
+    if gradient:
+        answer = with_gradient(answer, budget, progress=progress)
     return replace(answer, slides=_slides(model, keyframe))
 
 

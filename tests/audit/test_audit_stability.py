@@ -195,8 +195,8 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch: pytest.Mo
     on = course(arm())
     for factor in (1.4, math.inf):
         shown = factor * 2.0 / RATE
-        monkeypatch.setattr(stability_module, "unstable", lambda at, name, step, s=shown: step > s)
-        monkeypatch.setattr(stability_module, "decided", lambda *_: True)
+        for name in ("unstable", "decidedly_unstable"):
+            monkeypatch.setattr(stability_module, name, lambda at, of, step, s=shown: step > s)
         limit = limited(on, "euler")
         assert limit.confirmed
         assert limit.largest_step != limit.predicted
@@ -206,8 +206,8 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch: pytest.Mo
 
 def test_a_limit_that_no_run_confirms_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     on = course(arm(more=""))
-    monkeypatch.setattr(stability_module, "unstable", lambda at, name, step: step > 0.004)
-    monkeypatch.setattr(stability_module, "decided", lambda *_: True)
+    for name in ("unstable", "decidedly_unstable"):
+        monkeypatch.setattr(stability_module, name, lambda at, of, step: step > 0.004)
     limit = limited(on, "euler")
     assert (limit.largest_step, limit.confirmed) == (None, True)
 

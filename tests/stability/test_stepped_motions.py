@@ -10,6 +10,7 @@ import pytest
 from plumbob.analytic.errors.stability.largest_step import FACTOR, run_length
 from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.errors.stability.pendulums import pendulum_stability
+from plumbob.analytic.errors.stability.stepped_growth import sampled_steps
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
@@ -192,3 +193,16 @@ def test_every_smooth_system_has_a_theory(name: str) -> None:
     unstable = limits.limits(Scheme(EULER))[0]
     assert unstable.kind == "unstable"
     assert 0.0 < unstable.step < math.inf
+
+
+def test_a_swing_is_not_taken_for_one_at_rest_where_samples_are_half_a_period_apart() -> None:
+    """Leapfrog near the top: its period of 8.57 s is 78 steps of 0.1098 s, twice an even stride of
+    39 steps in 10 000, which found each sample by a turning point."""
+    limits = {
+        of.kind: of.step for of in theory("simple-pendulum/near-top-1e-2").limits(Scheme(LEAPFROG))
+    }
+    assert list(limits) == ["unstable"]
+    taken = sampled_steps(10_000)
+    assert taken[-1] == 10_000
+    turns = np.array(taken) / 78.0 % 0.5
+    assert np.histogram(turns, 10, (0.0, 0.5))[0].min() > len(taken) / 20.0

@@ -14,6 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import AWAY, EVERY, RATIO, exponent
 
 SAMPLES = 256  # along a run, of nudge and kind
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 COARSE = 48  # step sizes of the first pass
 SHORT = 1000  # steps of the first
 BELOW = 140  # exponents of RATIO, a factor of 4: below what fails first the second looks, too
@@ -52,19 +53,29 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
     """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
     FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
     advance, state = motion.begin(steps)
-    every = max(1, int(counts.max()) // SAMPLES)
-    stable, taken = np.ones(len(steps), dtype=bool), 0
+    stable, taken = np.ones(len(steps), dtype=bool), [0]
     samples: list[Mapping[str, Array]] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # of steps that diverge
-        while taken < counts.max() and stable.any():
-            for n in range(taken, taken + every):
+        for sampled in sampled_steps(int(counts.max())):
+            if not stable.any():
+                break
+            for n in range(taken[-1], sampled):
                 state = advance(n * steps, *state)
-            taken += every
-            allowed = FACTOR * motion.growth(np.minimum(taken, counts) * steps)
-            stable &= (motion.size(state) <= allowed) | (taken > counts)
+            taken.append(sampled)
+            allowed = FACTOR * motion.growth(np.minimum(sampled, counts) * steps)
+            stable &= (motion.size(state) <= allowed) | (sampled > counts)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
-    return Held(steps, stable, stable & _kept(motion, samples, judged, counts // every + 1))
+    seen = np.searchsorted(taken, counts, side="right")
+    return Held(steps, stable, stable & _kept(motion, samples, judged, seen))
+
+
+def sampled_steps(count: int) -> list[int]:
+    """The steps, up to `count`, after which a run is sampled: unevenly, by parts of the golden
+    ratio, since even samples half a period apart show a swing at rest."""
+    marks = np.arange(1, SAMPLES + 1)
+    marks = marks - (marks * GOLDEN) % 1.0
+    return [int(n) for n in np.unique(np.ceil(marks * count / SAMPLES)) if n < count] + [count]
 
 
 def _kept(

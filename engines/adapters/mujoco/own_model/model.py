@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model import left_out
+from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
@@ -267,6 +267,25 @@ class MujocoModel:
                 model, state[: model.nq], size * random.standard_normal(model.nv), 1.0
             )
         return states
+
+    @property
+    def names(self) -> Mapping[str, tuple[str, ...]]:
+        """See `OwnModel`."""
+        return derivatives.names(self.effective)
+
+    def shifted(self, state: Array, shift: Array) -> Array:
+        """See `OwnModel`."""
+        model, moved = self.effective, state.copy()
+        mujoco.mj_integratePos(model, moved[: model.nq], shift[: model.nv], 1.0)
+        moved[model.nq :] += shift[model.nv :]
+        return moved
+
+    def product(self, script: Script) -> Array:
+        """See `OwnModel`."""
+        model = copy.copy(self.effective)
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        with silent():
+            return derivatives.product(model, self._begun(model), script)
 
     def coordinates(self, states: Array, others: Array) -> Array:
         """See `OwnModel`."""

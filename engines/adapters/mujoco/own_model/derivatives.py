@@ -1,0 +1,60 @@
+"""Derivatives of a MuJoCo model's own run by `mjd_transitionFD`, multiplied along it, and names of
+the numbers that they are taken by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, put
+from plumbob.engines.own_motion import NotCertifiable, Script
+
+NUDGE = 1e-6  # of a state's number and of a control, for MuJoCo's own central differences
+TURNS = ("about x", "about y", "about z")
+FREEDOMS = MappingProxyType({6: ("x", "y", "z", *TURNS), 3: TURNS})  # of joints with several
+
+
+def names(model: Any) -> Mapping[str, tuple[str, ...]]:
+    """Of positions, velocities, activations and controls: {kind: a name for each}."""
+    freedoms = []
+    for number in range(model.njnt):
+        joint = model.joint(number).name or f"joint {number}"
+        several = FREEDOMS.get(int(np.count_nonzero(model.dof_jntid == number)), ("",))
+        freedoms += [f"{joint} {freedom}".rstrip() for freedom in several]
+    actuators = tuple(model.actuator(i).name or f"actuator {i}" for i in range(model.nu))
+    return {
+        "position": tuple(freedoms),
+        "velocity": tuple(freedoms),
+        "activation": tuple(str(i) for i in range(model.na)),
+        "control": actuators,
+    }
+
+
+def product(model: Any, data: Any, script: Script) -> Array:
+    """Derivatives of the positions at the ends of the periods by the state at the start and by
+    constant additions to the controls, shape (periods + 1, nv, 2 nv + na + nu); raises
+    NotCertifiable where there are none. `data` is one of `model`, at its own step."""
+    if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        raise NotCertifiable("mjd_transitionFD refuses RK4")
+    put(data, script.start)
+    nv, size = model.nv, 2 * model.nv + model.na
+    along = np.eye(size, size + model.nu)
+    by_state, by_control = np.zeros((size, size)), np.zeros((size, model.nu))
+    ends = np.full((len(script.controls) + 1, nv, size + model.nu), np.nan)
+    ends[0] = along[:nv]
+    for k, control in enumerate(script.controls):
+        data.ctrl[:] = control
+        for _ in range(round(script.period / model.opt.timestep)):
+            mujoco.mjd_transitionFD(model, data, NUDGE, True, by_state, by_control, None, None)
+            along = by_state @ along
+            along[:, size:] += by_control
+            mujoco.mj_step(model, data)
+        if diverged(data):
+            raise NotCertifiable(f"its run diverges within {(k + 1) * script.period:g} s")
+        ends[k + 1] = along[:nv]
+    return ends

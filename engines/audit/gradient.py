@@ -1,0 +1,326 @@
+"""Derivatives of a model's end by its controls and its start: those of the continuous motion, and
+how far those of the model's own run are from them.
+
+Central differences D(eps) of certified motions have an error C eps^2 + O(eps^4), so that
+
+    (4 D(eps/2) - D(eps)) / 3                                                                  (1)
+
+has one of O(eps^4). It is computed twice, by another method with another eps; what the two differ
+by, with no discount, is the uncertainty. Of the model's own run the same is predicted for a central
+difference: C eps^2 and, of rounding u in each of N steps, u |x| sqrt(N) growth / eps, which add up
+to the least at
+
+    eps = (u |x| sqrt(N) growth / (2 C))^(1/3).                                                 (2)
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.reference import TIGHT, Certificate, Run, computed
+from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
+
+# The two computations of eq. 1, (method, tolerance, eps): with contacts, differences that are ten
+# times smaller show what is left of the tolerance (calibrated in tests/audit/test_audit_gradient).
+CERTIFYING = (("DOP853", TIGHT, 2e-3), ("RK45", 10.0 * TIGHT, 3e-3))
+SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 9))  # eps of the own run's differences
+SIDES = (("central", -1.0), ("forward", 0.0))
+LARGEST = 10  # entries that are listed
+TRUSTED = 0.2  # of the gradient: it is known to that
+LOST = 1.0  # of the gradient: an error as large leaves nothing of it
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to the derivatives of the model's own run."""
+
+    name: str
+    computed: Array | None  # shape (n, coordinates, numbers), at the ends of the periods
+    eps: float | None = None
+    why: str = ""  # there are none
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The derivative of one coordinate by one number, or the norm of all, at the end."""
+
+    of: str
+    by: str
+    way: str
+    exact: float  # [m or rad per unit of the number]
+    uncertainty: float
+    computed: float | None
+    relative_error: float | None
+    eps: float | None
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """The derivatives of the continuous motion, beside those of the model's own run."""
+
+    of: tuple[str, ...]  # coordinates
+    by: tuple[str, ...]  # numbers: of the start, and constant additions to controls
+    exact: (
+        Array  # shape (n, coordinates, numbers), at the ends of the periods; no number: not known
+    )
+    uncertainty: Array  # shape (n, numbers), of the largest entry
+    times: Array  # [s], shape (n,)
+    ways: tuple[Way, ...]
+    predicted_eps: float  # of a central difference, by eq. 2
+    left_out: tuple[str, ...] = ()  # numbers that it is not known by, and why
+
+    @cached_property
+    def known(self) -> Array:
+        """Which numbers it is known by at the end, shape (numbers,)."""
+        return np.asarray(np.isfinite(self.uncertainty[-1]))
+
+    def norm(self, values: Array) -> Array:
+        """Of matrices of shape (..., coordinates, numbers), over the numbers that are known."""
+        return np.asarray(np.linalg.norm(values[..., self.known], axis=(-2, -1)))
+
+    def relative(self, apart: Array) -> Array:
+        """A norm over that of the gradient, over time, shape (n,); 0 where nothing depends on any
+        number yet."""
+        sizes = self.norm(self.exact)
+        return np.asarray(np.divide(apart, sizes, out=np.zeros_like(sizes), where=sizes > 0.0))
+
+    @cached_property
+    def certificate(self) -> Array:
+        """The uncertainty over the gradient, over time, shape (n,)."""
+        return self.relative(np.linalg.norm(self.uncertainty[:, self.known], axis=1))
+
+    def errors(self, way: Way) -> Array:
+        """Of a way, over the gradient, over time, shape (n,)."""
+        assert way.computed is not None
+        return self.relative(self.norm(way.computed - self.exact))
+
+    @property
+    def along(self) -> Way | None:
+        """The way whose horizon is stated: the product along the run where there is one."""
+        return next((way for way in self.ways if way.computed is not None), None)
+
+    @property
+    def horizon(self) -> float | None:
+        """The first time [s] at which the error is as large as the gradient; None where none is."""
+        if self.along is None:
+            return None
+        lost = np.flatnonzero((self.errors(self.along) >= LOST) & (self.certificate <= TRUSTED))
+        return float(self.times[lost[0]]) if lost.size else None
+
+    @property
+    def why(self) -> str:
+        """Why there is no horizon; empty where there is one."""
+        if self.horizon is not None:
+            return ""
+        if self.along is None:
+            return self.ways[-1].why
+        known = self.certificate <= TRUSTED
+        most, until = self.errors(self.along)[known].max(), self.times[known][-1]
+        return f"the error is at most {100 * most:.2g} % up to {until:.3g} s"
+
+    def growth(self, values: Array) -> float | None:
+        """How many times as large as at the start derivatives by the positions become, at most;
+        None where they are not known."""
+        count = len(self.of)
+        sizes = np.linalg.norm(values[:, :, :count][..., self.known[:count]], axis=(1, 2))
+        return float(sizes.max() / sizes[0]) if self.known[:count].any() else None
+
+    def worst(self, way: Way) -> Entry:
+        """The entry with the largest error of a way."""
+        assert way.computed is not None
+        off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
+        return self._entry(way, *divmod(int(np.argmax(off)), len(self.by)))
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """Of each way the norm of all, then the largest entries."""
+        sizes = np.nan_to_num(np.abs(self.exact[-1]))
+        order = np.argsort(-sizes, axis=None)[:LARGEST]
+        places = [divmod(int(k), len(self.by)) for k in order]
+        some = (self._entry(way, *place) for place in places for way in self.ways)
+        return (*(self._all(way) for way in self.ways), *some)
+
+    def _all(self, way: Way) -> Entry:
+        exact, known = float(self.norm(self.exact[-1])), float(self.certificate[-1])
+        done = None if way.computed is None else float(self.norm(way.computed[-1]))
+        error = None if done is None else float(self.errors(way)[-1])
+        return Entry("all", "all", way.name, exact, known * exact, done, error, way.eps)
+
+    def _entry(self, way: Way, row: int, column: int) -> Entry:
+        exact = float(self.exact[-1, row, column])
+        done = None if way.computed is None else float(way.computed[-1, row, column])
+        error = None if done is None or not exact else (done - exact) / exact
+        known = float(self.uncertainty[-1, column])
+        of, by = self.of[row], self.by[column]
+        return Entry(of, by, way.name, exact, known, done, error, way.eps)
+
+
+def gradients(
+    model: OwnModel,
+    script: Script,
+    reference: Certificate,
+    index: int,
+    budget: float,
+    clock: Callable[[], float] = time.perf_counter,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Gradients:
+    """The derivatives at the end of the period `index`, up to which the motion is certified, by as
+    many numbers as about `budget` [s] allows, controls first; raises NotCertifiable where there
+    are none, with the reason."""
+    if not index or reference.widths:
+        raise NotCertifiable(
+            "contacts that begin over layers leave no derivative that is certain"
+            if index
+            else f"there is no reference: {reference.why}"
+        )
+    script = replace(script, controls=script.controls[:index])
+    exact, uncertainty, curvature, left_out = _certified(
+        model, script, clock() + budget, clock, progress
+    )
+    known = np.isfinite(uncertainty[-1])
+    if not known.any():
+        raise NotCertifiable(left_out[0])
+    progress("derivatives of its own run")
+    # A model at rest is as large as what it is moved by.
+    size = max(SWEEP[0], float(np.abs(reference.course.states[: index + 1]).max()))
+    rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
+    rounding *= max(1.0, float(np.abs(exact[..., known]).max()))
+    return Gradients(
+        model.names["position"],
+        _numbers(model),
+        exact,
+        uncertainty,
+        script.times,
+        (_product(model, script), *_differences(model, script, known)),
+        float((rounding / (2.0 * max(curvature, rounding))) ** (1 / 3)),
+        left_out,
+    )
+
+
+def _numbers(model: OwnModel) -> tuple[str, ...]:
+    return tuple(f"{kind} {name}" for kind, names in model.names.items() for name in names)
+
+
+def _certified(
+    model: OwnModel,
+    script: Script,
+    ends: float,
+    clock: Callable[[], float],
+    progress: Callable[[str], None],
+) -> tuple[Array, Array, float, tuple[str, ...]]:
+    """The derivatives and uncertainty of `Gradients`, the largest C, and what is left out."""
+    by, count = _numbers(model), len(model.names["position"])
+    exact = np.full((len(script.times), count, len(by)), np.nan)
+    uncertainty, curvatures = np.full((len(exact), len(by)), math.inf), [0.0]
+    left_out, state = list[str](), len(by) - len(model.names["control"])
+    for number in (*range(state, len(by)), *range(state)):
+        progress(f"derivative by {by[number]}")
+        try:
+            _within_range(model, script, number - state)
+            both = [_refined(model, script, number, way, ends, clock) for way in CERTIFYING]
+        except NotCertifiable as why:
+            left_out.append(f"{by[number]}: {why}")
+            continue
+        exact[..., number] = both[0][0]
+        uncertainty[:, number] = np.abs(both[0][0] - both[1][0]).max(axis=1)
+        curvatures.append(both[0][1])
+    return exact, uncertainty, max(curvatures), tuple(left_out)
+
+
+def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
+    """Raises NotCertifiable for a control at an end of its range, where there is a derivative on
+    one side only."""
+    if actuator < 0:
+        return
+    low, high = model.ranges[actuator]
+    values, most = script.controls[:, actuator], max(eps for *_, eps in CERTIFYING)
+    if (values - most < low).any() or (values + most > high).any():
+        raise NotCertifiable("at an end of its range")
+
+
+def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
+    """A script with one number of the start, or of all controls, another."""
+    state = sum(len(model.names[kind]) for kind in ("position", "velocity", "activation"))
+    if number >= state:
+        controls = script.controls.copy()
+        controls[:, number - state] += by
+        return replace(script, controls=controls)
+    shift = np.zeros(state)
+    shift[number] = by
+    return replace(script, start=model.shifted(script.start, shift))
+
+
+def _refined(
+    model: OwnModel,
+    script: Script,
+    number: int,
+    way: tuple[str, float, float],
+    ends: float,
+    clock: Callable[[], float],
+) -> tuple[Array, float]:
+    """Eq. 1 over time, shape (n, coordinates), and C; raises NotCertifiable."""
+    method, tolerance, eps = way
+
+    def difference(size: float) -> Array:
+        courses = []
+        for side in (1.0, -1.0):
+            run = Run(method, tolerance, 0.0, ends - clock())
+            course = computed(model, _moved(model, script, number, side * size), run, clock)
+            if course.why:
+                raise NotCertifiable(course.why)
+            courses.append(course.states)
+        return model.coordinates(*courses) / (2.0 * size)
+
+    wide, narrow = difference(eps), difference(eps / 2.0)
+    curvature = float(np.abs(wide - narrow).max() * 4.0 / 3.0 / eps**2)
+    return (4.0 * narrow - wide) / 3.0, curvature
+
+
+def _product(model: OwnModel, script: Script) -> Way:
+    try:
+        return Way("transition", model.product(script))
+    except NotCertifiable as why:
+        return Way("transition", None, why=str(why))
+
+
+def _differences(model: OwnModel, script: Script, known: Array) -> Iterator[Way]:
+    """Central and forward differences of the own run, each at the eps that changes it least
+    when it becomes the next smaller."""
+    try:
+        runs = {0.0: [_own_run(model, script)] * known.size}
+        for by in (side * eps for eps in SWEEP for side in (1.0, -1.0)):
+            moved = [
+                _moved(model, script, n, by) if known[n] else script for n in range(known.size)
+            ]
+            runs[by] = [_own_run(model, other) for other in moved]
+    except NotCertifiable as why:
+        yield from (Way(name, None, why=str(why)) for name, _ in SIDES)
+        return
+    for name, low in SIDES:
+        sweep = np.array(
+            [
+                [
+                    model.coordinates(ahead, behind) / ((1.0 - low) * eps)
+                    for ahead, behind in zip(runs[eps], runs[low * eps], strict=True)
+                ]
+                for eps in SWEEP
+            ]
+        )
+        changes = np.linalg.norm(np.diff(sweep[:, known, -1], axis=0), axis=(1, 2))
+        best = int(np.argmin(changes))
+        yield Way(name, np.moveaxis(sweep[best], 0, -1), SWEEP[best])
+
+
+def _own_run(model: OwnModel, script: Script) -> Array:
+    """States at the ends of the periods; raises NotCertifiable."""
+    run = model.stepped(script, model.integrator, round(script.period / model.step))
+    if run.why:
+        raise NotCertifiable(f"its run {run.why}")
+    return run.states

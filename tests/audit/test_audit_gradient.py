@@ -1,0 +1,222 @@
+"""Derivatives of a model's end: those of the continuous motion against closed forms and other
+computations, and the model's own ways against each other."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit import gradient as gradient_module
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.gradient import Entry, Gradients, _refined, gradients
+from plumbob.engines.audit.reference import certified
+from plumbob.engines.own_motion import NotCertifiable
+from plumbob.reports.cli import main
+from plumbob.tests.audit.robots.robot_files import folder
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
+
+MASS, STIFFNESS, DURATION, STEP = 2.0, 50.0, 0.4, 0.01
+OSCILLATOR = f"""
+<mujoco>
+  <option timestep="{STEP}" gravity="0 0 0" integrator="{{integrator}}"/>
+  <worldbody><body><joint name="along" type="slide" stiffness="{STIFFNESS}"/>
+    <geom size=".1" mass="{MASS}"/></body></worldbody>
+  <actuator><motor name="push" joint="along" {{limits}}/></actuator>
+</mujoco>
+"""
+
+
+def found_of(model: Any, control: str = "zero", duration: float = DURATION) -> Gradients:
+    """The derivatives of a compiled model, in more time than they take."""
+    own = own_model(model, "model")
+    motion = script(own, control, duration)
+    reference = certified(own, motion, 60.0)
+    return gradients(own, motion, reference, len(motion.controls), 600.0)
+
+
+def oscillator(integrator: str = "Euler", limits: str = "") -> Any:
+    return compiled(OSCILLATOR.format(integrator=integrator, limits=limits))
+
+
+def at_end(found: Gradients, name: str) -> np.ndarray:
+    """Of the way of a name, shape (coordinates, numbers)."""
+    computed = next(way.computed for way in found.ways if way.name == name)
+    assert computed is not None
+    return np.asarray(computed[-1])
+
+
+def test_of_an_oscillator_all_are_those_of_the_closed_forms() -> None:
+    """Of the motion x'' = (u - k x)/m and of Euler's steps v += h (u - k x)/m, x += h v."""
+    found, frequency = found_of(oscillator()), math.sqrt(STIFFNESS / MASS)
+    phase = frequency * found.times
+    exact = [np.cos(phase), np.sin(phase) / frequency, (1.0 - np.cos(phase)) / STIFFNESS]
+    assert found.by == ("position along", "velocity along", "control push")
+    off = np.abs(found.exact[:, 0] - np.transpose(exact))
+    assert (off <= 2.0 * found.uncertainty + 1e-12).all()
+    assert found.certificate[-1] < 1e-7
+    steps, along = round(DURATION / STEP), np.eye(2, 3)
+    one = np.array([[1 - STEP**2 * STIFFNESS / MASS, STEP], [-STEP * STIFFNESS / MASS, 1.0]])
+    for _ in range(steps):
+        along = one @ along
+        along[:, 2] += np.array([STEP**2, STEP]) / MASS
+    for name, within in (("transition", 1e-8), ("central", 1e-10), ("forward", 1e-10)):
+        assert at_end(found, name)[0] == pytest.approx(along[0], abs=within)
+    assert found.horizon is None
+
+
+@pytest.mark.parametrize("left_out", ["by the state", "by the control"])
+def test_a_product_that_lacks_a_part_is_seen(
+    left_out: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    transition = mujoco.mjd_transitionFD
+
+    def partial(*arguments: Any) -> None:
+        transition(*arguments)
+        by_state, by_control = arguments[4:6]
+        if left_out == "by the state":
+            by_state[1, 0] = 0.0
+        else:
+            by_control[:] = 0.0
+
+    monkeypatch.setattr(mujoco, "mjd_transitionFD", partial)
+    found = found_of(oscillator())
+    own = at_end(found, "central")
+    assert np.abs(at_end(found, "transition") - own).max() > 1e-3 * np.abs(own).max()
+
+
+def test_ways_agree_on_a_body_that_turns_and_falls() -> None:
+    """Its positions are six, its quaternion's numbers seven."""
+    model = ball(2.0)
+    model.body_inertia[1] = [1e-3, 2e-3, 2.5e-3]
+    model.qpos0[3:] = [0.5, 0.5, 0.5, 0.5]
+    found = found_of(model, duration=0.1)
+    assert found.of[:3] == ("joint 0 x", "joint 0 y", "joint 0 z")
+    assert len(found.by) == 12
+    for name in ("transition", "central"):
+        assert at_end(found, name) == pytest.approx(found.exact[-1], abs=1e-5)
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4"])
+def test_a_pendulum_is_confirmed_by_small_steps_and_another_eps(integrator: str) -> None:
+    own = own_model(pendulum(integrator), "rod")
+    motion = script(own, "sines", 0.5)
+    found = gradients(own, motion, certified(own, motion, 60.0), len(motion.controls), 600.0)
+    for number in range(3):
+        runs = [
+            own.stepped(gradient_module._moved(own, motion, number, by), "rk4", 64).states
+            for by in (1e-5, -1e-5)
+        ]
+        slope = own.coordinates(*runs)[-1] / 2e-5
+        assert found.exact[-1, :, number] == pytest.approx(slope, abs=1e-9)
+    transition = found.ways[0]
+    if integrator == "RK4":
+        assert transition.why == "mjd_transitionFD refuses RK4"
+        assert found.along is found.ways[1]
+    else:
+        assert found.errors(transition)[-1] == pytest.approx(
+            found.errors(found.ways[1])[-1], rel=1e-5
+        )
+        assert 1.0 / 30.0 < found.predicted_eps / (found.ways[1].eps or 0.0) < 30.0
+
+
+def test_the_horizon_is_where_the_error_is_as_large_as_the_gradient() -> None:
+    found = found_of(oscillator())
+    transition, *others = found.ways
+    assert transition.computed is not None
+    wrong = transition.computed.copy()
+    wrong[7:] *= -1.0
+    off = replace(found, ways=(replace(transition, computed=wrong), *others))
+    assert off.horizon == pytest.approx(found.times[7])
+    assert off.why == ""
+    largest = off.worst(off.ways[0])
+    assert isinstance(largest, Entry)
+    assert largest.relative_error == pytest.approx(-2.0, abs=0.1)
+    # Beyond what is known of the motion's own, nothing is said.
+    vague = np.where(np.arange(len(found.times))[:, None] > 3, 1.0, found.uncertainty)
+    assert replace(off, uncertainty=vague).horizon is None
+
+
+def test_what_has_no_derivative_is_left_out_with_its_reason() -> None:
+    limited = 'ctrllimited="true" ctrlrange="0 1"'
+    found = found_of(oscillator(limits=limited))
+    assert found.left_out == ("control push: at an end of its range",)
+    assert found.known.tolist() == [True, True, False]
+    own = own_model(oscillator(), "model")
+    motion = script(own, "zero", DURATION)
+    reference = certified(own, motion, 60.0)
+    with pytest.raises(NotCertifiable, match="layers"):
+        gradients(own, motion, replace(reference, widths=(1e-5, 1e-6)), 3, 600.0)
+    with pytest.raises(NotCertifiable, match="no reference"):
+        gradients(own, motion, reference, 0, 600.0)
+    with pytest.raises(NotCertifiable, match="the time given for it ended"):
+        gradients(own, motion, reference, 3, -1.0)
+
+
+@pytest.mark.long
+def test_command_tells_gradients_as_text_json_and_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "rod.xml"
+    model.write_text(PENDULUM.format(integrator="Euler"), "utf-8")
+    asked = ["audit", str(model), "--ctrl", "sines", "--duration", "0.2", "--gradient"]
+    assert main([*asked, "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "\ngradient " in printed
+    assert "\nits horizon " in printed
+    page = (tmp_path / "audit-rod.html").read_text("utf-8")
+    assert "Derivatives of the pose at the end" in page
+    assert "--gradient" in page
+    assert main([*asked, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    keys = {"of", "by", "way", "exact", "uncertainty", "computed", "relative_error", "eps"}
+    assert all(set(entry) == keys for entry in data["gradient"])
+    assert {entry["way"] for entry in data["gradient"]} == {"transition", "central", "forward"}
+    assert data["gradient_horizon"] is None
+    assert data["gradient_why"].startswith("the error is at most")
+    assert main(["audit", str(model), "--contacts", "--gradient"]) == 2
+    assert "gradient" in capsys.readouterr().err
+
+
+# (package, file, raised [m], duration [s], relative certificate, errors of central differences)
+ROBOTS = [
+    ("gymnasium", "half_cheetah.xml", 2.0, 0.5, 1e-8, (0.005, 0.008)),
+    ("gymnasium", "half_cheetah.xml", 0.0, 1.0, 5e-3, (1.4, 2.0)),
+    ("dm_control", "cartpole.xml", 0.0, 1.0, 1e-8, (0.0, 1e-7)),
+]
+
+
+@pytest.mark.long(keep=0)
+@pytest.mark.parametrize(("package", "name", "raised", "duration", "within", "errors"), ROBOTS)
+def test_certificates_of_robots_are_confirmed_by_another_eps_and_reference(
+    package: str,
+    name: str,
+    raised: float,
+    duration: float,
+    within: float,
+    errors: tuple[float, float],
+) -> None:
+    files = folder(package)
+    if files is None:
+        pytest.skip(f"{package} is not installed")
+    own = own_model(mujoco.MjModel.from_xml_path(str(files / name)), name)
+    motion = script(own, "sines", duration)
+    motion.start[1] += raised
+    found = gradients(own, motion, certified(own, motion, 60.0), len(motion.controls), 600.0)
+    assert not found.left_out
+    assert found.certificate[-1] < within
+    low, high = errors
+    assert low <= found.errors(found.ways[1])[-1] <= high
+    another = ("DOP853", 1e-12, 1.3e-3)
+    scale = found.norm(found.exact[-1])
+    for number in (len(found.by) - 1, 0, len(found.of)):
+        course, _ = _refined(own, motion, number, another, 1e3, lambda: 0.0)
+        apart = np.abs(course[-1] - found.exact[-1, :, number]).max()
+        assert apart <= 2.0 * found.certificate[-1] * scale

@@ -1,0 +1,32 @@
+"""`plumbob stability --json` ends in an answer on every scene of the profile."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from plumbob.models.registry import scenes
+from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Every scene of the profile that is asked for."""
+    option = metafunc.config.getoption
+    chosen = scenes(option("scenes"), option("profile"))
+    metafunc.parametrize("name", [scene.name for scene in chosen])
+
+
+@pytest.mark.long(keep=1)
+def test_every_scene_ends_in_an_answer(name: str, capsys: Capture) -> None:
+    assert main(["stability", name, "mujoco/euler", "--json", "--jobs", "1"]) == 0
+    records = json.loads(capsys.readouterr().out)
+    assert records
+    for record in records:
+        assert (record["scene"], record["method"]) == (name, "mujoco/euler")
+        holds, fails = record["holds"], record["fails"]
+        assert record["why"]
+        if record["kind"] is not None:
+            assert (holds or 0.0) < (math.inf if fails is None else fails)
