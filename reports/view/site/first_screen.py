@@ -137,8 +137,8 @@ def _contacts(study: Study, record: StudyRecord) -> Answer | None:
         before += f", and at {notation.short(finest[0])} s still {still}"
     most = _largest(line, euler)
     sentences = [
-        "Use MuJoCo with an elliptic cone and contacts that are soft along the normal and stiff "
-        f"across it, written for your time step (settings below). At 1 ms a robot that slides on a "
+        "Use MuJoCo with an elliptic cone and contacts that are soft vertically and stiff "
+        f"sideways, written for your time step (settings below). At 1 ms a robot that slides on a "
         f"line then stops with an error of {most.text}{cost}. With default contacts the error is "
         f"{before}."
     ]

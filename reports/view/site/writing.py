@@ -175,7 +175,7 @@ def _common(
         "sources": top_tables.sources(findings),
         "tightness": top_tables.tightness_tables(records.study.tightness),
         "styles": styles(study.methods),
-        "dashes": DASHES,
+        "dashes": dict(DASHES),
         "provenance": study.provenance,
         "number": notation.number,
         "seconds": notation.seconds,
