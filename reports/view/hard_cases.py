@@ -1,17 +1,15 @@
-"""Tables of hard cases: digits that a motion loses, and that methods lose beside it."""
+"""The table of hard cases: digits that motions lose, and what methods lose beside them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from plumbob.engines.study.measurement import worst
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.records import Verdicts
-from plumbob.reports.view.step_ranges import PERCENT, StepRange
+from plumbob.reports.view.step_ranges import PERCENT, step_ranges
 from plumbob.reports.view.tables import table_or_none
 
 ROUNDING = 2.0**-53  # relative
@@ -37,31 +35,18 @@ def lost_by_motion(study: Study, scene: Scene) -> float | None:
     return digits_lost(max(doubts)) if doubts else None
 
 
-def of_system(study: Study, scenes: Sequence[Scene], verdicts: Verdicts) -> Table | None:
-    """The hard scenes of a system: what is hard, digits that the motion loses, and the smallest
-    error of a full model there with the digits that it loses beside them."""
-    rows = []
-    for scene in (scene for scene in scenes if scene.hard):
-        errors = [
-            (judged.smallest, method.name)
-            for method in study.methods
-            if not method.surrogate
-            and method.scheme.integrator != EXACT
-            and (judged := verdicts.get((scene.name, method.name))) is not None
-            and judged.smallest is not None
-        ]
-        error, name = min(errors, default=(float("nan"), "none"))
-        motion = lost_by_motion(study, scene)
-        rows.append((scene, motion, error, name, _beside(error, motion)))
-    return table_or_none("hard", rows=rows)
+def table(study: Study, scenes: Sequence[Scene]) -> Table | None:
+    """Methods on scenes, with what makes each hard and the digits that its motion loses: the
+    largest step that was run with an error of 1 % or less, the largest that is stable, who is
+    limited by which, the smallest error, and the digits that it loses more than the motion; None
+    where no run is stored. With one scene, that scene is named nowhere."""
+    rows = [row for scene in scenes for row in _rows(study, scene)]
+    return table_or_none("hard", rows=rows, several=len(scenes) > 1)
 
 
-def of_scene(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> Table | None:
-    """Methods on one scene: the largest step that was run with an error of 1 % or less, the largest
-    that is stable, who is limited by which, the smallest error, and the digits that it loses more
-    than the motion."""
-    motion, rows = lost_by_motion(study, scene), []
-    by_method = {of.method: of for of in ranges}
+def _rows(study: Study, scene: Scene) -> Iterator[tuple[object, ...]]:
+    motion = lost_by_motion(study, scene)
+    by_method = {of.method: of for of in step_ranges(study, scene)}
     controls = {method.name: method.control for method in study.methods}
     for series in study.convergence:
         errors = {
@@ -70,12 +55,10 @@ def of_scene(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> Table |
             if series.scene == scene.name and run.status == "done"
         }
         if errors:
-            least = min(errors.values())
+            least, name = min(errors.values()), series.method
             within = max((s for s, error in errors.items() if error <= PERCENT), default=None)
-            control = controls[series.method]
-            steps = by_method.get(series.method)
-            rows.append((series.method, least, _beside(least, motion), within, control, steps))
-    return table_or_none("hard_digits", rows=rows, motion=motion)
+            more = _beside(least, motion)
+            yield scene, motion, name, within, controls[name], by_method.get(name), least, more
 
 
 def _beside(error: float, motion: float | None) -> float | None:

@@ -36,15 +36,19 @@ def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platfor
     assert platform < 5.0
 
 
-def test_the_tables_name_every_hard_scene_and_every_method() -> None:
+def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> None:
+    """A system's page has the same rows as the pages of its scenes, with the scene in front."""
     study = quick()
-    table = hard_cases.of_system(study, study.scenes, {})
+    hard = [scene for scene in study.scenes if scene.hard]
+    table, alone = (hard_cases.table(study, of) for of in (hard, [find_scene(SADDLE)]))
     assert table is not None
-    assert len(table.rows) == sum(bool(scene.hard) for scene in study.scenes)
-    ranges = step_ranges(study, find_scene(SADDLE))
-    methods = hard_cases.of_scene(study, find_scene(SADDLE), ranges)
-    assert methods is not None
-    steps = {row[0].text: row[1].text for row in methods.rows}
+    assert alone is not None
+    assert {row[0].text for row in table.rows} == {scene.name for scene in hard}
+    assert table.heads[3:] == alone.heads
+    of_saddle = [row for row in table.rows if row[0].text == SADDLE]
+    assert [row[3:] for row in of_saddle] == list(alone.rows)
+    assert {row[1].text for row in of_saddle} == {find_scene(SADDLE).hard}
+    steps = {row[0].text: row[1].text for row in alone.rows}
     assert set(steps) == {method.name for method in study.methods}
     assert steps["mujoco/euler"] == "none run"
     assert "rtol" in steps["ode/dop853"]
@@ -54,7 +58,7 @@ def test_a_study_without_runs_says_nothing() -> None:
     empty = replace(quick(), convergence=())
     assert hard_cases.lost_by_motion(empty, find_scene(SADDLE)) is None
     assert step_ranges(empty, find_scene(SADDLE)) == ()
-    assert hard_cases.of_scene(empty, find_scene(SADDLE), ()) is None
+    assert hard_cases.table(empty, [find_scene(SADDLE)]) is None
 
 
 def limited(step: float) -> tuple[StepRange, str]:
@@ -63,7 +67,7 @@ def limited(step: float) -> tuple[StepRange, str]:
     prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
     study = replace(study, extras={StepPrediction(SWING, EULER): prediction})
     ranges = step_ranges(study, scene)
-    table = hard_cases.of_scene(study, scene, ranges)
+    table = hard_cases.table(study, [scene])
     assert table is not None
     (row,) = [row for row in table.rows if row[0].text == EULER]
     (of,) = [of for of in ranges if of.method == EULER]

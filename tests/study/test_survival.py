@@ -175,7 +175,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("limit", "said"),
-    [(30_000, "store = "), (90_000, "store = "), (2_000_000, "the study is stored: `plumbob re")],
+    [(30_000, "store = "), (90_000, "store = "), (1_500_000, "the study is stored: `plumbob re")],
 )
 def test_a_full_disk_loses_nothing(
     limit: int, said: str, out: Path, undisturbed: Path, capsys: Capture

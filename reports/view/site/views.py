@@ -113,7 +113,7 @@ def system_view(
             if scene.name in exact
         ),
         matrix.matrices(study, every, scenes),
-        hard_cases.of_system(study, scenes, records.verdicts),
+        hard_cases.table(study, [scene for scene in scenes if scene.hard]),
     )
 
 
@@ -181,7 +181,7 @@ def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Figu
     """The hard part of a scene, its cost in digits, and limits of the step."""
     if not scene.hard and not any(of.limit for of in ranges):
         return ()
-    digits = hard_cases.of_scene(study, scene, ranges)
+    digits = hard_cases.table(study, [scene])
     figures = hard_case(study, scene.system, scene.name) if scene.hard else ()
     return (*figures, *((digits,) if digits else ()))
 
