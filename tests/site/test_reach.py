@@ -17,7 +17,7 @@ from plumbob.tests.support.page_document import Document, broken_links, site_fil
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-NODES, KILOBYTES, SHEETS, STOPS = 8000, 400.0, 12, 60
+NODES, KILOBYTES, SHEETS, STOPS, HEIGHT = 8000, 400.0, 12, 60, 5000
 PHONE, DESK = 390, 1280  # [px]
 NAMES = ["index", *sorted(systems())]
 FIRST = ["index", "capsule-line"]
@@ -170,6 +170,13 @@ def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
 def test_every_link_of_a_whole_study_leads_somewhere(index: Path) -> None:
     files = site_files(index)
     assert broken_links({file: Document(file.read_text("utf-8")) for file in files}) == []
+
+
+@pytest.mark.long
+def test_an_index_is_short(index: Path, browser: Browser) -> None:
+    """With all that is folded: what leads a reader is within a few screens."""
+    with visited(browser, index) as visit:
+        assert visit.ask("document.documentElement.scrollHeight") <= HEIGHT
 
 
 def test_an_index_is_light(index: Path) -> None:
