@@ -73,7 +73,7 @@ def test_they_load_nothing_from_elsewhere(documents: dict[Path, Document]) -> No
     for file, document in documents.items():
         files = {Path(name).name for name in document.loaded}
         pictures = {name for name in files if re.fullmatch(r"[0-9a-f]{12}\.svg", name)}
-        known = {"page.css", "page.js", "icon.svg", "plotly.js"}
+        known = {"page.css", "page.js", "icon.svg", "plotly.js", "search.js"}
         known |= {f"{file.stem}.js"} if plotted(file) else set()
         assert files - {"cone_pendulum.png"} - pictures == known
         assert len(pictures) > 3 or not plotted(file)
