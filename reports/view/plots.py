@@ -140,9 +140,11 @@ def error_against_cost(
     absolute: Mapping[tuple[str, float], str],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
+    limits: Mapping[str, float],
 ) -> Figure:
     """Relative error against speed, with the Pareto front; `absolute` are errors in SI units, as
-    text, by method and step. A closed form stands in the caption: it has no place on the axes."""
+    text, by method and step, `limits` the largest steps [s] before a method is lost. A closed form
+    stands in the caption: it has no place on the axes."""
     usable = [p for p in points if np.isfinite(p.error) and p.ns_per_second]
     exact = [p for p in usable if methods[p.method].scheme.integrator == EXACT]
     simulated = [p for p in usable if p not in exact]
@@ -170,10 +172,11 @@ def error_against_cost(
                 hint=hint,
             )
         )
-    text = ""
+    ends = list(_ends(simulated, limits, styles))
+    text = " A cross marks where a method is lost: the speed at its largest step." if ends else ""
     if exact:
         cost = min(p.ns_per_second for p in exact)
-        text = (
+        text += (
             " Dotted: the speed of the closed form, whose error is round-off alone (real-time "
             f"factor {notation.real_time_factor(cost)}); it simulates nothing."
         )
@@ -181,13 +184,32 @@ def error_against_cost(
         "Work–precision: relative error against speed",
         "Right and low is better. The grey band is the Pareto front: no other run is both faster "
         f"and more accurate. Costs are measured with nothing else running.{text}",
-        traces,
+        [*traces, *ends],
         logarithmic("real-time factor: simulated time / computing time [1]"),
         logarithmic("relative error [1]"),
         height=460,
         wide=True,
         shapes=[_margin(max(_speed(p) for p in exact))] if exact else (),
     )
+
+
+def _ends(
+    simulated: Sequence[Point], limits: Mapping[str, float], styles: Mapping[str, Style]
+) -> Iterator[Trace]:
+    """From the largest step of each method that is stable, a dotted line to the speed at its limit;
+    at the error of that run, since there is none at the limit."""
+    for name, limit in limits.items():
+        stable = [p for p in simulated if p.method == name and p.step <= limit]
+        if not stable:
+            continue
+        last = max(stable, key=lambda p: p.step)
+        error, speeds = positive([last.error]), (_speed(last), _speed(last) * limit / last.step)
+        hint = f"{name}<br>lost at steps above {notation.number(limit, 3)} s"
+        line = curve(speeds, np.repeat(error, 2), styles[name], method=name, dash="dot")
+        cross = curve(speeds[1:], error, styles[name], method=name, marks=True, hint=hint)
+        marker = {"color": styles[name].colour, "size": 9, "symbol": "x"}
+        yield {**line, "showlegend": False, "hoverinfo": "skip"}
+        yield {**cross, "mode": "markers", "marker": marker, "showlegend": False}
 
 
 def _edge(best: Sequence[Point]) -> Trace:

@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from plumbob.engines.registry import method
+from plumbob.reports.advice.work_precision import Point
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import drawing, shown
 from plumbob.reports.view.page import Plots
+from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plotly_figure import (
     FRONT,
     Trace,
@@ -23,6 +26,7 @@ from plumbob.reports.view.plotly_figure import (
     linear,
     logarithmic,
 )
+from plumbob.reports.view.plots import error_against_cost
 from plumbob.tests.support.browser import Visit, visited
 from plumbob.tests.support.page_document import site_files
 
@@ -180,3 +184,21 @@ def test_pictures_inside_a_page_are_no_files() -> None:
     assert beside.files[address.removeprefix("folder/")].decode() == size.svg
     nothing: Any = replace(drawn, traces=({**drawn.traces[0], "x": [None], "y": [None]},))
     assert beside.picture(nothing, ()) == ("", None)
+
+
+def test_a_curve_ends_in_a_cross_at_the_speed_of_its_largest_step() -> None:
+    """Dotted from the largest run that is stable, past those that are not; none without a limit."""
+    runs = [Point("mujoco/rk4", step, 1e-3 * step, 1e4 / step) for step in (1.0, 0.1, 0.01)]
+    methods = {"mujoco/rk4": method("mujoco/rk4")}
+    look = styles(list(methods.values()))
+    drawn = error_against_cost(runs, {}, methods, look, {"mujoco/rk4": 0.3, "ode/rk4": 0.2})
+    *_, line, cross = drawn.traces
+    assert line["x"] == [1e4, 3e4]
+    assert cross["x"] == [3e4]
+    assert line["y"] == [1e-4, 1e-4]
+    assert cross["y"] == [1e-4]
+    assert cross["marker"]["symbol"] == "x"
+    assert "A cross" in drawn.caption
+    without = error_against_cost(runs, {}, methods, look, {})
+    assert len(without.traces) == len(drawn.traces) - 2
+    assert "cross" not in without.caption

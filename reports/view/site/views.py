@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -149,7 +150,11 @@ def scene_view(
         styles(study.methods),
         exact.motion,
         error_against_cost(
-            record.points, _absolute(study, convergence), methods, styles(study.methods)
+            record.points,
+            _absolute(study, convergence),
+            methods,
+            styles(study.methods),
+            {r.method: r.limit.step for r in ranges if r.limit and 0.0 < r.limit.step < math.inf},
         ),
     )
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
