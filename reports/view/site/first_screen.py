@@ -80,6 +80,16 @@ def counts(verdicts: Verdicts) -> tuple[Count, ...]:
     )
 
 
+def by_engine(verdicts: Verdicts) -> Mapping[str, Counter[str]]:
+    """For each engine that ran how many of its pairs of a scene and a method have a meaning."""
+    pairs = [(name, meaning(of)) for (_, name), of in verdicts.items()]
+    ran = [(name.partition("/")[0], means) for name, means in pairs if means != "not-run"]
+    return {
+        engine: Counter(means for other, means in ran if other == engine)
+        for engine in dict.fromkeys(engine for engine, _ in ran)
+    }
+
+
 def made(study: Study) -> tuple[int, int, int]:
     """How many runs were made, on how many scenes, and with how many methods."""
     runs = [

@@ -142,21 +142,16 @@ def scene_view(
         and table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods),
         scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
-    bars = budget_bars(observables[0], convergence, judged, methods, at_first)
-    figures = scene_figures(
-        observables,
-        convergence,
+    drawn = styles(study.methods)
+    against_cost = error_against_cost(
+        record.points,
+        _absolute(study, convergence),
         methods,
-        styles(study.methods),
-        exact.motion,
-        error_against_cost(
-            record.points,
-            _absolute(study, convergence),
-            methods,
-            styles(study.methods),
-            {r.method: r.limit.step for r in ranges if r.limit and 0.0 < r.limit.step < math.inf},
-        ),
+        drawn,
+        {r.method: r.limit.step for r in ranges if r.limit and 0.0 < r.limit.step < math.inf},
     )
+    bars = budget_bars(observables[0], convergence, judged, methods, at_first)
+    figures = scene_figures(observables, convergence, methods, drawn, exact.motion, against_cost)
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return SceneView(
