@@ -16,11 +16,21 @@ import numpy as np
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.extra_runs import ANSWERS, Result
+from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, TrimmingRun
+from plumbob.engines.study.gradient import GradientSearch
+from plumbob.engines.study.identification import ParameterFit
+from plumbob.engines.study.long_runs import LongRunSearch
+from plumbob.engines.study.model_reading import ModelReading
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Answers, Study, TaskResult
+from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
+KINDS: tuple[type[Request[Any]], ...] = (
+    *(ExtraRun, ExtraConvergence, TrimmingRun, ModelReading, GradientSearch),
+    *(StabilitySearch, StepPrediction, LongRunSearch, ParameterFit),
+)
 APART = override(omit=True)  # a field that is stored in another way
 
 
@@ -76,11 +86,11 @@ def _converter() -> cattrs.Converter:
         return {**forth(result), "extras": extras}
 
     def of_extras(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
-        kinds = {request.__name__: (request, answer) for request, answer in ANSWERS.items()}
+        kinds = {kind.__name__: kind for kind in KINDS}
         extras = {}
         for name, request, answer in held["extras"]:
-            asked, given = kinds[name]
-            extras[made.structure(request, asked)] = partial(_answer, answer, given)
+            kind = kinds[name]
+            extras[made.structure(request, kind)] = partial(_answer, answer, kind.answers)
         return replace(back(held, TaskResult), extras=Answers(extras))
 
     made.register_unstructure_hook(TaskResult, with_extras)
@@ -88,7 +98,7 @@ def _converter() -> cattrs.Converter:
     return made
 
 
-def _answer(values: Any, kind: type[Result]) -> Result:
+def _answer(values: Any, kind: type[T]) -> T | None:
     return None if values is None else restored(values, kind)
 
 

@@ -1,68 +1,79 @@
-"""Runs that analyses need beside the study's own, as data, and how each is made."""
+"""Extra runs that analyses show: recordings, convergence studies, and timings of trimmed models."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.parameters import ParameterError, known
 from plumbob.engines.abilities import Ablation, Trimming
-from plumbob.engines.box import Side, box
-from plumbob.engines.method import Method, Unsupported, meant
-from plumbob.engines.registry import engine_of, installed
+from plumbob.engines.method import Method, meant
+from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
-from plumbob.engines.study.gradient import Gradients, GradientSearch, gradients
-from plumbob.engines.study.identification import Identification, identify
-from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun, long_run
 from plumbob.engines.study.measurement import not_asked_for
-from plumbob.engines.study.model_reading import ModelRead, ModelReading
-from plumbob.engines.study.stability import (
-    PredictedLimits,
-    Stability,
-    StabilitySearch,
-    StepPrediction,
-    predicted_limits,
-    stability,
-)
+from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
+from plumbob.engines.study.stability import StepPrediction, predicted_limits
 from plumbob.engines.trajectory import Trajectory, last_sample, lost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
 MOST_STEPS = 25_000  # of a run in an extra convergence study: the quick profile's limit
-Changes = tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
-class ExtraRun:
+class ExtraRun(RunRequest[Trajectory]):
     """One run whose recording a finding shows."""
+
+    answers = Trajectory
 
     scene: str
     method: str
     step: float  # [s], or the relative tolerance of an adaptive method
-    duration: float | None = None  # [s]; None: the scene's own
-    changes: Changes = ()  # parameters changed, as `--set` has them; hashable values
-    settings: Changes = ()  # settings of the method changed; hashable values
+    duration: float | None = None
+    changes: Changes = ()
+    settings: Changes = ()  # settings of the method changed
     end_alone: bool = False  # its last sample alone is kept
+
+    def made(self, scene: Scene, method: Method) -> Trajectory | None:
+        """The recording."""
+        changed = replace(method, settings={**method.settings, **dict(self.settings)})
+        run = engine_of(method).prepare(case_of(scene), changed, self.step).run()
+        whole = _whole(run, scene, changed, self.step)
+        return last_sample(whole) if whole and self.end_alone else whole
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return work_of(scene, method, (self.step,))
 
 
 @dataclass(frozen=True)
-class ExtraConvergence:
+class ExtraConvergence(RunRequest[ConvergenceStudy]):
     """A convergence study over step sizes [s] of a finding's own choice."""
+
+    answers = ConvergenceStudy
 
     scene: str
     method: str
     steps: tuple[float, ...]
-    duration: float | None = None  # [s]; None: the scene's own
+    duration: float | None = None
+
+    def made(self, scene: Scene, method: Method) -> ConvergenceStudy:
+        """The convergence study."""
+        return convergence_study(scene, method, MOST_STEPS, self.steps)
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return work_of(scene, method, self.steps)
 
 
 @dataclass(frozen=True)
-class TrimmingRun:
+class TrimmingRun(RunRequest[Trimming]):
     """A timing of a model, complete and trimmed of pipeline stages and parts: `steps` steps of
     `step` [s], the median of `repeats`."""
+
+    answers, label, timed = Trimming, "trimmed", True
 
     scene: str
     method: str
@@ -70,60 +81,16 @@ class TrimmingRun:
     steps: int
     repeats: int
 
+    def made(self, scene: Scene, method: Method) -> Trimming | None:
+        """The timing; None where the engine leaves nothing out."""
+        ablation = engine_of(method).ability(Ablation)
+        if ablation is None:
+            return None
+        return ablation.measure(case_of(scene), method, self.step, self.steps, self.repeats)
 
-@dataclass(frozen=True)
-class ParameterFit:
-    """A search for the value of a parameter with which a run fits the exact motion best."""
-
-    scene: str
-    method: str
-    step: float
-    parameter: str
-    low: float  # ends of the interval that is searched
-    high: float
-    budget: int  # runs
-    changes: Changes = ()
-
-
-RunRequest = (
-    ExtraRun
-    | ExtraConvergence
-    | TrimmingRun
-    | StabilitySearch
-    | StepPrediction
-    | LongRunSearch
-    | GradientSearch
-    | ParameterFit
-)
-Request = RunRequest | ModelReading
-Measured = (
-    Trajectory
-    | ConvergenceStudy
-    | Trimming
-    | Stability
-    | PredictedLimits
-    | MeasuredLongRun
-    | Gradients
-    | Identification
-)
-Result = Measured | ModelRead | None
-ANSWERS: Mapping[type[Request], type[Any]] = MappingProxyType(
-    {
-        ExtraRun: Trajectory,
-        ExtraConvergence: ConvergenceStudy,
-        TrimmingRun: Trimming,
-        ModelReading: ModelRead,
-        StabilitySearch: Stability,
-        StepPrediction: PredictedLimits,
-        GradientSearch: Gradients,
-        ParameterFit: Identification,
-        LongRunSearch: MeasuredLongRun,
-    }
-)
-
-
-class UndeclaredRun(LookupError):
-    """A run that is asked of a study and was not declared to it."""
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return float(self.steps * self.repeats * system_of(scene).weight)
 
 
 @dataclass(frozen=True)
@@ -147,65 +114,12 @@ class StudyPlan:
         return any(m.name == method and meant(m, by_name[scene]) for m in self.methods)
 
 
-Requests = Callable[[StudyPlan], Sequence[Request]]
+Requests = Callable[[StudyPlan], Sequence[Request[Any]]]
 
 
-def nothing_more(plan: StudyPlan) -> Sequence[Request]:
+def nothing_more(plan: StudyPlan) -> Sequence[Request[Any]]:
     """No requests: those of an analysis of the study's own runs alone."""
     return ()
-
-
-def make(request: RunRequest, method: Method) -> Result:
-    """The result of a request, whose method is `method`; None where the engine is missing, the
-    method is not meant for the scene or does not support it, or the run diverged. Raises
-    ParameterError."""
-    scene = _scene(request)
-    if isinstance(request, ExtraRun):
-        return _recording(request, scene, method)
-    if not installed(engine_of(method)) or not meant(method, scene):
-        return None
-    if isinstance(request, StabilitySearch):
-        return stability(scene, method)
-    if isinstance(request, StepPrediction):
-        return predicted_limits(scene, method)
-    if isinstance(request, GradientSearch):
-        return gradients(case_of(scene), method, request)
-    if isinstance(request, ParameterFit):
-        return _fit(request, scene, method)
-    if isinstance(request, LongRunSearch):
-        return long_run(scene, method, request)
-    if isinstance(request, ExtraConvergence):
-        return convergence_study(scene, method, MOST_STEPS, request.steps)
-    ablation = engine_of(method).ability(Ablation)
-    if ablation is None:
-        return None
-    try:
-        case = case_of(scene)
-        return ablation.measure(case, method, request.step, request.steps, request.repeats)
-    except Unsupported:
-        return None
-
-
-def _fit(request: ParameterFit, scene: Scene, method: Method) -> Identification | None:
-    """The best fit; None where the method does not support the scene, or its runs are lost."""
-    side = Side(request.parameter, request.low, request.high)
-    around = box(request.scene, dict(request.changes), [side])
-    try:
-        return identify(around, case_of(scene), method, request.step, request.budget)
-    except (Unsupported, ParameterError):
-        return None
-
-
-def _recording(request: ExtraRun, scene: Scene, method: Method) -> Trajectory | None:
-    if not installed(engine_of(method)) or not meant(method, scene):
-        return None
-    changed = replace(method, settings={**method.settings, **dict(request.settings)})
-    try:
-        run = engine_of(method).prepare(case_of(scene), changed, request.step).run()
-    except Unsupported:
-        return None
-    whole = _whole(run, scene, changed, request.step)
-    return last_sample(whole) if whole and request.end_alone else whole
 
 
 def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajectory | None:
@@ -216,8 +130,8 @@ def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajec
 
 
 def convergence_with(
-    scene: Scene, method: Method, most_steps: int, asked: Sequence[Request], seed: int
-) -> tuple[ConvergenceStudy, dict[Request, Result]]:
+    scene: Scene, method: Method, most_steps: int, asked: Sequence[Request[Any]], seed: int
+) -> tuple[ConvergenceStudy, dict[Request[Any], Any]]:
     """The convergence study of a pair, and what is `asked` for of the same pair: recordings, those
     of its own runs where the steps are the same, others run beside them, and predicted limits."""
     recorded = [request for request in asked if isinstance(request, ExtraRun)]
@@ -230,45 +144,23 @@ def convergence_with(
     found = convergence_study(scene, method, most_steps, keep=keep, seed=seed)
     for request in recorded:
         if request.step not in runs:
-            runs[request.step] = _recording(request, scene, method)
-    results: dict[Request, Result] = {request: runs[request.step] for request in recorded}
+            runs[request.step] = request.answer(method)
+    results: dict[Request[Any], Any] = {request: runs[request.step] for request in recorded}
     if StepPrediction(scene.name, method.name) in asked:
         results[StepPrediction(scene.name, method.name)] = predicted_limits(scene, method)
     return found, results
 
 
-def is_of(request: Request, scene: Scene, method: Method) -> bool:
+def is_of(request: Request[Any], scene: Scene, method: Method) -> bool:
     """Whether a request is of this very scene with this very method: one more run, kept whole, or
     what theory predicts of its steps."""
-    if isinstance(request, ModelReading):
+    if not isinstance(request, ExtraRun | StepPrediction):
         return False
     if (request.scene, request.method) != (scene.name, method.name):
         return False
-    if not isinstance(request, ExtraRun) or request.changes or request.settings:
-        return isinstance(request, StepPrediction)
-    if request.duration is not None or request.end_alone:
+    if isinstance(request, StepPrediction):
+        return True
+    if request.changes or request.settings or request.duration is not None or request.end_alone:
         return False
     usual = find_scene(scene.name)
     return (usual.parameters, usual.duration) == (scene.parameters, scene.duration)
-
-
-def _scene(request: RunRequest) -> Scene:
-    """The scene of a request, with its parameters and its duration; raises ParameterError."""
-    scene = find_scene(request.scene)
-    if isinstance(request, ExtraRun | GradientSearch | ParameterFit) and request.changes:
-        system, changes = system_of(scene), dict(request.changes)
-        known(changes, system.parameters)
-        scene = replace(scene, parameters=system.change(scene.parameters, changes))
-    if isinstance(request, ExtraRun | ExtraConvergence) and request.duration is not None:
-        scene = replace(scene, duration=request.duration)
-    return scene
-
-
-def looked_up(extras: Mapping[Request, Result], request: Request) -> Result:
-    """The result that a study has for a request; raises UndeclaredRun where it was not declared."""
-    try:
-        return extras[request]
-    except KeyError:
-        raise UndeclaredRun(
-            f"no finding declared {request}: add it to the `requests` of the section that shows it"
-        ) from None

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,7 +30,9 @@ from plumbob.engines.abilities import OwnDerivative, SecondRun
 from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.study.measurement import ObservedError, measure, scheme_of
-from plumbob.models.scene import Case
+from plumbob.engines.study.request import Changes, RunRequest
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.scene import Case, Scene
 
 if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
     from plumbob.analytic.sensitivities.neighbours import Sensitivity
@@ -47,35 +49,8 @@ POWER = 4.0
 TYPICAL = 3e-3
 SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
 LEAST = 4  # differences that show a best one
+WORK = 2e5  # equivalent number of steps of derivatives by a sweep of runs, roughly
 BRANCH = 3  # differences on either side of the best that show how it comes about
-
-
-@dataclass(frozen=True)
-class GradientSearch:
-    """Derivatives of the end of a scene's run with a method by one number of its parameters."""
-
-    scene: str
-    method: str
-    of: tuple[str, ...]  # observables
-    by: str
-    ways: tuple[str, ...] = ()  # none: all that there are
-    step: float | None = None  # [s], or a relative tolerance; None: the method's usual one
-    eps: tuple[float, ...] = ()  # of the parameter, in its unit; none: a sweep
-    at: float | None = None  # [s]; None: the end
-    changes: tuple[tuple[str, Any], ...] = ()  # parameters changed
-
-    def check(self, case: Case) -> None:
-        """Raises ParameterError where an observable, a way or a time is none of the case."""
-        allowed = (
-            ("of", self.of, [observable.name for observable in case.system.observables]),
-            ("way", self.ways, ways()),
-        )
-        for argument, wanted, there in allowed:
-            for name in wanted:
-                if name not in there:
-                    raise ParameterError(argument, name, f"one of {', '.join(there)}")
-        if self.at is not None and not 0.0 < self.at <= case.scene.duration:
-            raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
 
 
 @dataclass(frozen=True)
@@ -141,6 +116,44 @@ class Gradients:
     """All ways' derivatives of all observables by one number."""
 
     records: tuple[Gradient, ...]
+
+
+@dataclass(frozen=True)
+class GradientSearch(RunRequest[Gradients]):
+    """Derivatives of the end of a scene's run with a method by one number of its parameters."""
+
+    answers, label = Gradients, "derivatives"
+
+    scene: str
+    method: str
+    of: tuple[str, ...]  # observables
+    by: str
+    ways: tuple[str, ...] = ()  # none: all that there are
+    step: float | None = None  # [s], or a relative tolerance; None: the method's usual one
+    eps: tuple[float, ...] = ()  # of the parameter, in its unit; none: a sweep
+    at: float | None = None  # [s]; None: the end
+    changes: Changes = ()
+
+    def check(self, case: Case) -> None:
+        """Raises ParameterError where an observable, a way or a time is none of the case."""
+        allowed = (
+            ("of", self.of, [observable.name for observable in case.system.observables]),
+            ("way", self.ways, ways()),
+        )
+        for argument, wanted, there in allowed:
+            for name in wanted:
+                if name not in there:
+                    raise ParameterError(argument, name, f"one of {', '.join(there)}")
+        if self.at is not None and not 0.0 < self.at <= case.scene.duration:
+            raise ParameterError("at", self.at, f"above 0, {case.scene.duration:g} s at most")
+
+    def made(self, scene: Scene, method: Method) -> Gradients:
+        """The derivatives; raises ParameterError."""
+        return gradients(case_of(scene), method, self)
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return WORK * system_of(scene).weight
 
 
 @dataclass(frozen=True)

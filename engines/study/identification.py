@@ -11,13 +11,15 @@ import numpy as np
 from plumbob.analytic.answer_cache import Same, exactly
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer, answering
-from plumbob.engines.box import Box
+from plumbob.engines.box import Box, Side, box
 from plumbob.engines.box_search import Searched, lowest
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import not_asked_for
+from plumbob.engines.study.request import Changes, RunRequest, work_of
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.scene import Case, Quantity
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Quantity, Scene
 
 FAILED = 1e6  # misfit of a run that is lost, or has no exact answer: in scales, beyond all others
 SLOPES = (1e-2, 1e-3, 1e-4, 1e-5)  # of a side, over which slopes are taken: the first that is
@@ -63,6 +65,35 @@ class Identification:
     def alike(self) -> bool:
         """Whether there are several parameters, and what is fitted does not tell them apart."""
         return len(self.parameters) > 1 and not self.parameters[0].correlation
+
+
+@dataclass(frozen=True)
+class ParameterFit(RunRequest[Identification]):
+    """A search for the value of a parameter with which a run fits the exact motion best."""
+
+    answers, label = Identification, "fitted"
+
+    scene: str
+    method: str
+    step: float
+    parameter: str
+    low: float  # ends of the interval that is searched
+    high: float
+    budget: int  # runs
+    changes: Changes = ()
+
+    def made(self, scene: Scene, method: Method) -> Identification | None:
+        """The best fit; None where runs are lost."""
+        side = Side(self.parameter, self.low, self.high)
+        around = box(self.scene, dict(self.changes), [side])
+        try:
+            return identify(around, case_of(scene), method, self.step, self.budget)
+        except ParameterError:
+            return None
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return self.budget * work_of(scene, method, (self.step,))
 
 
 def identify(

@@ -15,8 +15,9 @@ from plumbob.analytic.stability import LEVELS, LongRun, StabilityTheory
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import scheme_of
+from plumbob.engines.study.request import RunRequest
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
 
 MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver in Python
@@ -26,18 +27,6 @@ OF_A_SOLVER = 1e3  # steps to a period, roughly, of one that chooses its own, fo
 DOUBT = 0.2  # of the least level, by which the exact motion is known well enough
 SHARP = 4.0  # standard errors by which a drift of the energy differs from none
 LOST = 1.0  # of the energy's scale: all of it gained or lost
-
-
-@dataclass(frozen=True)
-class LongRunSearch:
-    """A search for the times at which a method's error on a scene reaches each of LEVELS."""
-
-    scene: str
-    method: str
-    step: float | None = (
-        None  # [s], or the relative tolerance; None: the scene's, A_PERIOD a period
-    )
-    most_steps: int = MOST_STEPS
 
 
 @dataclass(frozen=True)
@@ -53,6 +42,28 @@ class MeasuredLongRun:
     energy: Literal["bounded", "drifting", "lost", "not conserved"] = "not conserved"
     energy_rate: float = 0.0  # [1/s] of its scale, where it drifts
     why: str = ""  # nothing was measured
+
+
+@dataclass(frozen=True)
+class LongRunSearch(RunRequest[MeasuredLongRun]):
+    """A search for the times at which a method's error on a scene reaches each of LEVELS."""
+
+    answers, label = MeasuredLongRun, "long run"
+
+    scene: str
+    method: str
+    step: float | None = (
+        None  # [s], or the relative tolerance; None: the scene's, A_PERIOD a period
+    )
+    most_steps: int = MOST_STEPS
+
+    def made(self, scene: Scene, method: Method) -> MeasuredLongRun:
+        """The times by runs; raises ParameterError."""
+        return long_run(scene, method, self)
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return self.most_steps * system_of(scene).weight
 
 
 def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLongRun:

@@ -15,6 +15,7 @@ from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.added import one_line
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
+from plumbob.engines.study.request import Request
 from plumbob.models.entry_points import captured
 from plumbob.models.scene import System
 
@@ -38,14 +39,6 @@ WHOLE_SCENE = "scene.xml"  # includes a model, and adds floor, light and camera
 
 
 @dataclass(frozen=True)
-class ModelReading:
-    """One model file read by an engine's own reader."""
-
-    engine: str
-    model: str  # its path in the folder `models`, or EVERY_FIELD
-
-
-@dataclass(frozen=True)
 class Number:
     """The numbers in a field, of the body, joint, geom or actuator of that name."""
 
@@ -66,6 +59,16 @@ class ModelRead:
     def fields(self) -> ModelFields:
         """The numbers by field and name."""
         return {(one.field, one.name): one.values for one in self.numbers}
+
+
+@dataclass(frozen=True)
+class ModelReading(Request[ModelRead]):
+    """One model file read by an engine's own reader."""
+
+    answers = ModelRead
+
+    engine: str
+    model: str  # its path in the folder `models`, or EVERY_FIELD
 
 
 def models_of(system: System) -> tuple[str, ...]:

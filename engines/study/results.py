@@ -8,33 +8,17 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from plumbob.engines.abilities import Trimming
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
-from plumbob.engines.study.extra_runs import (
-    ExtraConvergence,
-    ExtraRun,
-    ParameterFit,
-    Request,
-    Result,
-    TrimmingRun,
-    looked_up,
-)
-from plumbob.engines.study.gradient import Gradients, GradientSearch
-from plumbob.engines.study.identification import Identification
-from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
-from plumbob.engines.study.model_reading import ModelRead, ModelReading
 from plumbob.engines.study.provenance import Provenance
+from plumbob.engines.study.request import Answer, Request, RunRequest, looked_up
 from plumbob.engines.study.stability import (
     KnownLimit,
-    PredictedLimits,
-    Stability,
     StabilitySearch,
     StepPrediction,
     known_limit,
 )
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Observable, Quantity, Scene
 
@@ -56,15 +40,15 @@ class Analysed:
     method whose verdicts are unexpected."""
 
 
-class Answers(Mapping[Request, Result]):
+class Answers(Mapping[Request[Any], Any]):
     """Answers to requests, each made where it is first asked for: recordings are long, and most
     readers of a study want none."""
 
-    def __init__(self, makers: Mapping[Request, Callable[[], Result]]) -> None:
+    def __init__(self, makers: Mapping[Request[Any], Callable[[], Any]]) -> None:
         self._makers = makers
-        self._made: dict[Request, Result] = {}
+        self._made: dict[Request[Any], Any] = {}
 
-    def __getitem__(self, request: Request) -> Result:
+    def __getitem__(self, request: Request[Any]) -> Any:
         if request not in self._made:
             self._made[request] = self._makers[request]()
         return self._made[request]
@@ -72,13 +56,13 @@ class Answers(Mapping[Request, Result]):
     def __contains__(self, request: object) -> bool:
         return request in self._makers
 
-    def __iter__(self) -> Iterator[Request]:
+    def __iter__(self) -> Iterator[Request[Any]]:
         return iter(self._makers)
 
     def __len__(self) -> int:
         return len(self._makers)
 
-    def __reduce__(self) -> tuple[type[dict[Request, Result]], tuple[dict[Request, Result]]]:
+    def __reduce__(self) -> tuple[type[dict[Request[Any], Any]], tuple[dict[Request[Any], Any]]]:
         return dict, (dict(self),)
 
 
@@ -88,7 +72,7 @@ class TaskResult:
     cost with the reference step's [ns] beside it, or an analysis; or why it was given up."""
 
     convergence: ConvergenceStudy | None = None
-    extras: Mapping[Request, Result] = field(default_factory=dict)
+    extras: Mapping[Request[Any], Any] = field(default_factory=dict)
     cost: Cost | None = None
     reference_step: float = math.nan
     analysis: Analysed | None = None
@@ -122,7 +106,7 @@ class Study:
     """The observables of each scene, so that a reader need not load every system."""
     interest: Mapping[str, Quantities] = field(default_factory=dict)
     """The quantities of interest of each scene, likewise."""
-    extras: Mapping[Request, Result] = field(default_factory=dict)  # what findings declared
+    extras: Mapping[Request[Any], Any] = field(default_factory=dict)  # what findings declared
     analyses: tuple[Analysed, ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
     seed: int = SEED  # that drew one more step for each pair
@@ -162,7 +146,7 @@ class Study:
             extras={
                 of: limits
                 for of, limits in self.extras.items()
-                if isinstance(of, StabilitySearch | StepPrediction) and of.scene == scene
+                if isinstance(of, RunRequest) and of.of_limits and of.scene == scene
             },
         )
 
@@ -179,66 +163,15 @@ class Study:
         """The observable that orders and verdicts of a scene lead with."""
         return self.observables(scene)[0]
 
-    def recording(self, request: ExtraRun) -> Trajectory | None:
-        """The recording of a declared run; None where the engine is missing, the method is not
-        meant for the scene or does not support it, or the run diverged. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, Trajectory)
-        return found
-
-    def extra_convergence(self, request: ExtraConvergence) -> ConvergenceStudy | None:
-        """A declared convergence study; None as for `recording`. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, ConvergenceStudy)
-        return found
-
-    def trimming_of(self, request: TrimmingRun) -> Trimming | None:
-        """A declared timing of a trimmed model; None as for `recording`, and where the engine
-        leaves nothing out. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, Trimming)
-        return found
-
-    def stability_of(self, request: StabilitySearch) -> Stability | None:
-        """A declared search for the largest step; None where the engine is missing, or the method
-        is not meant for the scene. Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, Stability)
-        return found
+    def answer(self, request: Request[Answer]) -> Answer | None:
+        """The answer to a declared request; None where its engine is missing, its method is not
+        meant for the scene or does not support it, or its run diverged. Raises UndeclaredRun."""
+        return looked_up(self.extras, request)
 
     def step_limit(self, scene: str, method: str) -> KnownLimit | None:
         """The smallest limit of the step that is stored of a scene with a method, or None."""
         predicted = self.extras.get(StepPrediction(scene, method))
-        measured = self.extras.get(StabilitySearch(scene, method))
-        assert predicted is None or isinstance(predicted, PredictedLimits)
-        assert measured is None or isinstance(measured, Stability)
-        return known_limit(predicted, measured)
-
-    def gradients_of(self, request: GradientSearch) -> Gradients | None:
-        """Declared derivatives; None where the engine is missing, or the method is not meant for
-        the scene. Raises UndeclaredRun."""
-        result = looked_up(self.extras, request)
-        assert result is None or isinstance(result, Gradients)
-        return result
-
-    def fit(self, request: ParameterFit) -> Identification | None:
-        """A declared search for a parameter; None as for `recording`. Raises UndeclaredRun."""
-        result = looked_up(self.extras, request)
-        assert result is None or isinstance(result, Identification)
-        return result
-
-    def long_run_of(self, request: LongRunSearch) -> MeasuredLongRun | None:
-        """A declared long run; None as for `stability_of`. Raises UndeclaredRun."""
-        result = looked_up(self.extras, request)
-        assert result is None or isinstance(result, MeasuredLongRun)
-        return result
-
-    def reading(self, request: ModelReading) -> ModelRead | None:
-        """The result of a declared reading of a model; None where the engine was not installed.
-        Raises UndeclaredRun."""
-        found = looked_up(self.extras, request)
-        assert found is None or isinstance(found, ModelRead)
-        return found
+        return known_limit(predicted, self.extras.get(StabilitySearch(scene, method)))
 
 
 def assembled(head: Study, results: Iterable[TaskResult]) -> Study:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 from plumbob.engines.added import one_line
 from plumbob.engines.method import Method, Stepping, meant
@@ -23,22 +24,16 @@ from plumbob.engines.study.convergence import (
 )
 from plumbob.engines.study.cost import costs
 from plumbob.engines.study.extra_runs import (
-    ExtraConvergence,
-    ParameterFit,
-    Request,
     Requests,
     StudyPlan,
-    TrimmingRun,
     convergence_with,
     is_of,
-    make,
     nothing_more,
 )
-from plumbob.engines.study.gradient import GradientSearch
-from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
+from plumbob.engines.study.request import Request, RunRequest, work_of
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
 from plumbob.engines.study.scheduler import (
     GENEROUS,
@@ -47,7 +42,6 @@ from plumbob.engines.study.scheduler import (
     study_task,
     worked_out,
 )
-from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.workers import Lost, Task, Workers, results, workers_of
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -62,9 +56,6 @@ _REPEATS = MappingProxyType({"quick": 5, "full": 9})
 # from 2 ms on a cold start is a few per cent at most.
 _BUDGET = MappingProxyType({"quick": 0.002, "full": 0.05})
 _READING_WORK = 1e3  # of a model file, roughly
-_SEARCH_WORK = 2e5  # equivalent number of steps for the largest step that holds, roughly
-_GRADIENT_WORK = 2e5  # equivalent number of steps for derivatives by a sweep of runs, roughly
-_ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
 
 def no_analyses(study: Study, workers: Workers) -> tuple[Analysed, ...]:
@@ -175,14 +166,15 @@ def _reference_step(results: Iterable[TaskResult]) -> float:
 def _tasks(
     plan: StudyPlan,
     chosen: Sequence[tuple[Scene, Method]],
-    asked: Sequence[Request],
+    asked: Sequence[Request[Any]],
     seed: int,
 ) -> tuple[list[Task], list[Task]]:
     """The tasks of the error half, and those whose time counts."""
     errors = [convergence_task(*pair, plan.profile, asked, seed) for pair in chosen]
     others = [r for r in asked if not any(is_of(r, *pair) for pair in chosen)]
-    trims = [_extra_task(r, plan) for r in others if isinstance(r, TrimmingRun)]
-    errors += [_extra_task(r, plan) for r in others if not isinstance(r, TrimmingRun)]
+    timed = [r for r in others if isinstance(r, RunRequest) and r.timed]
+    trims = [_extra_task(r, plan) for r in timed]
+    errors += [_extra_task(r, plan) for r in others if r not in timed]
     return errors, trims
 
 
@@ -262,7 +254,7 @@ def most_steps(scene: Scene, profile: Profile) -> int:
 
 
 def convergence_task(
-    scene: Scene, method: Method, profile: Profile, asked: Sequence[Request], seed: int
+    scene: Scene, method: Method, profile: Profile, asked: Sequence[Request[Any]], seed: int
 ) -> Task:
     """The convergence study of a pair, with the recordings of it that are asked for; one run that
     is missing where it is given up."""
@@ -278,7 +270,9 @@ def convergence_task(
     return study_task(" ".join(names), key, scene.name, work, _pair, arguments, instead)
 
 
-def _pair(scene: Scene, method: Method, most: int, own: Sequence[Request], seed: int) -> TaskResult:
+def _pair(
+    scene: Scene, method: Method, most: int, own: Sequence[Request[Any]], seed: int
+) -> TaskResult:
     try:
         found, extras = convergence_with(scene, method, most, own, seed)
     except Exception as error:
@@ -294,44 +288,30 @@ def _defect(scene: Scene, error: Exception) -> TaskResult:
     return TaskResult(lost=f"the system of the package {package} raises {one_line(error)}")
 
 
-def _extra_task(request: Request, plan: StudyPlan) -> Task:
+def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
     instead = TaskResult(extras={request: None})
     kind = type(request).__name__
     if isinstance(request, ModelReading):
         label = f"{request.model} {request.engine}"
         key = key_of(kind, request, version_of(find_engine(request.engine)))
         return study_task(label, key, "models", _READING_WORK, _extra, (request,), instead)
-    scene, method = find_scene(request.scene), plan.method(request.method)
-    label = f"{scene.name} {method.name}"
-    where: Mapping[str, str] = {}
-    if isinstance(request, TrimmingRun):
-        work = float(request.steps * request.repeats * system_of(scene).weight)
-        label, where = f"{label}, trimmed", machine()
-    elif isinstance(request, StabilitySearch | StepPrediction):
-        label, work = f"{label}, largest step", _SEARCH_WORK * system_of(scene).weight
-    elif isinstance(request, GradientSearch):
-        label, work = f"{label}, derivatives", _GRADIENT_WORK * system_of(scene).weight
-    elif isinstance(request, ParameterFit):
-        work = request.budget * _work(scene, method, (request.step,))
-    elif isinstance(request, LongRunSearch):
-        label, work = f"{label}, long run", request.most_steps * system_of(scene).weight
-    else:
-        steps = request.steps if isinstance(request, ExtraConvergence) else (request.step,)
-        if request.duration is not None:
-            scene = replace(scene, duration=request.duration)
-        work = _work(scene, method, steps)
+    assert isinstance(request, RunRequest)
+    scene, method = request.posed(), plan.method(request.method)
+    label = ", ".join(filter(None, (f"{scene.name} {method.name}", request.label)))
+    where = machine() if request.timed else {}
     key = key_of(kind, request, scene, method, versions_of(method), where)
+    work = request.work(scene, method)
     return study_task(label, key, scene.name, work, _extra, (request, method), instead)
 
 
-def _extra(request: Request, method: Method | None = None) -> TaskResult:
+def _extra(request: Request[Any], method: Method | None = None) -> TaskResult:
     if isinstance(request, ModelReading):
         return TaskResult(extras={request: read_model(request)})
+    assert isinstance(request, RunRequest)
     assert method is not None
     try:
-        of_limits = isinstance(request, StabilitySearch | StepPrediction)
-        pair = (request.scene, request.method) if of_limits else ("", "")
-        return TaskResult(extras={request: make(request, method)}, pair=pair)
+        pair = (request.scene, request.method) if request.of_limits else ("", "")
+        return TaskResult(extras={request: request.answer(method)}, pair=pair)
     except Exception as error:
         return _defect(find_scene(request.scene), error)
 
@@ -359,12 +339,4 @@ def predicted_work(scene: Scene, method: Method, profile: Profile) -> float:
     """Roughly how many steps of a pendulum the runs of a pair take."""
     most = most_steps(scene, profile)
     steps = (*chosen_step_sizes(scene, method, most), *steps_beside(scene, method, most))
-    return _work(scene, method, steps)
-
-
-def _work(scene: Scene, method: Method, steps: Sequence[float]) -> float:
-    """Roughly how long runs take with these steps: a step costs more in Python than in C."""
-    if method.control == "tolerance":
-        return _ADAPTIVE_WORK
-    count = sum(scene.duration / h for h in steps)
-    return count * system_of(scene).weight * (1.0 if method.engine == "mujoco" else 2.0)
+    return work_of(scene, method, steps)

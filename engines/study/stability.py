@@ -27,8 +27,9 @@ from plumbob.analytic.stability import (
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import invariant_drifts, scheme_of
+from plumbob.engines.study.request import RunRequest
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.registry import case_of, stability_of
+from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import Case, Scene
 
 GROWTH = 1e3  # of a nudge, beyond that of the exact motion
@@ -44,23 +45,8 @@ FIRST = 0.3  # in fastest periods: where a search without a prediction begins
 # others that hold.
 BELOW, NEAR = (5, 25, 70, 140), 25
 FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
+WORK = 2e5  # equivalent number of steps of a search, roughly
 Holds = Callable[[int], bool]
-
-
-@dataclass(frozen=True)
-class StabilitySearch:
-    """A search for the largest step of a scene with a method that holds."""
-
-    scene: str
-    method: str
-
-
-@dataclass(frozen=True)
-class StepPrediction:
-    """A request for the limits that theory predicts of a scene with a method."""
-
-    scene: str
-    method: str
 
 
 @dataclass(frozen=True)
@@ -104,6 +90,42 @@ class Stability:
     limits: tuple[MeasuredLimit, ...]
     equilibrium: bool = False  # by which the motion stays
     why: str = ""  # there are no limits
+
+
+@dataclass(frozen=True)
+class StabilitySearch(RunRequest[Stability]):
+    """A search for the largest step of a scene with a method that holds."""
+
+    answers, label, of_limits = Stability, "largest step", True
+
+    scene: str
+    method: str
+
+    def made(self, scene: Scene, method: Method) -> Stability:
+        """The limits by runs."""
+        return stability(scene, method)
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return WORK * system_of(scene).weight
+
+
+@dataclass(frozen=True)
+class StepPrediction(RunRequest[PredictedLimits]):
+    """A request for the limits that theory predicts of a scene with a method."""
+
+    answers, label, of_limits = PredictedLimits, "largest step", True
+
+    scene: str
+    method: str
+
+    def made(self, scene: Scene, method: Method) -> PredictedLimits:
+        """The limits by theory."""
+        return predicted_limits(scene, method)
+
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps it takes."""
+        return WORK * system_of(scene).weight
 
 
 def predicted_limits(scene: Scene, method: Method) -> PredictedLimits:

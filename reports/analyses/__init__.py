@@ -12,9 +12,11 @@ import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from plumbob.engines.study.codec import plain
-from plumbob.engines.study.extra_runs import Request, StudyPlan
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.reports.analyses import page_numbers
@@ -45,7 +47,7 @@ def section(system: str) -> Section | None:
     return section_of
 
 
-def requests(plan: StudyPlan) -> tuple[Request, ...]:
+def requests(plan: StudyPlan) -> tuple[Request[Any], ...]:
     """All runs that a page of this plan needs beside the study's own, each once: those of the
     systems' findings and of those on engines, then those of the replays and of the table of trimmed
     models."""

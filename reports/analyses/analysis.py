@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.engines.study.extra_runs import Request, Requests, StudyPlan, nothing_more
+from plumbob.engines.study.extra_runs import Requests, StudyPlan, nothing_more
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.models.scene import Case
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected
@@ -43,7 +44,7 @@ class Section:
     solved: tuple[str, Callable[[Case], Numbers]] | None = None
     """The source's figures for a case with parameters of the user's own: template and numbers."""
 
-    def requests(self, plan: StudyPlan) -> Sequence[Request]:
+    def requests(self, plan: StudyPlan) -> Sequence[Request[Any]]:
         """The runs that all of them need beside the study's own."""
         every = (*self.findings, *self.galleries, *self.hard)
         return tuple(request for analysis in every for request in analysis.requests(plan))

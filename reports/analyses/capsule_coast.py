@@ -66,7 +66,7 @@ def _stop_errors(study: Study, name: str, speed: float, distance: float) -> list
     """By step, of those that have a run."""
     pairs = []
     for step in STEPS:
-        if (run := study.recording(ExtraRun(SCENE, name, step))) is not None:
+        if (run := study.answer(ExtraRun(SCENE, name, step))) is not None:
             error, half = _way(run.observables) - distance, 0.5 * speed * step
             predicted = _way(case(SCENE).errors.at_step(scheme(name), step, run.times).errors)
             pairs.append((error / half, predicted / half))
@@ -159,7 +159,7 @@ def _heading_errors(study: Study, name: str) -> HeadingErrors | None:
 
 def _default_run(study: Study, step: float) -> DefaultRun | None:
     run = measured(study, SPIN, DEFAULT, step)
-    recording = study.recording(ExtraRun(SPIN, DEFAULT, step))
+    recording = study.answer(ExtraRun(SPIN, DEFAULT, step))
     if run is None or recording is None:
         return None
     moving = recording.times < problem(SPIN).motion.rest_time

@@ -82,7 +82,7 @@ def energy_drifts(
     study: Study, asked: EnergyRuns, motion: PendulumMotion, symplectic: Sequence[str], other: str
 ) -> EnergyDrifts:
     """Energy errors of recorded runs of a scene whose exact motion is `motion`."""
-    recorded = {request.method: study.recording(request) for request in asked.requests}
+    recorded = {request.method: study.answer(request) for request in asked.requests}
     by_method = {
         method: energy_drift(motion, method, asked.step, run)
         for method, run in recorded.items()

@@ -11,7 +11,8 @@ import numpy as np
 
 from plumbob.analytic.systems.manoeuvres import mean_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK, capsule
 from plumbob.reports.analyses.analysis import Analysis
@@ -115,7 +116,7 @@ def numbers(study: Study) -> MeanSpeed | None:
 def _reached(study: Study, exact: RepeatedLine) -> list[Reached]:
     rows = []
     for method in METHODS:
-        if request(method) in study.extras and (run := study.recording(request(method))):
+        if request(method) in study.extras and (run := study.answer(request(method))):
             speed = abs(float(run.observables["displacement"][-1] / run.times[-1]))
             rows.append(Reached(method, speed, speed / exact.mean_speed - 1))
     return rows

@@ -107,7 +107,7 @@ def measured(study: Study, scene: str, method: str, step: float) -> Measurement 
 
 def recordings(study: Study, requests: Iterable[ExtraRun]) -> Mapping[ExtraRun, Trajectory]:
     """The recordings of those requested runs that were made."""
-    every = {request: study.recording(request) for request in requests}
+    every = {request: study.answer(request) for request in requests}
     return {request: run for request, run in every.items() if run is not None}
 
 
@@ -119,7 +119,7 @@ def end_error(scene: str, run: Trajectory) -> float:
 
 def displacement_error(study: Study, scene: str, method: str, step: float) -> float | None:
     """The same of a recorded run, or None where there is no such run."""
-    run = study.recording(ExtraRun(scene, method, step))
+    run = study.answer(ExtraRun(scene, method, step))
     return None if run is None else end_error(scene, run)
 
 

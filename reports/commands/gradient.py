@@ -109,6 +109,6 @@ def _judged(
             command=line,
         )
     for search in searches:
-        computed = study.gradients_of(search)
+        computed = study.answer(search)
         if computed is not None:
             yield from judged_gradients(search, computed)

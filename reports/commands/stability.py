@@ -104,5 +104,5 @@ def _judged(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:
     for request in study.extras:
         if isinstance(request, LongRunSearch):
             why = "its engine is missing, or its process was lost"
-            yield judged_long_run(request, study.long_run_of(request) or MeasuredLongRun(why=why))
+            yield judged_long_run(request, study.answer(request) or MeasuredLongRun(why=why))
     yield from study_limits(study)

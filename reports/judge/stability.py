@@ -100,7 +100,7 @@ def study_limits(study: Study) -> Iterator[JudgedLimit]:
         if not isinstance(request, StabilitySearch):
             continue
         why = "its engine is missing, or its process was lost"
-        yield from judged_limits(request, study.stability_of(request) or Stability((), why=why))
+        yield from judged_limits(request, study.answer(request) or Stability((), why=why))
 
 
 def unexpected(judged: Iterable[JudgedLimit]) -> Sequence[JudgedLimit]:

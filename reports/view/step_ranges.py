@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from plumbob.engines.study.measurement import worst
@@ -79,6 +80,12 @@ def step_ranges(study: Study, scene: Scene) -> tuple[StepRange, ...]:
             }
         )
     )
+
+
+def finite_limits(ranges: Iterable[StepRange]) -> dict[str, float]:
+    """The largest stable step [s] of each method that has one and a next that is not."""
+    limits = {of.method: of.limit.step for of in ranges if of.limit}
+    return {method: step for method, step in limits.items() if 0.0 < step < math.inf}
 
 
 def _step_range(study: Study, scene: Scene, method: str, errors: dict[float, float]) -> StepRange:

@@ -41,7 +41,7 @@ def trimming(study: Study, scene: Scene) -> Table | None:
     """Cost of a step with everything in, with stages disabled, and without unfelt geoms too, for
     one method of each scheme; None where MuJoCo does not run the scene."""
     asked = _of_scene(scene, [m for m in study.methods if meant(m, scene)])
-    timings = [(request.method, study.trimming_of(request)) for request in asked]
+    timings = [(request.method, study.answer(request)) for request in asked]
     done = [(method, timed) for method, timed in timings if timed is not None]
     if not done:
         return None

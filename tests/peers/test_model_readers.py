@@ -12,8 +12,8 @@ import pytest
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
-from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.model_reading import EVERY_FIELD, ModelReading
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes as find_scenes
@@ -70,10 +70,10 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
     short = [replace(scene, duration=0.01, steps=(1e-3,)) for scene in scenes]
     chosen = find_methods("mujoco/rk4,dart/default")
     found = run_study(short, chosen, timed=False, requests=requests)
-    own = found.reading(ModelReading("mujoco", MODEL))
+    own = found.answer(ModelReading("mujoco", MODEL))
     assert own is not None
     assert STEP in own.fields
-    played: dict[Request, Result] = {
+    played: dict[Request[Any], Any] = {
         asked: found.extras[replace(asked, engine="mujoco")]
         for asked in found.extras
         if isinstance(asked, ModelReading)
@@ -104,7 +104,7 @@ def test_another_stored_number_is_another_page(study: Study) -> None:
     wrong = dict(study.extras)
     for model in (EVERY_FIELD, MODEL):
         asked = ModelReading("dart", model)
-        read = study.reading(asked)
+        read = study.answer(asked)
         assert read is not None
         off = (
             replace(n, values=(1.01 * n.values[0],)) if n.field == "mass" else n

@@ -265,7 +265,7 @@ def states(name: str, time: float) -> tuple[Array, Array]:
     """Angle and rate of the exact answer, and what the first run differs by, at `time` [s]."""
     case, scene = case_of(find_scene(name)), find_scene(name)
     first = shown_runs(StudyPlan("quick", (scene,), plan().methods), scene)[0]
-    run = recorded().recording(first.run)
+    run = recorded().answer(first.run)
     assert run is not None
     names = ("theta", "theta_dot")
     seen, now = case.reference.observe(run.times), case.reference.observe(np.array([time]))

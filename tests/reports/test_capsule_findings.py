@@ -275,7 +275,7 @@ def test_the_exact_condition_for_contact_and_beyond() -> None:
     assert min(motion.lowest for motion in motions) > 0.0
     assert len(numbers.errors) == 2
     assert max(map(abs, numbers.errors.values())) < 2e-4  # eq. 22 holds there as well
-    held, tipped = (ran.recording(one) for one in (tipping.INSIDE, tipping.TIPPED))
+    held, tipped = (ran.answer(one) for one in (tipping.INSIDE, tipping.TIPPED))
     assert held is not None
     assert tipped is not None
     assert held.channels["contacts"].min() == 3

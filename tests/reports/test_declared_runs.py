@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.engines.study.extra_runs import UndeclaredRun
+from plumbob.engines.study.request import UndeclaredRun
 from plumbob.reports.analyses import requests, section
 from plumbob.reports.view.site.writing import one_file
 from plumbob.tests.site.whole_profile import shown, small

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -18,7 +19,7 @@ from plumbob.analytic.stability import StepLimit
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import store
-from plumbob.engines.study.extra_runs import Request, Result
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import (
     MeasuredLimit,
@@ -212,7 +213,7 @@ def _limited(study: Study, step: float, measured: bool = False) -> Study:
     bound = Stability((MeasuredLimit("unstable", None, step, None, ""),))
     predicted = PredictedLimits((StepLimit("unstable", step, ""),))
     pairs = [(c.scene, c.method) for c in study.convergence]
-    extras: dict[Request, Result] = {StepPrediction(*pair): predicted for pair in pairs}
+    extras: dict[Request[Any], Any] = {StepPrediction(*pair): predicted for pair in pairs}
     if measured:
         extras = {StabilitySearch(*pair): bound for pair in pairs}
     return replace(study, extras=extras)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
@@ -13,9 +13,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.order import Order
+from plumbob.engines.study.request import Request
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -235,7 +235,7 @@ def test_a_changed_run_changes_its_row() -> None:
     assert isinstance(run, Trajectory)
 
     def statement(theta: Array) -> Statement:
-        changed: dict[Request, Result] = dict(study.extras)
+        changed: dict[Request[Any], Any] = dict(study.extras)
         changed[request] = replace(run, observables={**run.observables, "theta": theta})
         (found,) = finding(hamiltonian.PRINTED, replace(study, extras=changed)).statements
         return found

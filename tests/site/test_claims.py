@@ -5,14 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from plumbob.engines.study.extra_runs import ExtraRun, Request, Result
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import Stability
 from plumbob.engines.trajectory import Trajectory
@@ -123,7 +125,7 @@ def spoiled(study: Study) -> Study:
     )
 
 
-def _far(found: Result | None) -> Result | None:
+def _far(found: Any) -> Any | None:
     """A recording that departs from where it was, ever faster, with energies of its own; and a
     reading of a model that has no number but its gravity, and another predicted step."""
     if isinstance(found, ModelRead):
@@ -182,7 +184,7 @@ def test_what_is_computed_stays(before: dict[str, Finding], after: dict[str, Fin
 
 @pytest.mark.parametrize(("quicker", "shown"), [(1.0, True), (1.01, False)])
 def test_rates_of_small_swings_are_looked_up(study: Study, quicker: float, shown: bool) -> None:
-    extras: dict[Request, Result] = {}
+    extras: dict[Request[Any], Any] = {}
     for request, (_, _, centre) in zip(
         equilibria.requests(plan_of(study)), equilibria.centres(), strict=True
     ):

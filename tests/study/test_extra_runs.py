@@ -14,15 +14,8 @@ import pytest
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study import store
-from plumbob.engines.study.extra_runs import (
-    ExtraConvergence,
-    ExtraRun,
-    Request,
-    StudyPlan,
-    TrimmingRun,
-    UndeclaredRun,
-    make,
-)
+from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, StudyPlan, TrimmingRun
+from plumbob.engines.study.request import Request, UndeclaredRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
@@ -45,7 +38,7 @@ DIVERGES = ExtraRun(SCENE, "mujoco/euler", 0.05, None, (("platform_rate", 900.0)
 CONVERGENCE = ExtraConvergence(SCENE, "ode/rk4", (5e-3, 2e-3, 1e-3), 0.1)
 TRIMMING = TrimmingRun(SCENE, "mujoco/euler", 1e-3, 20, 3)
 NO_TRIMMING = TrimmingRun(SCENE, "ode/rk4", 1e-3, 20, 3)
-ALL: tuple[Request, ...] = (
+ALL: tuple[Request[Any], ...] = (
     PLAIN,
     CHANGED,
     SETTING,
@@ -57,7 +50,7 @@ ALL: tuple[Request, ...] = (
 )
 
 
-def wanted(plan: StudyPlan) -> Sequence[Request]:
+def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
     """Each request twice, as from two findings that need the same run."""
     return (*ALL, *ALL)
 
@@ -85,14 +78,14 @@ def run_directly(request: ExtraRun) -> Trajectory:
 
 @pytest.mark.parametrize("request_", [PLAIN, CHANGED, SETTING])
 def test_a_recording_is_that_of_the_run(study: Study, request_: ExtraRun) -> None:
-    assert untimed(study.recording(request_)) == untimed(run_directly(request_))
+    assert untimed(study.answer(request_)) == untimed(run_directly(request_))
 
 
 def test_settings_of_a_request_replace_those_of_the_method() -> None:
     request = ExtraRun("simple-pendulum/free-large", "pymunk/tight", 4e-3, 0.4)
     how = method(request.method)
     plain, again, other = (
-        make(replace(request, settings=settings), how)
+        replace(request, settings=settings).answer(how)
         for settings in ((), (("error_bias", 0.0),), (("error_bias", 0.5),))
     )
     assert isinstance(plain, Trajectory)
@@ -103,13 +96,13 @@ def test_settings_of_a_request_replace_those_of_the_method() -> None:
 
 def test_where_there_is_nothing_to_show(study: Study) -> None:
     assert set(study.extras) == set(ALL)
-    assert study.recording(NOT_MEANT) is None
-    assert study.recording(DIVERGES) is None
-    assert study.trimming_of(NO_TRIMMING) is None
+    assert study.answer(NOT_MEANT) is None
+    assert study.answer(DIVERGES) is None
+    assert study.answer(NO_TRIMMING) is None
 
 
 def test_convergence_and_trimming(study: Study) -> None:
-    convergence, trimming = study.extra_convergence(CONVERGENCE), study.trimming_of(TRIMMING)
+    convergence, trimming = study.answer(CONVERGENCE), study.answer(TRIMMING)
     assert convergence is not None
     assert [m.step for m in convergence.measurements] == [5e-3, 2e-3, 1e-3]
     assert trimming is not None
@@ -119,9 +112,9 @@ def test_convergence_and_trimming(study: Study) -> None:
 
 def test_what_was_not_declared_is_refused(study: Study) -> None:
     with pytest.raises(UndeclaredRun, match=r"ExtraRun\(.*step=0.002"):
-        study.recording(replace(PLAIN, step=2e-3))
+        study.answer(replace(PLAIN, step=2e-3))
     with pytest.raises(UndeclaredRun):
-        study.trimming_of(replace(TRIMMING, steps=21))
+        study.answer(replace(TRIMMING, steps=21))
 
 
 def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
@@ -157,14 +150,14 @@ def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: Patch) -> None
     assert drawn is not None
     assert prepared == [*steps, drawn.step, 1.5e-4]
     for request in asked:
-        assert untimed(found.recording(request)) == untimed(run_directly(request))
+        assert untimed(found.answer(request)) == untimed(run_directly(request))
 
 
 @pytest.mark.long
 def test_two_processes_make_the_same(study: Study) -> None:
     both = run_study(study.scenes, study.methods, jobs=2, timed=False, requests=wanted)
     for request in (PLAIN, CHANGED, SETTING):
-        assert untimed(study.recording(request)) == untimed(both.recording(request))
+        assert untimed(study.answer(request)) == untimed(both.answer(request))
 
 
 def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: Patch) -> None:

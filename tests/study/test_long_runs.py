@@ -11,7 +11,6 @@ from plumbob.analytic.stability import LEVELS
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.codec import from_json, to_json
-from plumbob.engines.study.extra_runs import make
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.results import TaskResult
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
@@ -30,7 +29,7 @@ STEPS = 60_000
 
 def run(scene: str, method: str, step: float | None = None) -> JudgedLongRun:
     search = LongRunSearch(scene, method, step, STEPS)
-    found = make(search, find_method(method))
+    found = search.answer(find_method(method))
     assert isinstance(found, MeasuredLongRun)
     return judged_long_run(search, found)
 
@@ -83,6 +82,6 @@ def test_a_sabotaged_integrator_is_red(monkeypatch: Patch) -> None:
 
 def test_a_long_run_is_kept_to_the_last_bit() -> None:
     request = LongRunSearch(SWING, "ode/leapfrog", None, STEPS)
-    found = make(request, find_method("ode/leapfrog"))
+    found = request.answer(find_method("ode/leapfrog"))
     kept = from_json(to_json(TaskResult(extras={request: found})), TaskResult)
     assert kept.extras == {request: found}

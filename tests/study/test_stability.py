@@ -19,7 +19,6 @@ from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.codec import from_json, to_json
-from plumbob.engines.study.extra_runs import make
 from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.stability import (
@@ -243,10 +242,10 @@ def test_a_limit_of_another_motion_is_not_judged() -> None:
 
 def test_a_search_is_kept_to_the_last_bit() -> None:
     request = StabilitySearch(OVERDAMPED, "ode/euler")
-    found = make(request, find_method("ode/euler"))
+    found = request.answer(find_method("ode/euler"))
     kept = from_json(to_json(TaskResult(extras={request: found})), TaskResult)
     assert kept.extras == {request: found}
-    assert make(StabilitySearch(SWING, "pymunk/feet"), find_method("pymunk/feet")) is None
+    assert StabilitySearch(SWING, "pymunk/feet").answer(find_method("pymunk/feet")) is None
 
 
 @pytest.mark.parametrize(

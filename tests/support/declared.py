@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -20,20 +21,12 @@ from plumbob.engines.study.convergence import (
     steps_beside,
 )
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.extra_runs import (
-    ExtraRun,
-    ParameterFit,
-    Request,
-    Requests,
-    Result,
-    StudyPlan,
-    TrimmingRun,
-    make,
-)
-from plumbob.engines.study.identification import Identification, Identified
+from plumbob.engines.study.extra_runs import ExtraRun, Requests, StudyPlan, TrimmingRun
+from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
+from plumbob.engines.study.request import Request, RunRequest
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.study.stability import (
@@ -56,11 +49,12 @@ SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
 
 @cache
-def made(request: Request) -> Result:
+def made(request: Request[Any]) -> Any:
     """The result of a request, with the method found by its name."""
     if isinstance(request, ModelReading):
         return read_model(request)
-    return make(request, find_method(request.method))
+    assert isinstance(request, RunRequest)
+    return request.answer(find_method(request.method))
 
 
 def plan_of(study: Study) -> StudyPlan:
@@ -131,7 +125,7 @@ def _posed(name: str) -> Case:
     return case_of(scene)
 
 
-def _invented(request: Request) -> Result:
+def _invented(request: Request[Any]) -> Any:
     """What an engine with a small, constant error would give."""
     if isinstance(request, TrimmingRun):
         return Trimming(3.0, 2.0, 1.0, True)

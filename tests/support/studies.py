@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 import pytest
 
@@ -14,8 +15,8 @@ from plumbob.engines.registry import engines
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.extra_runs import Request, Result
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
@@ -34,18 +35,18 @@ Error = Callable[[float], float]
 
 
 @dataclass(frozen=True)
-class Asked(Mapping[Request, Result]):
+class Asked(Mapping[Request[Any], Any]):
     """Results of declared requests, with a record of those that were looked up."""
 
-    results: Mapping[Request, Result]
-    looked_up: set[Request] = field(default_factory=set)
+    results: Mapping[Request[Any], Any]
+    looked_up: set[Request[Any]] = field(default_factory=set)
 
-    def __getitem__(self, request: Request) -> Result:
+    def __getitem__(self, request: Request[Any]) -> Any:
         found = self.results[request]
         self.looked_up.add(request)
         return found
 
-    def __iter__(self) -> Iterator[Request]:
+    def __iter__(self) -> Iterator[Request[Any]]:
         return iter(self.results)
 
     def __len__(self) -> int:

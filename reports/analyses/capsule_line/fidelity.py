@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.extra_runs import ExtraRun, Request, StudyPlan, TrimmingRun
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan, TrimmingRun
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
@@ -106,7 +108,7 @@ class Saving:
     step: float = SAVING_STEP
 
 
-def saving_requests(plan: StudyPlan) -> Sequence[Request]:
+def saving_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     """Runs of both models; both timed where the study does not time them."""
     pairs = _pairs(plan.profile)
     return (
@@ -207,7 +209,7 @@ def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
         timed = [study.costs.get((LINE, name)) for name in pair]
         costs = [cost.ns_per_step for cost in timed if cost]
     else:
-        trimmed = [study.trimming_of(_timing(name)) for name in pair]
+        trimmed = [study.answer(_timing(name)) for name in pair]
         costs = [trimming.ns_trimmed for trimming in trimmed if trimming]
     return (costs[0], costs[1]) if len(costs) == len(pair) else None
 

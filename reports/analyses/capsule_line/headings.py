@@ -90,7 +90,7 @@ def _run(method: str, angle: int) -> ExtraRun:
 
 def _over_headings(study: Study, method: str) -> Headings | None:
     """The errors of a method; None where it did not run along every heading."""
-    runs = [run for a in ANGLES if (run := study.recording(_run(method, a))) is not None]
+    runs = [run for a in ANGLES if (run := study.answer(_run(method, a))) is not None]
     if len(runs) < len(ANGLES):
         return None
     errors = np.abs([end_error(LINE, run) for run in runs])

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from plumbob.engines.study.extra_runs import ParameterFit, StudyPlan
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.identification import ParameterFit
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED, STEP
@@ -63,7 +64,7 @@ def numbers(study: Study) -> IdentifiedFriction | None:
     """The fits that a study holds; None where it holds none."""
     fits, true = [], math.nan
     for method, angle in product(METHODS, ANGLES):
-        fit = study.fit(_fit(method, angle))
+        fit = study.answer(_fit(method, angle))
         if fit is not None:
             (parameter,) = fit.parameters
             true, bias = parameter.true, parameter.identified / parameter.true - 1.0

@@ -120,7 +120,7 @@ def _motion(motion: LineManoeuvre) -> Motion:
 
 
 def _lift(study: Study) -> Lift | None:
-    if (run := study.recording(TIPPED)) is None:
+    if (run := study.answer(TIPPED)) is None:
         return None
     off = run.times[run.channels["contacts"] < 3]
     risen = float(run.channels["vertical_displacement"][-1])
@@ -128,7 +128,7 @@ def _lift(study: Study) -> Lift | None:
 
 
 def _load(study: Study, request: ExtraRun) -> Samples | None:
-    if (run := study.recording(request)) is None:
+    if (run := study.answer(request)) is None:
         return None
     kept = run.times <= DRAWN
     return {"times": run.times[kept], "forces": run.observables["normal_force_1"][kept]}

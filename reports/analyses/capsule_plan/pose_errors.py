@@ -137,7 +137,7 @@ def open_runs(
 
 def _open_run(study: Study, request: ExtraRun) -> OpenRun | None:
     name, plan = request.scene, plan_of(request.scene)
-    if (recorded := study.recording(request)) is None or len(recorded.times) < 2:
+    if (recorded := study.answer(request)) is None or len(recorded.times) < 2:
         return None
     errors = pose_errors(plan, case(name).reference, recorded)
     after = [

@@ -106,7 +106,7 @@ def numbers(study: Study) -> TurnCourse:
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
     angles, place = exact_course(DRAWN, PHASES)
-    runs = [(run.method, study.recording(run)) for run in requests(plan_of(study))]
+    runs = [(run.method, study.answer(run)) for run in requests(plan_of(study))]
     return TurnCourse(
         tuple(departure(epsilon) for epsilon in EPSILONS),
         PHASES,

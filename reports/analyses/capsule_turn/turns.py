@@ -95,7 +95,7 @@ def judged_error(
         return run.errors[observable].end
     if _measured_by(plan_of(study), epsilon, method):
         return None
-    if (recording := study.recording(judged_run(epsilon, method))) is None:
+    if (recording := study.answer(judged_run(epsilon, method))) is None:
         return None
     stop = 2.0 * turn(epsilon).half_time
     at = int(np.argmin(np.abs(recording.times - stop))) if when == "stop" else -1

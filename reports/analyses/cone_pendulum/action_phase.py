@@ -147,7 +147,7 @@ def numbers(study: Study) -> ActionPhase:
 
 
 def _start(study: Study, theta: float, speed: float) -> Start:
-    problem, run = started(theta, speed), study.recording(_request(theta, speed))
+    problem, run = started(theta, speed), study.answer(_request(theta, speed))
     motion, drift = problem.motion, None
     period = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
     if run is not None:
@@ -158,7 +158,7 @@ def _start(study: Study, theta: float, speed: float) -> Start:
 
 
 def _swing(study: Study, method: str, amplitude: float) -> Swing:
-    period = swing_period(study.recording(_swing_request(method, amplitude)), 0.0)
+    period = swing_period(study.answer(_swing_request(method, amplitude)), 0.0)
     ratio = None if period is None else period / swing_time(1e-6)
     return Swing(method, amplitude, Period(swing_time(amplitude), period), ratio)
 

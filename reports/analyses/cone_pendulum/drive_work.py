@@ -9,7 +9,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.platform_energy import Energies, drive_torque, energies
-from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
@@ -73,7 +74,7 @@ def along(times: Array) -> Energies:
 
 def numbers(study: Study) -> DriveWork:
     """T + U is not constant; T + U less the work of the drive is."""
-    run = study.recording(RUN)
+    run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
     exact, problem = along(times), forms(ROTATING).problem
     states = problem.reference.state

@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, Equilibrium
-from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -110,7 +111,7 @@ def numbers(study: Study) -> Equilibria:
     """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
     rows = []
     for pivot, rate, centre in centres():
-        period = swing_period(study.recording(_request(pivot, rate, centre)), centre.theta)
+        period = swing_period(study.answer(_request(pivot, rate, centre)), centre.theta)
         measured = None if period is None else 2 * np.pi / period
         rows.append(Centre(pivot, rate, centre.theta, centre.rate, measured))
     level, offset = (still(pivot, 26.0) for pivot in PIVOTS)

@@ -11,7 +11,8 @@ import numpy as np
 from plumbob.analytic.errors.contact_models.driven_platform import drive_error
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.slow_change import DampedRotation, action_and_phase
-from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
@@ -166,12 +167,12 @@ def numbers(study: Study) -> GeneratedSolutions:
         _damped_run(run, method, DECAY / duration)
         for duration in durations
         for method in _methods(study.profile)
-        if (run := study.recording(_damped(method, duration))) is not None
+        if (run := study.answer(_damped(method, duration))) is not None
     )
     drives = tuple(
         _drive_run(run, inertia)
         for inertia in INERTIAS
-        if (run := study.recording(_drive(inertia))) is not None
+        if (run := study.answer(_drive(inertia))) is not None
     )
     xi, times = DECAY / durations[-1], np.linspace(0.0, durations[-1], 61)
     return GeneratedSolutions(damped, drives, xi, times, averaged(xi).action(times))

@@ -72,8 +72,8 @@ def numbers(study: Study) -> SourceFigures:
     """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
     return SourceFigures(
         {
-            "resting": _panels(forms(RESTING).problem, study.recording(_period(RESTING))),
-            "rotating": _panels(forms(ROTATING).problem, study.recording(_period(ROTATING))),
+            "resting": _panels(forms(RESTING).problem, study.answer(_period(RESTING))),
+            "rotating": _panels(forms(ROTATING).problem, study.answer(_period(ROTATING))),
         }
     )
 

@@ -8,7 +8,8 @@ from functools import partial
 from types import MappingProxyType
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
-from plumbob.engines.study.extra_runs import Changes, ExtraRun
+from plumbob.engines.study.extra_runs import ExtraRun
+from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -99,7 +100,7 @@ def _unround(
     without: ConePendulum,
     requests: Mapping[str, ExtraRun],
 ) -> Unround:
-    recorded = {name: study.recording(request) for name, request in requests.items()}
+    recorded = {name: study.answer(request) for name, request in requests.items()}
     return Unround(
         requests["mujoco"].scene,
         term,

@@ -17,7 +17,8 @@ from plumbob.analytic.systems.pendulums.uniformity import (
     of_motion,
     of_samples,
 )
-from plumbob.engines.study.extra_runs import Changes, ExtraRun, StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -109,7 +110,7 @@ def numbers(study: Study) -> Measures:
     """Three measures at a few points and over two maps."""
     points = []
     for start in POINTS:
-        run = study.recording(_request(start))
+        run = study.answer(_request(start))
         measured = None if run is None else of_samples(run.times, run.observables["theta_dot"])
         points.append(Point(*start, of_motion(problem(start).motion), measured))
     maps = tuple(over_rates(pivot) for pivot in PIVOTS)

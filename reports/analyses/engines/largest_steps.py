@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from plumbob.engines.method import meant
-from plumbob.engines.study.extra_runs import Request, StudyPlan
+from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.models.registry import system_of
@@ -69,7 +70,7 @@ def predictions(plan: StudyPlan) -> Sequence[StepPrediction]:
     )
 
 
-def requests(plan: StudyPlan) -> Sequence[Request]:
+def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     """Searches and predictions of limits."""
     return (*searches(plan), *predictions(plan))
 

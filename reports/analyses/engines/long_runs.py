@@ -40,7 +40,7 @@ def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
 
 def numbers(study: Study) -> LongRuns | None:
     """The long runs that the study holds; None where it holds none."""
-    searches = {request: study.long_run_of(request) for request in requests(plan_of(study))}
+    searches = {request: study.answer(request) for request in requests(plan_of(study))}
     judged = [
         judged_long_run(s, measured)
         for s, measured in searches.items()

@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
-from plumbob.engines.study.extra_runs import Request, StudyPlan
+from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.model_reading import EVERY_FIELD, ModelRead, ModelReading, readings
+from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import find_system
 from plumbob.reports.analyses.analysis import Analysis
@@ -89,7 +91,7 @@ class ModelReaders:
     rule: str = RULE
 
 
-def requests(plan: StudyPlan) -> Sequence[Request]:
+def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     """The models of the plan's systems, read by those of its engines that read any; none without
     MuJoCo, whose format it is."""
     engines = {method.engine for method in plan.methods}
@@ -103,7 +105,7 @@ def requests(plan: StudyPlan) -> Sequence[Request]:
 def numbers(study: Study) -> ModelReaders | None:
     """Which fields each reader takes over; None where MuJoCo read nothing."""
     results = {
-        request: study.reading(request)
+        request: study.answer(request)
         for request in requests(plan_of(study))
         if isinstance(request, ModelReading)
     }

@@ -63,7 +63,7 @@ def replay(study: Study, scene: Scene) -> Replay:
         if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
     }
     for shown in shown_runs(StudyPlan(study.profile, study.scenes, study.methods), scene):
-        run = study.recording(shown.run) if shown.run in study.extras else None
+        run = study.answer(shown.run) if shown.run in study.extras else None
         name = f"{shown.run.method}, {_step(shown.run.step, shown.control)}"
         if run is None:
             lacking += [name] if shown.run.method not in missing else []

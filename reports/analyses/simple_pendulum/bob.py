@@ -92,7 +92,7 @@ def _distance(label: str, name: str) -> Distance:
 def _paths(study: Study, scene: str) -> tuple[BobPath, BobPath | None]:
     """The exact path of a scene's bob, and that of the notebook's run."""
     exact = BobPath(SHORT, *place(scene, SHORT).T)
-    if (run := study.recording(own_run(scene))) is None:
+    if (run := study.answer(own_run(scene))) is None:
         return exact, None
     kept = np.flatnonzero(run.times <= SHOWN)[::2]
     places = bob_place(case(scene).problem.length, run.observables["theta"][kept])

@@ -87,7 +87,7 @@ def parting(study: Study, name: str) -> Parting:
 def runs_apart(study: Study, name: str) -> tuple[Array, Array, Array] | None:
     """Times [s] of the notebook's own runs of a case, and the non-linear theta [rad] and theta_dot
     [rad/s] less the linear ones."""
-    pendulum, linear = (study.recording(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
+    pendulum, linear = (study.answer(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
     if pendulum is None or linear is None:
         return None
     theta, rate = (pendulum.observables[n] - linear.observables[n] for n in ("theta", "theta_dot"))

@@ -109,7 +109,7 @@ def _motion() -> PendulumMotion:
 
 def loss(study: Study, method: str, step: float, iterations: int = 10) -> float | None:
     """Mean rate [J/s] at which a joint loses energy over LOSS_SPAN; None without pymunk."""
-    run = study.recording(_loss_run(method, step, iterations))
+    run = study.answer(_loss_run(method, step, iterations))
     return None if run is None else loss_rate(run)
 
 

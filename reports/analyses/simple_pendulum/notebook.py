@@ -119,7 +119,7 @@ def _motions(study: Study, scene: str, until: float) -> tuple[Motion, Motion | N
     path = observe(first)
     theta, rate = path["theta"], path["theta_dot"]
     exact = Motion((times, observe(times)["theta"]), _in_plane(theta, rate, turns))
-    if (run := study.recording(own_run(scene))) is None:
+    if (run := study.answer(own_run(scene))) is None:
         return exact, None
     theta, rate = run.observables["theta"], run.observables["theta_dot"]
     kept, early = (np.flatnonzero(run.times <= end)[::DOTS] for end in (until, SHOWN))
@@ -161,7 +161,7 @@ def claims(errors: NotebookErrors) -> Sequence[Claim]:
 
 def error(study: Study, scene: str) -> tuple[float, float | None]:
     """Largest error [rad] of the notebook's run at any of its steps, and what theory predicts."""
-    run, posed = study.recording(own_run(scene)), case(scene)
+    run, posed = study.answer(own_run(scene)), case(scene)
     if run is None:
         return float("nan"), None
     truth = posed.reference.observe(run.times)

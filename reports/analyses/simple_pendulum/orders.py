@@ -134,7 +134,7 @@ def _convergence(study: Study, method: str) -> ConvergenceStudy | None:
     the engine is missing."""
     if plan_of(study).has(FORCED_LARGE, method):
         return convergence_of(study, FORCED_LARGE, method)
-    return study.extra_convergence(_extra(method))
+    return study.answer(_extra(method))
 
 
 def _control_order(of: ConvergenceStudy) -> ControlOrder:

@@ -75,7 +75,7 @@ def numbers(study: Study) -> RodTension:
     """The errors of the tension by scene and method, and its course in the first scene."""
     pairs = [(scene, method) for scene in SCENES for method in METHODS]
     every = [_errors(study, scene, method) for scene, method in pairs]
-    recorded = {request.method: study.recording(request) for request in _drawn()}
+    recorded = {request.method: study.answer(request) for request in _drawn()}
     times = np.linspace(0.0, DURATION, 240)
     return RodTension(
         tuple(entry for entry in every if entry is not None),
@@ -98,7 +98,7 @@ def claims(tensions: RodTension) -> Sequence[Claim]:
 
 def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
     """The errors of a method's runs of a scene; None where one is missing."""
-    recorded = [study.recording(request) for request in runs((scene,), (method,), STEPS, DURATION)]
+    recorded = [study.answer(request) for request in runs((scene,), (method,), STEPS, DURATION)]
     sizes = [_sizes(scene, run) for run in recorded if run is not None]
     if len(sizes) < len(STEPS):
         return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.site.step_bars import step_bars
-from plumbob.reports.view.step_ranges import StepRange, step_ranges
+from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
 from plumbob.reports.view.tables import table
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
@@ -142,16 +141,12 @@ def scene_view(
         and table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods),
         scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
-    drawn = styles(study.methods)
-    against_cost = error_against_cost(
-        record.points,
-        _absolute(study, convergence),
-        methods,
-        drawn,
-        {r.method: r.limit.step for r in ranges if r.limit and 0.0 < r.limit.step < math.inf},
-    )
     bars = budget_bars(observables[0], convergence, judged, methods, at_first)
-    figures = scene_figures(observables, convergence, methods, drawn, exact.motion, against_cost)
+    looks = styles(study.methods)
+    speed = error_against_cost(
+        record.points, _absolute(study, convergence), methods, looks, finite_limits(ranges)
+    )
+    figures = scene_figures(observables, convergence, methods, looks, exact.motion, speed)
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return SceneView(

@@ -1,0 +1,89 @@
+"""What analyses need made beside a study's own runs: data that says what it is and makes it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar, Generic, TypeVar
+
+from plumbob.analytic.parameters import known
+from plumbob.engines.method import Method, Unsupported, meant
+from plumbob.engines.registry import engine_of, installed
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene
+
+Answer = TypeVar("Answer")
+Changes = tuple[tuple[str, Any], ...]  # by name; hashable values
+_ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
+
+
+class Request(ABC, Generic[Answer]):
+    """A request for an answer of one kind."""
+
+    answers: ClassVar[type[Any]]  # the kind
+
+
+class RunRequest(Request[Answer]):
+    """A request for what runs of a method on a scene tell."""
+
+    scene: str
+    method: str
+    changes: Changes = ()  # parameters changed, as `--set` has them
+    duration: float | None = None  # [s]; None: the scene's own
+    label: ClassVar[str] = ""  # what progress says of it
+    timed: ClassVar[bool] = False  # made alone, for its time counts
+    of_limits: ClassVar[bool] = False  # of the step, by which a scene is known
+
+    def posed(self) -> Scene:
+        """The scene with its parameters and its duration; raises ParameterError."""
+        scene = find_scene(self.scene)
+        if self.changes:
+            system, changes = system_of(scene), dict(self.changes)
+            known(changes, system.parameters)
+            scene = replace(scene, parameters=system.change(scene.parameters, changes))
+        return scene if self.duration is None else replace(scene, duration=self.duration)
+
+    def answer(self, method: Method) -> Answer | None:
+        """The answer by the request's method; None where its engine is missing, it is not meant for
+        the scene or does not support it, or its run diverged. Raises ParameterError."""
+        scene = self.posed()
+        if not installed(engine_of(method)) or not meant(method, scene):
+            return None
+        try:
+            return self.made(scene, method)
+        except Unsupported:
+            return None
+
+    @abstractmethod
+    def made(self, scene: Scene, method: Method) -> Answer | None:
+        """The answer on the posed scene, by a method that is installed and meant for it."""
+
+    @abstractmethod
+    def work(self, scene: Scene, method: Method) -> float:
+        """Roughly how many steps of a pendulum it takes."""
+
+
+class UndeclaredRun(LookupError):
+    """A run that is asked of a study and was not declared to it."""
+
+
+def looked_up(extras: Mapping[Request[Any], Any], request: Request[Answer]) -> Answer | None:
+    """The answer that a study has for a request; raises UndeclaredRun where it was not declared."""
+    try:
+        answer: Answer | None = extras[request]
+    except KeyError:
+        raise UndeclaredRun(
+            f"no finding declared {request}: add it to the `requests` of the section that shows it"
+        ) from None
+    assert answer is None or isinstance(answer, request.answers)
+    return answer
+
+
+def work_of(scene: Scene, method: Method, steps: Sequence[float]) -> float:
+    """Roughly how long runs take with these steps: a step costs more in Python than in C."""
+    if method.control == "tolerance":
+        return _ADAPTIVE_WORK
+    count = sum(scene.duration / h for h in steps)
+    return count * system_of(scene).weight * (1.0 if method.engine == "mujoco" else 2.0)
