@@ -22,6 +22,7 @@ from plumbob.engines.study.convergence import (
 )
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import ExtraRun, Requests, StudyPlan, TrimmingRun
+from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
 from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
@@ -141,6 +142,10 @@ def _invented(request: Request[Any]) -> Any:
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)
         return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
+    if isinstance(request, GradientSearch):
+        tried = Difference(1e-3, 1.0, 0.0, 0.0, 1e-9, 1e-9)
+        ways = [Gradient(of, request.by, "central", 1.0, 1e-3, 1.0, 0.0) for of in request.of]
+        return Gradients(tuple(replace(way, tried=(tried,), cost=2.0) for way in ways))
     if isinstance(request, LongRunSearch):
         return MeasuredLongRun(0.05, 2.8, None, {0.01: 10.0}, 60.0, "not within 1200 steps")
     if not isinstance(request, ExtraRun):
