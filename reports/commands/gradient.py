@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from plumbob.analytic.parameters import ParameterError
@@ -17,7 +17,8 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients, unexpected
+from plumbob.reports.judge.gradients import JudgedGradient, study_gradients
+from plumbob.reports.judge.searches import unexpected
 
 INCOMPLETE = 3
 
@@ -28,7 +29,7 @@ def command(chosen: argparse.Namespace) -> int:
     method = find_method(chosen.method)
     with values.representable(changed, chosen):
         case = case_of(find_scene(chosen.scene, changed))
-        judged = list(_judged(chosen, method, _searches(chosen, case, method, changed)))
+        judged = _judged(chosen, method, _searches(chosen, case, method, changed))
     if chosen.json:
         values.print_json([of.record() for of in judged])
     else:
@@ -91,7 +92,7 @@ def _usual(case: Case) -> list[str]:
 
 def _judged(
     chosen: argparse.Namespace, method: Method, searches: Sequence[GradientSearch]
-) -> Iterator[JudgedGradient]:
+) -> list[JudgedGradient]:
     """The derivatives, from a study of nothing else."""
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.commands.validate import progress
@@ -108,7 +109,4 @@ def _judged(
             requests=lambda plan: searches,
             command=line,
         )
-    for search in searches:
-        computed = study.answer(search)
-        if computed is not None:
-            yield from judged_gradients(search, computed)
+    return list(study_gradients(study))

@@ -32,7 +32,7 @@ from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.stability import study_limits, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
 
@@ -66,6 +66,7 @@ def _validated(
     """Measure these scenes with these methods, the errors on the executor or in so many processes,
     and report; returns the exit code."""
     from plumbob.reports.analyses import analyses_of, requests
+    from plumbob.reports.analyses.engines.gradients import with_each_pair
     from plumbob.reports.view.page import NAME
 
     judged: list[Judgements] = []  # once, for the analyses and for what is printed
@@ -91,7 +92,7 @@ def _validated(
                     workers,
                     executor,
                     progress=show,
-                    requests=requests,
+                    requests=with_each_pair(requests) if chosen.gradients else requests,
                     command=line,
                     kept=kept,
                     seed=chosen.seed,
@@ -152,7 +153,7 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
 def exit_code(study: Study, judged: Judgements) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if surprises(study, judged) or unexpected(study_limits(study)):
+    if surprises(study, judged) or unexpected(judged_searches(study)):
         return 1
     user = {both.whole.verdict for (_, method), both in judged.items() if method == USER_METHOD}
     if user and user <= {"unsupported", "missing"}:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from plumbob.engines.registry import limits_of
 from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
+from plumbob.engines.study.results import Study
 from plumbob.reports.judge.expectations import expected
 
 GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
@@ -26,6 +27,11 @@ class JudgedGradient:
     why: str = ""
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
+
+    @property
+    def about(self) -> str:
+        """Which derivative it is."""
+        return f"{self.gradient.way}, {self.gradient.of} by {self.gradient.by}"
 
     @property
     def relative_error(self) -> float | None:
@@ -102,7 +108,8 @@ def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> J
         elif not known.size / known.factor <= error <= known.size * known.factor:
             within = f"within a factor of {known.factor:g}"
             surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
-    reason = reason if known is None else known.reason
+    if known is not None and verdict != "unsupported":
+        reason = known.reason
     return JudgedGradient(search.scene, search.method, of, tried, verdict, why, surprise, reason)
 
 
@@ -123,6 +130,9 @@ def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, s
     return "off-prediction", f"{off:.3g} off its prediction, allowed {allowed:.3g}"
 
 
-def unexpected(judged: Sequence[JudgedGradient]) -> Sequence[JudgedGradient]:
-    """Those whose verdict is not as expected."""
-    return [of for of in judged if of.surprise]
+def study_gradients(study: Study) -> Iterator[JudgedGradient]:
+    """The derivatives that a study holds; none of a search whose engine is missing, or whose
+    process was lost."""
+    for request in study.extras:
+        if isinstance(request, GradientSearch) and (found := study.answer(request)):
+            yield from judged_gradients(request, found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -29,6 +29,7 @@ class JudgedLimit:
     why: str  # there is no limit, or what fails beyond it
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
+    about = "largest step that holds"
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob stability --json` prints, in seconds."""
@@ -101,8 +102,3 @@ def study_limits(study: Study) -> Iterator[JudgedLimit]:
             continue
         why = "its engine is missing, or its process was lost"
         yield from judged_limits(request, study.answer(request) or Stability((), why=why))
-
-
-def unexpected(judged: Iterable[JudgedLimit]) -> Sequence[JudgedLimit]:
-    """Those whose verdict is not as expected."""
-    return [limit for limit in judged if limit.surprise]

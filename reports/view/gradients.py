@@ -16,13 +16,12 @@ def lines(judged: Sequence[JudgedGradient]) -> Iterator[str]:
     shown = table(judged)
     yield from aligned([shown.heads, *([cell.text for cell in row] for row in shown.rows)])
     for of in judged:
-        label = f"{of.gradient.way}, {of.gradient.of} by {of.gradient.by}"
         if of.surprise:
-            yield f"UNEXPECTED {of.scene} {of.method} {label}: {of.surprise}"
+            yield f"UNEXPECTED {of.scene} {of.method}: {of.about}, {of.surprise}"
         elif of.known:
-            yield f"known: {label}: {of.known}"
+            yield f"known: {of.about}: {of.known}"
         elif of.why:
-            yield f"{of.verdict}: {label}: {of.why}"
+            yield f"{of.verdict}: {of.about}: {of.why}"
         if (sides := of.gradient.one_sided) is not None:
             below, above = (number(side, 6) for side in sides)
             yield f"  one-sided: {below} below, {above} above"
@@ -30,4 +29,4 @@ def lines(judged: Sequence[JudgedGradient]) -> Iterator[str]:
 
 def table(judged: Sequence[JudgedGradient]) -> Table:
     """A row a derivative."""
-    return table_of("gradients", judged=judged)
+    return table_of("gradients", records=[of.record() for of in judged])

@@ -13,7 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Observable, Scene
 from plumbob.reports.judge.expectations import expected, standing, surprise
-from plumbob.reports.judge.stability import study_limits, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.page import written
@@ -22,7 +22,7 @@ from plumbob.reports.view.page import written
 def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     """Write one test case for each scene and method: a failure where the verdict is unexpected,
     skipped with the reason where it is a known limit or claims nothing; and a failure for each
-    largest step that is unexpected."""
+    largest step and each derivative that is unexpected."""
     suite = ElementTree.Element("testsuite", name="plumbob")
     ran = {(c.scene, c.method): c for c in study.convergence}
     counts: Counter[str] = Counter()
@@ -43,10 +43,10 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
             kind, message = outcome
             ElementTree.SubElement(case, kind, message=message)
             counts[kind] += 1
-    for limit in unexpected(study_limits(study)):
-        name = f"{limit.method}, largest step"
-        case = ElementTree.SubElement(suite, "testcase", classname=limit.scene, name=name)
-        ElementTree.SubElement(case, "failure", message=f"{limit.surprise}: {limit.why}")
+    for of in unexpected(judged_searches(study)):
+        name = f"{of.method}, {of.about}"
+        case = ElementTree.SubElement(suite, "testcase", classname=of.scene, name=name)
+        ElementTree.SubElement(case, "failure", message=f"{of.surprise}: {of.why}")
         counts["failure"] += 1
     suite.attrib |= {
         "tests": str(len(suite)),

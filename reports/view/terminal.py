@@ -14,14 +14,14 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.judge.expectations import Standing, expected, standing, surprise
-from plumbob.reports.judge.stability import study_limits, unexpected
+from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view import notation
 
 
 def unexpected_lines(study: Study, judged: Judgements) -> Iterator[str]:
     """The unexpected verdicts: scene, method, verdict, what was expected, and why; then those on
-    largest steps."""
+    largest steps and derivatives."""
     for scene, method in pairs(study.scenes, study.methods):
         judgement = judged[scene.name, method.name].whole
         if standing(scene, method, judgement) != "unexpected":
@@ -31,8 +31,8 @@ def unexpected_lines(study: Study, judged: Judgements) -> Iterator[str]:
         yield f"  {judgement.reason or 'every error is within its tolerance'}"
         if wanted.reason:
             yield f"  declared: {wanted.reason}"
-    for limit in unexpected(study_limits(study)):
-        yield f"UNEXPECTED {limit.scene} {limit.method}: largest step that holds, {limit.surprise}"
+    for of in unexpected(judged_searches(study)):
+        yield f"UNEXPECTED {of.scene} {of.method}: {of.about}, {of.surprise}"
 
 
 def scene_lines(
@@ -76,9 +76,9 @@ def summary_lines(study: Study, judged: Judgements, page: Path) -> Iterator[str]
         means[standing(scene, method, judgement)] += 1
         verdicts[judgement.verdict] += 1
     runs = sum(m.status in ("done", "diverged") for c in study.convergence for m in c.measurements)
-    for limit in study_limits(study):
-        means["unexpected"] += bool(limit.surprise)
-        means["known limit"] += bool(limit.known and not limit.surprise)
+    for of in judged_searches(study):
+        means["unexpected"] += bool(of.surprise)
+        means["known limit"] += bool(of.known and not of.surprise)
     counted = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.most_common())
     if verdicts["predicted"]:
         yield "predicted: the error is what theory predicts; how large it is stands beside"

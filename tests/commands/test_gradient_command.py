@@ -31,4 +31,4 @@ def test_without_options_there_is_a_table(capsys: Capture) -> None:
 def test_a_sabotaged_engine_is_exit_code_1(capsys: Capture, monkeypatch: Patch) -> None:
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["gradient", CONE, "ode/euler", "--by", "gravity"]) == 1
-    assert f"UNEXPECTED {CONE} ode/euler central, theta by gravity" in capsys.readouterr().out
+    assert f"UNEXPECTED {CONE} ode/euler: central, theta by gravity" in capsys.readouterr().out

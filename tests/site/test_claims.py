@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.study.extra_runs import ExtraRun
+from plumbob.engines.study.gradient import Gradients
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead
@@ -82,6 +83,7 @@ MEASURED = (
     "pymunk-torque",
     "energy",
     "free-body-rk4-second-order",
+    "gradients",
     "largest-steps",
     "long-runs",
     "model-readers",
@@ -136,6 +138,9 @@ def _far(found: Any) -> Any | None:
     if isinstance(found, Identification):
         fits = (replace(fit, identified=2.0 * fit.identified) for fit in found.parameters)
         return replace(found, parameters=tuple(fits))
+    if isinstance(found, Gradients):
+        off = (replace(g, tried=(replace(g.tried[0], computed=2.0),)) for g in found.records)
+        return Gradients(tuple(off))
     if isinstance(found, MeasuredLongRun):
         return replace(found, times={level: 3.0 * time for level, time in found.times.items()})
     if not isinstance(found, Trajectory):

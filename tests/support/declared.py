@@ -22,6 +22,7 @@ from plumbob.engines.study.convergence import (
 )
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.extra_runs import ExtraRun, Requests, StudyPlan, TrimmingRun
+from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
 from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
@@ -141,6 +142,10 @@ def _invented(request: Request[Any]) -> Any:
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)
         return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
+    if isinstance(request, GradientSearch):
+        tried = (Difference(None, 1.0, 0.0, 0.0, 0.0, 0.0),)
+        held = Gradient(request.of[0], request.by, "central", 1.0, 1e-3, 1.0, 0.0, tried=tried)
+        return Gradients((held,))
     if isinstance(request, LongRunSearch):
         return MeasuredLongRun(0.05, 2.8, None, {0.01: 10.0}, 60.0, "not within 1200 steps")
     if not isinstance(request, ExtraRun):

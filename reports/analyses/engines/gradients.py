@@ -1,0 +1,100 @@
+"""Derivatives of what runs end with, by each way that there is, beside their predicted errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from plumbob.engines.study.extra_runs import Requests, StudyPlan
+from plumbob.engines.study.gradient import GradientSearch
+from plumbob.engines.study.request import Request
+from plumbob.engines.study.results import Study
+from plumbob.engines.study.runner import pairs
+from plumbob.models.registry import case_of, system_of
+from plumbob.models.scene import Scene
+from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.judge.gradients import study_gradients
+from plumbob.reports.view.content import Claim
+
+SLIDE, SWING = "capsule-line/heading-030", "linear-pendulum/overdamped"
+TURN, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
+# In every study that has the pair: (scene, method, observable, parameter, its difference), short
+# runs of each engine, with a difference near the best one, and the engines' own ways.
+SAMPLE = (
+    (SLIDE, "mujoco/euler", "displacement", "friction", 1e-3),
+    (SLIDE, "mujoco/euler+coulomb", "displacement", "friction", 1e-3),
+    (SLIDE, "pymunk/feet", "displacement", "friction", 1e-3),
+    (SWING, "mujoco/euler", "theta", "theta", 1e-3),
+    (TURN, "pymunk/default", "theta", "gravity", 1e-4),
+    (CONE, "mujoco/euler", "theta", "theta", 1e-5),
+    (CONE, "ode/rk4", "theta", "gravity", 1e-3),
+)
+BY = ("friction", "gravity")  # the first that a scene has, and its start
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """The derivatives, a record each as `plumbob gradient --json` prints them, and why those that
+    are unexpected are."""
+
+    records: tuple[Mapping[str, Any], ...]
+    surprises: tuple[str, ...]
+
+    @property
+    def verdicts(self) -> Mapping[str, int]:
+        """How many have each verdict."""
+        verdicts = [record["verdict"] for record in self.records]
+        return {verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)}
+
+
+def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
+    """The sample's derivatives, of its pairs that are planned."""
+    return [
+        GradientSearch(scene, method, (of,), by, eps=(eps,))
+        for scene, method, of, by, eps in SAMPLE
+        if plan.has(scene, method)
+    ]
+
+
+def with_each_pair(others: Requests) -> Requests:
+    """The same requests and, for each pair of a plan, its quantities of interest by a parameter and
+    by its start, by every way, with a sweep of differences."""
+
+    def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
+        searches = (
+            GradientSearch(scene.name, method.name, _interest(scene), by)
+            for scene, method in pairs(plan.scenes, plan.methods)
+            for by in _parameters(scene)
+        )
+        return (*others(plan), *searches)
+
+    return wanted
+
+
+def numbers(study: Study) -> Derivatives | None:
+    """The derivatives that the study holds; None where it holds none."""
+    judged = list(study_gradients(study))
+    if not judged:
+        return None
+    off = [of for of in judged if of.surprise]
+    surprises = [f"{of.scene} {of.method} {of.about}: {of.surprise}" for of in off]
+    return Derivatives(tuple(of.record() for of in judged), tuple(surprises))
+
+
+def claims(numbers: Derivatives) -> Sequence[Claim]:
+    """That no derivative is unexpected."""
+    return tuple(Claim(text, False) for text in numbers.surprises)
+
+
+def _interest(scene: Scene) -> tuple[str, ...]:
+    case = case_of(scene)
+    return tuple(quantity.observable for quantity in case.system.quantities(case))
+
+
+def _parameters(scene: Scene) -> list[str]:
+    named = [name for name in BY if scene.parameters.get(name)]
+    return [*named[:1], *system_of(scene).start[:1]]
+
+
+GRADIENTS = Analysis("engines/gradients", numbers, requests, claims)

@@ -1,0 +1,21 @@
+"""Judgements of a study that are on no run of its own: largest steps, and derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from plumbob.engines.study.results import Study
+from plumbob.reports.judge.gradients import JudgedGradient, study_gradients
+from plumbob.reports.judge.stability import JudgedLimit, study_limits
+
+Judged = JudgedLimit | JudgedGradient
+
+
+def judged_searches(study: Study) -> Sequence[Judged]:
+    """All that a study holds."""
+    return (*study_limits(study), *study_gradients(study))
+
+
+def unexpected(judged: Iterable[Judged]) -> Sequence[Judged]:
+    """Those whose verdict is not as expected."""
+    return [of for of in judged if of.surprise]
