@@ -266,7 +266,7 @@ SCENES = (
     ),
     _scene(
         "pitchfork-small",
-        "the same at half the amplitude: twice the period",
+        "hanging at the rate where it stops being stable, at half the amplitude: twice the period",
         40.0,
         **_LEVEL,
         hard="quartic well: the period grows as 1/amplitude",
@@ -288,7 +288,7 @@ SCENES = (
     ),
     _scene(
         "equal-wells-short",
-        "the same until the first return, for the quick profile",
+        "beyond the pitchfork: from next to the saddle until the first return",
         2.0,
         hard="homoclinic to theta = 0: errors grow as e^(7.4 t)",
         **_LEVEL,

@@ -152,18 +152,16 @@ def _start(reach: float) -> float:
 _OFF_CENTROID = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))
 
 SCENES = (
-    _scene("ca1", "along C-A1, the source's Fig. 2", profile="quick"),
-    _scene("ca2", "along C-A2", support=2),
-    _scene("ca3", "along C-A3", support=3),
-    _scene("at-50", "along a line 50 degrees off C-A1", direction=math.radians(50)),
-    _scene(
-        "at-123", "along a line 123 degrees off C-A1", profile="quick", direction=math.radians(123)
-    ),
-    _scene("at-222", "along a line 222 degrees off C-A1", direction=math.radians(222)),
+    _scene("ca1", "pushed along C–A₁, the source's Fig. 2", profile="quick"),
+    _scene("ca2", "pushed along C–A₂", support=2),
+    _scene("ca3", "pushed along C–A₃", support=3),
+    _scene("at-50", "pushed 50° off C–A₁", direction=math.radians(50)),
+    _scene("at-123", "pushed 123° off C–A₁", profile="quick", direction=math.radians(123)),
+    _scene("at-222", "pushed 222° off C–A₁", direction=math.radians(222)),
     *(
         _scene(
             f"heading-{angle:03d}",
-            f"along C-A1, all of it turned by {angle} degrees",
+            f"pushed along C–A₁, all of it turned by {angle}°",
             heading=math.radians(angle),
             profile="quick" if angle in (0, 30) else "full",
             steps=step_sizes(1e-3, 1e-4),
@@ -197,7 +195,7 @@ SCENES = (
     ),
     _scene(
         "w1-threshold-short",
-        "the same in four steps, for the quick profile",
+        "a push that hardly moves the body, at four step sizes",
         profile="quick",
         w1=_HOLDING * (1 + 1e-6),
         duration=0.07,

@@ -167,12 +167,11 @@ def _hard(
     case: str, summary: str, parameters: Parameters, hard: str, lasting: float
 ) -> tuple[Scene, Scene]:
     """A hard scene, and the same until `lasting` tau in four steps."""
-    short = f"the same until {lasting:g} tau in four steps, for the quick profile"
     return (
         _scene(case, summary, parameters, hard),
         _scene(
             f"{case}-short",
-            short,
+            f"{summary}, until {lasting:g} tau at four step sizes",
             parameters,
             hard,
             lasting=lasting,

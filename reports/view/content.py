@@ -74,7 +74,7 @@ class Finding:
 
     name: str  # unique within the page: what links lead to
     title: str
-    judgement: str  # a word or two: "contradicted", "confirmed"
+    judgement: str  # a word or two: "refuted", "confirmed"
     summary: str  # one sentence
     paragraphs: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()

@@ -87,6 +87,7 @@ def filled(
         "frame": "frame.html.jinja",
         "href": _same_page,
         "preview": None,
+        "search": None,
         "plots": plots or Plots(),
     }
     return (

@@ -21,10 +21,8 @@ Methods = Mapping[str, Method]
 Verdicts = Mapping[str, PairVerdict]  # by method
 
 
-def summary(
-    observables: Observables, convergence: Series, judged: Verdicts, methods: Methods
-) -> Table:
-    """Verdict of each method, and its errors and drift at the finest step."""
+def summary(observables: Observables, convergence: Series, methods: Methods) -> Table:
+    """Errors and drifts of each method at its finest step."""
     return table(
         "summary",
         observables=observables,
@@ -32,7 +30,6 @@ def summary(
             n for c in convergence for m in c.measurements for n in m.invariants
         ),
         finest={c.method: next(reversed(_done(c)), None) for c in convergence},
-        judged=judged,
         methods=methods,
     )
 

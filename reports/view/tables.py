@@ -75,6 +75,12 @@ def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
     return environment().get_template(f"{template}.md").render(_functions(parts) | values)
 
 
+def paragraphs(template: str, **values: Any) -> tuple[str, ...]:
+    """The paragraphs of a page that a template writes of values."""
+    blocks = filled_text(f"pages/{template}", Parts(), values).split("\n\n")
+    return tuple(" ".join(block.split()) for block in blocks if block.strip())
+
+
 def table_of(block: str, parts: Parts) -> Table:
     """A table of a text: its caption, heads, rows and note."""
     lines: list[str] = []

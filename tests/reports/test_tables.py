@@ -28,7 +28,7 @@ from plumbob.reports.view.content import Finding, Statement, StatementVerdict, T
 from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, finding, nothing
-from plumbob.tests.support.studies import SCENE, quick, verdicts
+from plumbob.tests.support.studies import SCENE, quick
 
 
 def measured() -> list[ConvergenceStudy]:
@@ -72,8 +72,7 @@ def test_a_real_time_factor_is_simulated_over_computing_time() -> None:
 
 
 def test_the_summary_shows_the_finest_run() -> None:
-    every = {method: of for (scene, method), of in verdicts(quick()).items() if scene == SCENE}
-    shown = texts(scene_tables.summary(quick().observables(SCENE), measured(), every, by_name()))
+    shown = texts(scene_tables.summary(quick().observables(SCENE), measured(), by_name()))
     for i, c in enumerate(measured()):
         coarsest, finest = (
             notation.step(c.measurements[k].step, by_name()[c.method].control) for k in (0, -1)

@@ -414,7 +414,7 @@ def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
             alone = _with_error(alone, scene.name, c.method, 1e-9)
     record = scene_record(alone, judge_study(alone), scene)
     assert record.exact is not None
-    shown = scene_view(alone, record, record.exact, scene)
+    shown = scene_view(alone, record, record.exact, scene, {})
     defaults = {"mujoco/euler", "dart/default", "drake/default", "pybullet/default"}
     assert defaults | best <= set(shown.at_first)
     others = {m for m in shown.at_first if m.partition("/")[0] in ("mujoco", "dart", "drake")}

@@ -17,8 +17,8 @@ from plumbob.tests.support.page_document import Document, broken_links, site_fil
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-NODES, KILOBYTES, SHEETS, STOPS = 8000, 400.0, 12, 60
-PHONE, DESK = 390, 1280  # [px]
+NODES, KILOBYTES, SHEETS, STOPS, HEIGHT = 8000, 400.0, 12, 60, 5000
+PHONE, DESK, PAPER = 390, 1280, 703  # [px]; A4 within its margins
 NAMES = ["index", *sorted(systems())]
 FIRST = ["index", "capsule-line"]
 SCENE = "capsule-line-ca1"  # of the scenes' pages the one with the most methods
@@ -33,6 +33,30 @@ STOPS_BEFORE = """() => {
   return stops.filter((one) => one.tabIndex >= 0 && one.checkVisibility() &&
     one.compareDocumentPosition(main) & Node.DOCUMENT_POSITION_FOLLOWING).length;
 }"""
+# What is pressed and is less than 24 px high or wide: links within a sentence aside, and what is
+# folded; of what a label names, the label counts.
+SMALL = """() => [...document.querySelectorAll("a[href], button, summary, select, [type=search]")]
+  .filter((one) => one.checkVisibility() && !one.matches("p > a, .skip") &&
+    !one.closest("details > *:not(summary)"))
+  .filter((one) => {
+    const at = one.getBoundingClientRect();
+    return at.height < 24 || at.width < 24;
+  }).map((one) => one.className || one.parentElement.className || one.textContent)"""
+# On paper: tables beyond its edge, and the methods' names with a line's end inside a word.
+ON_PAPER = """(width) => {
+  const lines = (name) => {
+    const text = document.createRange();
+    text.selectNodeContents(name.lastChild);
+    return new Set([...text.getClientRects()].map((one) => Math.round(one.top))).size;
+  };
+  const tables = [...document.querySelectorAll("table")]
+    .filter((one) => one.checkVisibility() && !one.closest(".matrix"));
+  const names = tables.flatMap((one) => [...one.querySelectorAll("th.method")]);
+  return [...tables.filter((one) => one.getBoundingClientRect().right > width + 1),
+    ...names.filter((one) => lines(one) > 1)].map((one) => one.textContent.trim().slice(0, 40));
+}"""
+NARROW = """table tbody th.method {
+  max-width: 30px; white-space: normal !important; overflow-wrap: anywhere !important }"""
 # Text that is cut: boxes with more in them than they show, which do not scroll.
 CUT = """() => [...document.querySelectorAll("body *")].filter((one) => {
   const style = getComputedStyle(one);
@@ -170,6 +194,38 @@ def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
 def test_every_link_of_a_whole_study_leads_somewhere(index: Path) -> None:
     files = site_files(index)
     assert broken_links({file: Document(file.read_text("utf-8")) for file in files}) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["index", "capsule-line", SCENE])
+def test_what_is_pressed_is_large_enough(name: str, index: Path, browser: Browser) -> None:
+    for width in (DESK, PHONE):
+        with visited(browser, _page(index, name), width=width) as visit:
+            assert visit.ask(SMALL) == []
+            visit.page.add_style_tag(content="summary { min-height: 0; line-height: 1 !important }")
+            assert visit.ask(SMALL) != []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["capsule-line", "sources", SCENE])
+def test_on_paper_no_column_is_cut_and_no_name_broken(
+    name: str, index: Path, browser: Browser
+) -> None:
+    with visited(browser, _page(index, name), width=PAPER) as visit:
+        visit.page.emulate_media(media="print")
+        assert visit.ask(ON_PAPER, PAPER) == []
+        if name == SCENE:
+            for wrong in ("table { min-width: 900px }", NARROW):
+                style = visit.page.add_style_tag(content=wrong)
+                assert visit.ask(ON_PAPER, PAPER) != []
+                style.evaluate("(one) => one.remove()")
+
+
+@pytest.mark.long
+def test_an_index_is_short(index: Path, browser: Browser) -> None:
+    """With all that is folded: what leads a reader is within a few screens."""
+    with visited(browser, index) as visit:
+        assert visit.ask("document.documentElement.scrollHeight") <= HEIGHT
 
 
 def test_an_index_is_light(index: Path) -> None:

@@ -85,11 +85,16 @@ def plotted_inside(page: str) -> list[dict[str, Any]]:
 
 def unpacked(text: str) -> list[dict[str, Any]]:
     """Figures from their text as a page has it."""
-    figures: list[dict[str, Any]] = json.loads(gzip.decompress(base64.b64decode(text)))
+    figures: list[dict[str, Any]] = unpacked_text(text)
     for figure in figures:
         for trace in figure["data"]:
             trace |= {axis: figure["arrays"][trace[axis]] for axis in "xy"}
     return figures
+
+
+def unpacked_text(text: str) -> Any:
+    """What a page holds as compressed JSON."""
+    return json.loads(gzip.decompress(base64.b64decode(text)))
 
 
 def broken_links(documents: Mapping[Path, Document]) -> list[str]:

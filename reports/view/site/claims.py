@@ -8,9 +8,8 @@ from dataclasses import replace
 
 from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.reports.view.finding_text import findings_of
+from plumbob.reports.view.finding_text import findings_of, written
 
-MOST_NAMED = 3  # pairs of scene and method
 NOT_SHOWN = "not shown"
 
 
@@ -31,11 +30,12 @@ def formed(study: Study, of: str) -> tuple[Finding, ...]:
             shown += findings_of(analysis)
         except UndefinedError as error:
             older.append(f"{analysis.template} ({error.message})")
-    lost = []
+    lost = list[Finding]()
     if failed:
-        lost.append(_left_out(len(failed), [pair for pair, _ in failed[0].claims], of))
+        pairs = [pair for pair, _ in failed[0].claims]
+        lost += written("pages/left_out", {"of": of, "count": len(failed), "pairs": pairs})
     if older:
-        lost.append(_without_numbers(older, of))
+        lost += written("pages/older_store", {"of": of, "templates": older})
     return (*as_measured(shown), *lost)
 
 
@@ -54,13 +54,13 @@ def hard_case(study: Study, of: str, scene: str) -> tuple[Figure | Table, ...]:
 def _of(study: Study, of: str, place: str, scene: str) -> tuple[Finding, ...]:
     from jinja2 import UndefinedError
 
-    written = list[Finding]()
+    shown = list[Finding]()
     for analysis in study.analyses:
         where = analysis.system, analysis.place, analysis.scene
         if where == (of, place, scene) and analysis.numbers is not None:
             with suppress(UndefinedError):
-                written += findings_of(analysis)
-    return tuple(written)
+                shown += findings_of(analysis)
+    return tuple(shown)
 
 
 def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -69,40 +69,15 @@ def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(_as_measured(finding) for finding in findings)
 
 
-def _left_out(count: int, pairs: Sequence[str], of: str) -> Finding:
-    """In place of so many findings, with the pairs of scene and method whose runs are at fault."""
-    several = "One finding is" if count == 1 else f"{count} findings are"
-    named = ", ".join(pairs[:MOST_NAMED]) + (", ..." if len(pairs) > MOST_NAMED else "")
-    return Finding(
-        f"left-out-{of}",
-        f"Not shown by this study: {count} of the findings",
-        NOT_SHOWN,
-        f"{several} left out, which this study's runs do not allow: verdicts are unexpected of "
-        f"{named}.",
-    )
-
-
 def _as_measured(finding: Finding) -> Finding:
     missed = [claim.text for claim in finding.claims if not claim.holds]
     if not missed:
         return finding
+    (words,) = written("pages/not_shown", {"title": finding.title, "missed": missed})
     return replace(
         finding,
-        title=f"Not shown by this study: {finding.title}",
-        judgement=NOT_SHOWN,
-        summary=f"Other studies found this, and this one does not show it: {'; '.join(missed)}.",
+        title=words.title,
+        judgement=words.judgement,
+        summary=words.summary,
         statements=(),
-    )
-
-
-def _without_numbers(templates: Sequence[str], of: str) -> Finding:
-    """In place of findings whose templates ask for numbers that the study does not have."""
-    count = len(templates)
-    several = "One finding is" if count == 1 else f"{count} findings are"
-    return Finding(
-        f"without-numbers-{of}",
-        f"Not shown by this study: {count} of the findings",
-        NOT_SHOWN,
-        f"{several} left out: this study was stored by another version and lacks numbers of "
-        f"{', '.join(templates)}. plumbob validate works them out.",
     )

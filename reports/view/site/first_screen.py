@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from plumbob.engines.study.convergence import timed_run
 from plumbob.engines.study.measurement import REFERENCE_STEP, worst
@@ -19,7 +20,7 @@ from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
-from plumbob.reports.view.tables import table
+from plumbob.reports.view.tables import paragraphs, table
 from plumbob.reports.view.top_tables import anchor
 
 WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
@@ -33,7 +34,7 @@ KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("capsule-turn-second-order", 0),
     ("energy", 0),
 )
-MOST_FINDINGS = 6
+MOST_FINDINGS = 4
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,16 @@ def counts(verdicts: Verdicts) -> tuple[Count, ...]:
         for name, texts in SIGNS.items()
         if numbers[name] or name != "unclaimed"
     )
+
+
+def by_engine(verdicts: Verdicts) -> Mapping[str, Counter[str]]:
+    """For each engine that ran how many of its pairs of a scene and a method have a meaning."""
+    pairs = [(name, meaning(of)) for (_, name), of in verdicts.items()]
+    ran = [(name.partition("/")[0], means) for name, means in pairs if means != "not-run"]
+    return {
+        engine: Counter(means for other, means in ran if other == engine)
+        for engine in dict.fromkeys(engine for engine, _ in ran)
+    }
 
 
 def made(study: Study) -> tuple[int, int, int]:
@@ -126,37 +137,18 @@ def _contacts(study: Study, record: StudyRecord) -> Answer | None:
     if not line or default not in line[0].errors or euler not in line[0].errors:
         return None
     ratios = _cost_ratios(_costs(study, ran))
-    cost = ""
-    if euler in ratios:
-        cost = f", and a step costs {ratios[euler]} times one with default contacts"
-    count = notation.plural(len(line), "scene")
-    before = f"{_range(line, default)} in {count}, depending on the direction"
-    if (finest := _finest(study, [entry.scene.name for entry in line], (default,))) is not None:
-        ends = min(finest[1][default]), max(finest[1][default])
-        still = " to ".join(dict.fromkeys(map(notation.relative, ends)))
-        before += f", and at {notation.short(finest[0])} s still {still}"
-    most = _largest(line, euler)
-    sentences = [
-        "Use MuJoCo with an elliptic cone and contacts that are soft vertically and stiff "
-        f"sideways, written for your time step (settings below). At 1 ms a robot that slides on a "
-        f"line then stops with an error of {most.text}{cost}. With default contacts the error is "
-        f"{before}."
-    ]
-    if most.error > _largest(line, default).error:
-        sentences = [
-            "In this study contacts written for the step are no better than MuJoCo's default ones: "
-            f"at 1 ms a robot that slides on a line stops with an error of up to {most.text}, with "
-            f"default contacts of {before}."
-        ]
-    elif rk4 in ratios:
-        sentences.append(
-            "Where the robot also turns or coasts, take the same contacts with RK4: at most "
-            f"{_most(usual, rk4)}, for {ratios[rk4]} times the cost."
-        )
-    sentences += _rows_of_their_own(ran, (rk4 if rk4 in ratios else euler, default))
+    finest = _finest(study, [entry.scene.name for entry in line], (default,))
+    sentences = paragraphs(
+        "with_contacts",
+        **_compared(ran, line, ratios, (default, euler, rk4), rk4 if rk4 in ratios else euler),
+        scenes=len(line),
+        range=_range(line, default),
+        turning=_most(usual, rk4),
+        finest=finest and (finest[0], finest[1][default]),
+    )
     shown = _table(study, ran, record, WITH_CONTACTS, _nearer_by_chance(study, usual))
     pasted = to_copy(record.settings[euler], "Contacts to copy", ratios.get(euler, ""))
-    return Answer("with-contacts", "A robot with contacts", tuple(sentences), shown, pasted)
+    return Answer("with-contacts", "A robot with contacts", sentences, shown, pasted)
 
 
 def _joints(study: Study, record: StudyRecord) -> Answer | None:
@@ -167,26 +159,37 @@ def _joints(study: Study, record: StudyRecord) -> Answer | None:
     if not usual or not set(WITHOUT) <= set(usual[0].errors):
         return None
     ratios = _cost_ratios(_costs(study, ran))
-    cost = f", for {ratios[rk4]} times the cost of a step" if rk4 in ratios else ""
-    sentences = [
-        f'Use MuJoCo with integrator="RK4": at 1 ms its errors are {_range(usual, rk4)}{cost}; '
-        f"with the default Euler steps they are {_range(usual, default)}.",
-    ]
-    most, before = _largest(usual, rk4), _largest(usual, default)
-    if most.error > before.error:
-        sentences = [
-            'In this study integrator="RK4" is no better than the default Euler steps: at 1 ms its '
-            f"errors are up to {most.text}, theirs up to {before.text}."
-        ]
-    sentences += _rows_of_their_own(ran, (rk4, default))
-    if (held := _held_control(study)) is not None:
-        sentences.append(
-            "Set a control for the middle of the step and not for its start: a torque that is held "
-            f"over the step leaves RK4 an error of {held[0]}, set for the middle {held[1]}."
-        )
+    sentences = paragraphs(
+        "without_contacts",
+        **_compared(ran, usual, ratios, WITHOUT, rk4),
+        range=_range(usual, rk4),
+        usual_range=_range(usual, default),
+        held=_held_control(study),
+    )
     shown = _table(study, ran, record, WITHOUT)
     pasted = to_copy(record.settings[rk4], "Integrator to copy", ratios.get(rk4, ""))
-    return Answer("without-contacts", "A robot without contacts", tuple(sentences), shown, pasted)
+    return Answer("without-contacts", "A robot without contacts", sentences, shown, pasted)
+
+
+def _compared(
+    ran: Sequence[Ran],
+    usual: Sequence[Ran],
+    ratios: Mapping[str, str],
+    methods: Sequence[str],
+    advised: str,
+) -> Mapping[str, Any]:
+    """Values of both recommendations: the largest errors of the default and of the next method on
+    usual motions, costs, and the largest errors on the scenes apart."""
+    default, better, *_ = methods
+    apart = [entry for entry in ran if entry.apart]
+    return {
+        "methods": methods,
+        "usual": _largest(usual, default),
+        "most": _largest(usual, better),
+        "ratios": ratios,
+        "apart": apart,
+        "largest": [f"{_most(apart, name)} with {name}" for name in (advised, default) if apart],
+    }
 
 
 @dataclass(frozen=True)
@@ -231,17 +234,6 @@ def _most(ran: Sequence[Ran], method: str) -> str:
     return f"{worst_of_all.errors[method].text} (on {worst_of_all.scene.name})"
 
 
-def _rows_of_their_own(ran: Sequence[Ran], methods: Sequence[str]) -> list[str]:
-    """The largest errors on the scenes that the sentences before leave out."""
-    apart = [entry for entry in ran if entry.apart]
-    if not apart:
-        return []
-    kind = "hard" if all(entry.scene.hard for entry in apart) else "hard or without friction"
-    most = " and ".join(f"{_most(apart, name)} with {name}" for name in methods)
-    count = f"{notation.plural(len(apart), 'scene')}, {kind}"
-    return [f"That leaves out {count}, with a row each: their errors are up to {most}."]
-
-
 def _finest(
     study: Study, scenes: Sequence[str], methods: Sequence[str]
 ) -> tuple[float, Mapping[str, Sequence[float]]] | None:
@@ -263,7 +255,7 @@ def _nearer_by_chance(study: Study, ran: Sequence[Ran]) -> str:
     """Where default contacts have the smaller error at the reference step though they do not
     converge: what smaller steps make of both."""
     default, euler, _ = WITH_CONTACTS
-    sentences = []
+    scenes = []
     for system in dict.fromkeys(entry.scene.system for entry in ran):
         of_system = [entry for entry in ran if entry.scene.system == system]
         if _largest(of_system, default).error >= _largest(of_system, euler).error:
@@ -274,13 +266,9 @@ def _nearer_by_chance(study: Study, ran: Sequence[Ran]) -> str:
                 continue
             step, errors = finest
             if errors[euler][0] < errors[default][0]:
-                sentences.append(
-                    f"Smaller steps help one of them: at {notation.number(step, 2)} s the error of "
-                    f"{name} is {notation.relative(errors[default][0])} with default contacts, "
-                    f"{notation.relative(errors[euler][0])} with those written for the step."
-                )
+                scenes.append((name, step, errors[default][0], errors[euler][0]))
                 break
-    return " ".join(sentences)
+    return " ".join(paragraphs("nearer_by_chance", scenes=scenes))
 
 
 def _held_control(study: Study) -> tuple[str, str] | None:

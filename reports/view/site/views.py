@@ -26,7 +26,7 @@ from plumbob.reports.view.records import (
     SceneRecord,
     SystemRecord,
 )
-from plumbob.reports.view.site import matrix
+from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.reports.view.site.claims import formed, galleries, hard_case
 from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
@@ -47,12 +47,11 @@ ORDER: tuple[Verdict, ...] = (
     "missing",
 )
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
-AT_FIRST = 1e-3  # relative: the cheapest method of each engine for this error is drawn at first
 
 
 @dataclass(frozen=True)
 class SceneView:
-    """One scene as its page shows it: the first tables, then figures, then the rest."""
+    """One scene as its page shows it: what to expect and to use, figures, then the rest."""
 
     scene: Scene
     anchor: str
@@ -60,13 +59,12 @@ class SceneView:
     missing: tuple[str, ...]  # engines that are not installed, with the number of their methods
     methods: tuple[str, ...]  # those that ran
     at_first: tuple[str, ...]  # those whose curves are drawn before a reader chooses others
-    first: tuple[Table, ...]
+    sentences: tuple[str, ...]
+    first: Table
     figures: tuple[Figure, ...]
     replay: Replay
-    order: Table | None
     hard: tuple[Figure | Table, ...]
     steps: str  # bars of accurate and stable steps, as SVG
-    trimmed: Table | None
     rest: tuple[Table, ...]
     commands: tuple[str, ...]
 
@@ -108,7 +106,7 @@ def system_view(
         galleries(study, system.name),
         formed(study, system.name),
         tuple(
-            scene_view(study, records.scenes[scene.name], exact[scene.name], scene)
+            scene_view(study, records.scenes[scene.name], exact[scene.name], scene, every)
             for scene in scenes
             if scene.name in exact
         ),
@@ -117,8 +115,10 @@ def system_view(
     )
 
 
-def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Scene) -> SceneView:
-    """One scene of `study`."""
+def scene_view(
+    study: Study, record: SceneRecord, exact: ExactRecord, scene: Scene, every: matrix.Every
+) -> SceneView:
+    """One scene of `study`, with the errors of `every` method on every scene."""
     methods = {method.name: method for method in study.methods}
     missing = [name for name, of in record.verdicts.items() if of.verdict == "missing"]
     judged = {name: of for name, of in record.verdicts.items() if name not in missing}
@@ -127,12 +127,13 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
     at_first = _at_first(record, [methods[name] for name in ran])
     observables, ranges = study.observables(scene.name), step_ranges(study, scene)
-    first = (
-        scene_tables.summary(observables, convergence, judged, methods),
-        top_tables.scene_recommendations(record.recommendations),
-    )
+    cells = {name: of for (where, name), of in every.items() if where == scene.name}
     noticed = exact.sensitivity
     tables_below = (
+        top_tables.scene_recommendations(record.recommendations),
+        scene_tables.orders(convergence, methods),
+        trimming(study, scene),
+        scene_tables.summary(observables, convergence, methods),
         scene_tables.cost(convergence, costs, methods),
         scene_tables.budgets(observables, convergence, judged, methods),
         scene_tables.every_run(observables, convergence, judged, methods),
@@ -155,20 +156,16 @@ def scene_view(study: Study, record: SceneRecord, exact: ExactRecord, scene: Sce
         _by_engine(missing),
         tuple(ran),
         at_first,
-        tuple(t for t in first if t),
+        scene_answer.sentences(
+            convergence, study.quantities(scene.name), cells, record.recommendations
+        ),
+        scene_answer.errors(convergence, cells, judged, record.points, methods),
         (*figures, *((bars,) if bars else ())),
         exact.replay,
-        scene_tables.orders(convergence, methods),
         _hard(study, scene, ranges),
         step_bars(ranges),
-        trimming(study, scene),
         tuple(t for t in tables_below if t),
-        (
-            f"plumbob solve {scene.name}",
-            *(_repeated(typical) if typical else ()),
-            f"plumbob recommend {scene.name} --error 1e-3",
-            f"plumbob validate --scenes {scene.name}",
-        ),
+        _commands(scene, typical),
     )
 
 
@@ -187,9 +184,15 @@ def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{engine} ({notation.plural(n, 'method')})" for engine, n in counted.items())
 
 
-def _repeated(run: Measurement) -> tuple[str]:
-    """The command that repeats a run."""
-    return (f"plumbob run {run.scene} {run.method} --step {run.step:g}",)
+def _commands(scene: Scene, run: Measurement | None) -> tuple[str, ...]:
+    """The commands that repeat what a scene's page shows, one `run` of it among them."""
+    repeated = (f"plumbob run {run.scene} {run.method} --step {run.step:g}",) if run else ()
+    return (
+        f"plumbob solve {scene.name}",
+        *repeated,
+        f"plumbob recommend {scene.name} --error 1e-3",
+        f"plumbob validate --scenes {scene.name}",
+    )
 
 
 def _at_first(record: SceneRecord, ran: Sequence[Method]) -> tuple[str, ...]:
@@ -198,7 +201,9 @@ def _at_first(record: SceneRecord, ran: Sequence[Method]) -> tuple[str, ...]:
     engines = dict.fromkeys(m.engine for m in ran if m.scheme.integrator != EXACT)
     names = {m.name for m in ran}
     chosen = [DEFAULT_METHOD] if DEFAULT_METHOD in names else []
-    by_engine = [c for r in record.recommendations if r.error == AT_FIRST for c in r.by_engine]
+    by_engine = [
+        c for r in record.recommendations if r.error == scene_answer.WANTED for c in r.by_engine
+    ]
     cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
     for engine in engines:
         chosen += [f"{engine}/default"] * (f"{engine}/default" in names)

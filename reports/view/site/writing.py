@@ -17,12 +17,12 @@ from typing import Any
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, top_tables
-from plumbob.reports.view.page import NAME, STYLE, Plots, filled, shared_files, written
+from plumbob.reports.view.page import NAME, STYLE, Plots, carried, filled, shared_files, written
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.pictures import DASHES
 from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
-from plumbob.reports.view.site import first_screen, matrix
+from plumbob.reports.view.site import first_screen, matrix, search
 from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
@@ -32,7 +32,8 @@ from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
-SOURCES, TOLERANCES = "sources", "tolerances"  # names of pages
+SOURCES, TOLERANCES, GLOSSARY = "sources", "tolerances", "glossary"  # names of pages
+SEARCH = "search.js"
 PREVIEW = "preview.png"
 PAGES = "pages"  # folder of a published site: links from elsewhere outlive a study
 NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
@@ -100,7 +101,10 @@ def one_file(content: Content) -> str:
         (name, filled(template, shared="", frame=BARE, href=links, **content.common, **values))
         for name, template, values in content.pages
     ]
-    return filled("index.html.jinja", href=links, inside_pages=inside, **content.common)
+    entries = search.packed_entries(content.views, content.common, links)
+    return filled(
+        "index.html.jinja", href=links, inside_pages=inside, search=entries, **content.common
+    )
 
 
 def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
@@ -111,15 +115,19 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
         files[name] = base64.b64decode(common["pictures"][name])
     if common["preview"]:
         files[PREVIEW] = preview(common["preview"])
+    links = Links(places, SEARCH, "", single=False)
+    files[SEARCH] = carried(search.packed_entries(content.views, common, links))
     for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
         plots = Plots("", name)
-        text = filled(template, shared="", href=links, plots=plots, **common, **values)
+        text = filled(template, shared="", href=links, plots=plots, search="", **common, **values)
         files |= {**plots.files, page_file(name): text.encode("utf-8")}
 
     def index(folder: str) -> str:
         links = Links(places, "", folder, single=False)
-        return filled("index.html.jinja", shared=folder, href=links, inside_pages=(), **common)
+        return filled(
+            "index.html.jinja", shared=folder, href=links, inside_pages=(), search="", **common
+        )
 
     return files, index
 
@@ -163,6 +171,7 @@ def _common(
         "cards": first_screen.cards(findings),
         "preview": first_screen.preview_of(findings),
         "counts": first_screen.counts(records.verdicts),
+        "by_engine": first_screen.by_engine(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
         "largest_step": largest_step(study),
@@ -174,6 +183,7 @@ def _common(
         "recommendations": top_tables.recommendations(study, advice),
         "sources": top_tables.sources(findings),
         "tightness": top_tables.tightness_tables(records.study.tightness),
+        "tight": records.study.tightness,
         "styles": styles(study.methods),
         "dashes": dict(DASHES),
         "provenance": study.provenance,
@@ -181,6 +191,9 @@ def _common(
         "seconds": notation.seconds,
         "plural": notation.plural,
         "pictures": records.study.pictures,
+        "terms": search.defined("glossary"),
+        "labels": search.defined("labels"),
+        "place_of": search.place_of,
     }
 
 
@@ -200,6 +213,7 @@ def _pages(views: Sequence[SystemView], common: Mapping[str, Any]) -> list[Page]
         pages.append((SOURCES, "sources.html.jinja", {}))
     if common["tightness"]:
         pages.append((TOLERANCES, "tolerances.html.jinja", {}))
+    pages.append((GLOSSARY, "glossary.html.jinja", {}))
     return pages
 
 
@@ -211,6 +225,8 @@ def _places(content: Content) -> dict[str, str]:
     places |= {OF_ENGINES: page_file(OF_ENGINES)} if common["on_engines"] else {}
     places |= {SOURCES: page_file(SOURCES)} if common["sources"] else {}
     places |= {TOLERANCES: page_file(TOLERANCES)} if common["tightness"] else {}
+    terms = [search.place_of(term) for term, _ in (*common["terms"], *common["labels"])]
+    places |= dict.fromkeys([GLOSSARY, *terms], page_file(GLOSSARY))
     for view in content.views:
         file = page_file(view.system.name)
         places |= {view.system.name: file}

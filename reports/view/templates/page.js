@@ -29,6 +29,7 @@
     if (!loaded.has(holder)) loaded.set(holder, text_of(holder).then(unpacked).then(use));
     return loaded.get(holder);
   };
+  window.plumbob = {once};
   const plotly = () => once(document.getElementById("plotly"), run);
   const figures = () => once(page.querySelector(".figures"), JSON.parse);
 

@@ -1,0 +1,46 @@
+"""What the search in a page's header finds: systems, scenes, methods, findings and terms."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from plumbob.reports.view.page import packed
+from plumbob.reports.view.site.views import SystemView
+from plumbob.reports.view.tables import paragraphs
+
+Terms = Sequence[tuple[str, str]]  # each with its meaning
+
+
+def defined(template: str) -> Terms:
+    """The terms that a template of paragraphs `term: meaning` explains."""
+    parted = (text.partition(": ") for text in paragraphs(template))
+    return [(term, meaning) for term, _, meaning in parted]
+
+
+def packed_entries(
+    views: Sequence[SystemView], common: Mapping[str, Any], href: Callable[[str], str]
+) -> str:
+    """Kind, name, text and address of each entry as JSON, compressed."""
+    return packed(json.dumps(list(_entries(views, common, href)), ensure_ascii=False))
+
+
+def place_of(term: str) -> str:
+    """The id of a term's place on the page of the glossary."""
+    return "term-" + "".join(c if c.isalnum() else "-" for c in term)
+
+
+def _entries(
+    views: Sequence[SystemView], common: Mapping[str, Any], href: Callable[[str], str]
+) -> Iterator[tuple[str, str, str, str]]:
+    for view in views:
+        yield "system", view.system.title, view.system.name, href(view.system.name)
+        for of in view.scenes:
+            yield "scene", of.scene.name, of.scene.summary, href(of.anchor)
+    for finding in common["findings"]:
+        yield "finding", finding.title, finding.summary, href(finding.name)
+    for method in common["study"].methods:
+        yield "method", method.name, "", f"{href('matrix')}?filter={method.name}"
+    for term, meaning in (*common["terms"], *common["labels"]):
+        yield "term", term, meaning, href(place_of(term))

@@ -1,0 +1,90 @@
+"""A scene's page begins with what to expect and what to use, computed from the stored study."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+
+import pytest
+
+from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.results import Study
+from plumbob.reports.analyses.page_numbers import scene_record
+from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.view.records import Records, SceneRecord, StudyRecord
+from plumbob.reports.view.site import matrix, scene_answer
+from plumbob.tests.support.studies import SCENE, made_up
+
+Error = Callable[[float], float]
+STEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
+
+
+def _study(default: Error, rk4: Error) -> Study:
+    """A scene whose relative errors are these functions of the step [s], and on which a step of
+    RK4 costs four times one of the default method."""
+    methods = [find_method("mujoco/euler"), find_method("mujoco/rk4")]
+    both = [(method, STEPS, of) for method, of in zip(methods, (default, rk4), strict=True)]
+    return made_up(both, [500.0, 2000.0])
+
+
+def _parts(study: Study) -> tuple[SceneRecord, dict[str, matrix.Steps]]:
+    """The record of the scene, and its errors by method."""
+    record = scene_record(study, judge_study(study), study.scenes[0])
+    records = Records(StudyRecord((), {}, {}, (), ()), {SCENE: record})
+    return record, {name: of for (_, name), of in matrix.every_pair(study, records).items()}
+
+
+def _sentences(default: Error, rk4: Error) -> tuple[str, ...]:
+    study = _study(default, rk4)
+    record, cells = _parts(study)
+    about = study.quantities(SCENE)
+    return scene_answer.sentences(study.convergence, about, cells, record.recommendations)
+
+
+def test_default_recommended_cost_and_a_smaller_step() -> None:
+    default, advice = _sentences(lambda h: 20 * h, lambda h: 1e3 * h**2)
+    assert default == (
+        "MuJoCo's default settings (mujoco/euler): the error is 4 % at 0.002 s. A smaller step "
+        "helps: the error is 0.2 % at 1e-4 s."
+    )
+    assert advice == (
+        "Recommended for an error of 0.1 %: mujoco/rk4 at 0.001 s (500× real time, 8 times the "
+        "computing time of the default settings at 2 ms). A smaller step helps: the error is "
+        "0.001 % at 1e-4 s."
+    )
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (lambda h: 0.04, "does not help: the error is 4 % at 1e-4 s"),
+        (lambda h: 0.04 * (h / 2e-3) ** 0.3, "helps little: the error is 1.6 %"),
+        (lambda h: 0.04 * (h / 2e-3) ** 0.6, "helps: the error is 0.66 %"),
+        (lambda h: inf if h > 1e-4 else 0.04, "the run diverges at 0.002 s. A smaller step helps"),
+    ],
+)
+def test_whether_a_smaller_step_helps_is_measured(error: Error, words: str) -> None:
+    default, *_ = _sentences(error, lambda h: h**2)
+    assert words in default
+
+
+def test_where_nothing_is_accurate_enough_the_best_is_named() -> None:
+    *_, advice = _sentences(lambda h: 20 * h, lambda h: 0.5 * h**0.5)
+    assert advice == (
+        "No method that was run has an error of 0.1 % or less: mujoco/euler has 0.2 % at 1e-4 s."
+    )
+
+
+def test_each_method_has_its_error_its_verdict_with_a_reason_and_its_cost() -> None:
+    study = _study(lambda h: 20 * h, lambda h: 0.3)
+    record, cells = _parts(study)
+    methods = {method.name: method for method in study.methods}
+    table = scene_answer.errors(study.convergence, cells, record.verdicts, record.points, methods)
+    assert table.heads == ("method", "error at 1 ms", "verdict", "computing time per s")
+    rows = {cells[0].text: cells for cells in table.rows}
+    for name, error, cost in (("mujoco/euler", "2 %", "500 µs"), ("mujoco/rk4", "30 %", "2 ms")):
+        _, shown, verdict, time = rows[name]
+        assert (shown.text, time.text) == (error, cost)
+        judged = record.verdicts[name]
+        assert judged.verdict in verdict.kind.split()
+        assert verdict.hint == "as above" if name == "mujoco/rk4" else judged.reason in verdict.hint

@@ -1,0 +1,106 @@
+"""The search in a page's header: what it finds, where that leads, and by which keys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from plumbob.engines.study.results import Study
+from plumbob.reports.view.site.writing import Content
+from plumbob.tests.site import whole_profile
+from plumbob.tests.support.browser import visited
+from plumbob.tests.support.page_document import Document, site_files, unpacked_text
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+ACTIVE = "document.getElementById(document.activeElement.getAttribute('aria-activedescendant'))"
+SCENE = "capsule-line-ca1"
+
+
+@pytest.fixture(scope="module")
+def entries(index: Path) -> list[list[str]]:
+    """Kind, name, text and address of each entry, as the site's pages load them."""
+    text = (site_files(index)[1].parent / "search.js").read_text("ascii")
+    found: list[list[str]] = unpacked_text(text.split('"')[1])
+    return found
+
+
+def test_every_scene_method_finding_and_term_is_found(
+    entries: list[list[str]], study: Study, shown: Content
+) -> None:
+    names = {kind: {of[1] for of in entries if of[0] == kind} for kind in {of[0] for of in entries}}
+    assert names["scene"] == {scene.name for scene in study.scenes}
+    assert names["method"] == {method.name for method in study.methods}
+    assert names["finding"] == {finding.title for finding in shown.common["findings"]}
+    assert {"known limit", "not-converging", "real-time factor"} <= names["term"]
+    assert len(names["system"]) == len(shown.views)
+
+
+def test_every_entry_leads_to_a_place(entries: list[list[str]], index: Path) -> None:
+    files = {
+        file.resolve(): set(Document(file.read_text("utf-8")).ids) for file in site_files(index)
+    }
+    folder = site_files(index)[1].parent
+    for *_, place in entries:
+        path, _, inside = place.partition("#")
+        ids = files[(folder / path).resolve()]
+        assert not inside or inside.partition("?")[0] in ids, place
+
+
+def test_every_label_of_a_finding_is_explained(shown: Content) -> None:
+    explained = (*shown.common["labels"], *shown.common["terms"])
+    labels = ", ".join(label for label, _ in explained).split(", ")
+    assert {finding.judgement for finding in whole_profile.findings()} <= set(labels)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["", SCENE])
+def test_keys_open_it_choose_and_close(name: str, index: Path, browser: Browser) -> None:
+    page = site_files(index)[1].parent / f"{name}.html" if name else index
+    with visited(browser, page) as visit:
+        keys, box = visit.page.keyboard, visit.page.locator("#find")
+        keys.press("/")
+        assert visit.ask("document.activeElement.id") == "find"
+        keys.type("fast-pl")
+        visit.page.locator("#found li").first.wait_for()
+        assert "cone-pendulum/fast-platform" in visit.ask(f"{ACTIVE}.textContent")
+        assert visit.violations() == []
+        keys.press("Escape")
+        assert (box.input_value(), visit.page.locator("#found").is_visible()) == ("", False)
+        keys.press("/")
+        keys.type("rk4")
+        visit.page.locator("#found li").nth(1).wait_for()
+        first = visit.ask(f"{ACTIVE}.id")
+        keys.press("ArrowDown")
+        assert visit.ask(f"{ACTIVE}.id") != first
+        keys.press("ArrowUp")
+        assert visit.ask(f"{ACTIVE}.id") == first
+        box.fill("fast-pl")
+        visit.until("document.querySelectorAll('#found li').length === 1")
+        keys.press("Enter")
+        visit.page.wait_for_url("**/cone-pendulum-fast-platform.html")
+        assert visit.console == []
+        assert all(url.startswith("file:") for url in visit.requests)
+
+
+@pytest.mark.long
+def test_a_method_is_shown_in_the_matrix(index: Path, browser: Browser) -> None:
+    with visited(browser, site_files(index)[1].parent / f"{SCENE}.html") as visit:
+        visit.page.locator("#find").fill("mujoco/rk4+coulomb")
+        visit.page.locator("#found li").first.click()
+        visit.page.wait_for_url("**/index.html#matrix**")
+        visit.until("document.querySelector('[data-filter]').value === 'mujoco/rk4 coulomb'")
+        assert visit.page.locator(".matrix thead th:visible").count() < 8
+
+
+@pytest.mark.long
+def test_without_scripts_there_is_no_field(index: Path, browser: Browser) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(index.resolve().as_uri())
+    assert page.locator("#find").count() == 1
+    assert not page.locator("#find").is_visible()
+    context.close()
