@@ -122,7 +122,7 @@ class Gradients:
 class GradientSearch(RunRequest[Gradients]):
     """Derivatives of the end of a scene's run with a method by one number of its parameters."""
 
-    answers, label = Gradients, "derivatives"
+    answers, label, of_pair = Gradients, "derivatives", True
 
     scene: str
     method: str

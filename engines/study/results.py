@@ -135,7 +135,8 @@ class Study:
         )
 
     def of_scene(self, scene: str) -> Study:
-        """The part of this that is about one scene, of extra runs with its limits alone."""
+        """The part of this that is about one scene, of extra runs with its limits and derivatives
+        alone."""
         return replace(
             self,
             scenes=tuple(s for s in self.scenes if s.name == scene),
@@ -146,7 +147,7 @@ class Study:
             extras={
                 of: limits
                 for of, limits in self.extras.items()
-                if isinstance(of, RunRequest) and of.of_limits and of.scene == scene
+                if isinstance(of, RunRequest) and of.of_pair and of.scene == scene
             },
         )
 

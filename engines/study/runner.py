@@ -310,7 +310,7 @@ def _extra(request: Request[Any], method: Method | None = None) -> TaskResult:
     assert isinstance(request, RunRequest)
     assert method is not None
     try:
-        pair = (request.scene, request.method) if request.of_limits else ("", "")
+        pair = (request.scene, request.method) if request.of_pair else ("", "")
         return TaskResult(extras={request: request.answer(method)}, pair=pair)
     except Exception as error:
         return _defect(find_scene(request.scene), error)

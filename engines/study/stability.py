@@ -96,7 +96,7 @@ class Stability:
 class StabilitySearch(RunRequest[Stability]):
     """A search for the largest step of a scene with a method that holds."""
 
-    answers, label, of_limits = Stability, "largest step", True
+    answers, label, of_pair = Stability, "largest step", True
 
     scene: str
     method: str
@@ -114,7 +114,7 @@ class StabilitySearch(RunRequest[Stability]):
 class StepPrediction(RunRequest[PredictedLimits]):
     """A request for the limits that theory predicts of a scene with a method."""
 
-    answers, label, of_limits = PredictedLimits, "largest step", True
+    answers, label, of_pair = PredictedLimits, "largest step", True
 
     scene: str
     method: str

@@ -29,7 +29,7 @@ class JudgedLimit:
     why: str  # there is no limit, or what fails beyond it
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
-    about = "largest step that holds"
+    about = "largest step"
 
     def record(self) -> dict[str, Any]:
         """The record that `plumbob stability --json` prints, in seconds."""

@@ -207,7 +207,7 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
         (f'{FILE}size = 1.0\nother = "never"', "is 'never', not one of"),
     ],
 )
-def test_a_broken_file_of_limits_costs_the_engine(
+def test_a_broken_file_of_pair_costs_the_engine(
     limits: str | None, why: str, site: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     broken(site, FILED)

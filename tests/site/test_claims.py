@@ -139,8 +139,8 @@ def _far(found: Any) -> Any | None:
         fits = (replace(fit, identified=2.0 * fit.identified) for fit in found.parameters)
         return replace(found, parameters=tuple(fits))
     if isinstance(found, Gradients):
-        off = (replace(g, tried=(replace(g.tried[0], computed=2.0),)) for g in found.records)
-        return Gradients(tuple(off))
+        tried = [(replace(of.tried[0], computed=3.0 * of.exact),) for of in found.records]
+        return Gradients(tuple(map(lambda of, t: replace(of, tried=t), found.records, tried)))
     if isinstance(found, MeasuredLongRun):
         return replace(found, times={level: 3.0 * time for level, time in found.times.items()})
     if not isinstance(found, Trajectory):

@@ -268,7 +268,7 @@ def test_the_nudge_is_another_start_of_the_same_system(
     assert max(apart.values()) == pytest.approx(size, rel=1e-3)
 
 
-def test_of_limits_the_smallest_is_known_and_a_measured_one_is_taken_first() -> None:
+def test_of_pair_the_smallest_is_known_and_a_measured_one_is_taken_first() -> None:
     predicted = PredictedLimits(
         (StepLimit("unstable", 2.0, "a"), StepLimit("changes-kind", 1.0, "b"))
     )

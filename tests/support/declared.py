@@ -143,9 +143,9 @@ def _invented(request: Request[Any]) -> Any:
         fitted = ("displacement",)
         return Identification(request.scene, request.method, 1e-3, fitted, 1, (fit,), 0.0, 0.0, 1)
     if isinstance(request, GradientSearch):
-        tried = (Difference(None, 1.0, 0.0, 0.0, 0.0, 0.0),)
-        held = Gradient(request.of[0], request.by, "central", 1.0, 1e-3, 1.0, 0.0, tried=tried)
-        return Gradients((held,))
+        tried = Difference(1e-3, 1.0, 0.0, 0.0, 1e-9, 1e-9)
+        ways = [Gradient(of, request.by, "central", 1.0, 1e-3, 1.0, 0.0) for of in request.of]
+        return Gradients(tuple(replace(way, tried=(tried,), cost=2.0) for way in ways))
     if isinstance(request, LongRunSearch):
         return MeasuredLongRun(0.05, 2.8, None, {0.01: 10.0}, 60.0, "not within 1200 steps")
     if not isinstance(request, ExtraRun):

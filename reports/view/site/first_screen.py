@@ -143,7 +143,7 @@ def _contacts(study: Study, record: StudyRecord) -> Answer | None:
         **_compared(ran, line, ratios, (default, euler, rk4), rk4 if rk4 in ratios else euler),
         scenes=len(line),
         range=_range(line, default),
-        turning=_most(usual, rk4),
+        turning=_most(usual, rk4) if rk4 in ratios else "",
         finest=finest and (finest[0], finest[1][default]),
     )
     shown = _table(study, ran, record, WITH_CONTACTS, _nearer_by_chance(study, usual))
