@@ -206,7 +206,7 @@ def test_a_doctored_theory_of_the_largest_step(
     assert f"UNEXPECTED {SEARCH.scene} {SEARCH.method}: largest step" in found[1.1].out
     assert (
         found[1.1]
-        .failure(SEARCH.scene, f"{SEARCH.method}, largest step that holds")
+        .failure(SEARCH.scene, f"{SEARCH.method}, largest step")
         .startswith("0.9")
     )
 
