@@ -1,4 +1,4 @@
-"""What analyses need made beside a study's own runs: data that says what it is and makes it."""
+"""Requests for what analyses need beside a study's own runs: data that makes its own answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the search in a page's header finds: systems, scenes, methods, findings and terms."""
+"""The entries of the search in a page's header: systems, scenes, methods, findings and terms."""
 
 from __future__ import annotations
 
