@@ -34,7 +34,7 @@ class RunRequest(Request[Answer]):
     duration: float | None = None  # [s]; None: the scene's own
     label: ClassVar[str] = ""  # what progress says of it
     timed: ClassVar[bool] = False  # made alone, for its time counts
-    of_pair: ClassVar[bool] = False  # told of a scene with a method, wherever these are
+    of_pair: ClassVar[bool] = False  # kept with a scene with a method, wherever these are
 
     def posed(self) -> Scene:
         """The scene with its parameters and its duration; raises ParameterError."""
