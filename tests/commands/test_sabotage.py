@@ -204,11 +204,7 @@ def test_a_doctored_theory_of_the_largest_step(
     assert "0 known limits, 0 unexpected" in found[1.0].out
     assert "0 known limits, 1 unexpected" in found[1.1].out
     assert f"UNEXPECTED {SEARCH.scene} {SEARCH.method}: largest step" in found[1.1].out
-    assert (
-        found[1.1]
-        .failure(SEARCH.scene, f"{SEARCH.method}, largest step")
-        .startswith("0.9")
-    )
+    assert found[1.1].failure(SEARCH.scene, f"{SEARCH.method}, largest step").startswith("0.9")
 
 
 @pytest.mark.long(keep=2)
