@@ -17,7 +17,7 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
 from plumbob.engines.abilities import SchemeOfCase
 from plumbob.engines.method import Method, Simulation
-from plumbob.engines.study import measurement
+from plumbob.engines.study import gradient, measurement
 from plumbob.engines.study import stability as measuring
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
@@ -205,6 +205,34 @@ def test_a_doctored_theory_of_the_largest_step(
     assert "0 known limits, 1 unexpected" in found[1.1].out
     assert f"UNEXPECTED {SEARCH.scene} {SEARCH.method}: largest step" in found[1.1].out
     assert found[1.1].failure(SEARCH.scene, f"{SEARCH.method}, largest step").startswith("0.9")
+
+
+@pytest.mark.long(keep=2)
+@pytest.mark.parametrize(("factor", "off"), [(1.0, 0), (-1.0, 6), (2.0, 6), (1.0 + 1e-4, 6)])
+def test_a_doctored_derivative(
+    validate: Validate, tmp_path: Path, capsys: Capture, monkeypatch: Patch, factor: float, off: int
+) -> None:
+    """By gravity and by the start, by three ways: another sign, a factor, and a ten-thousandth
+    more. Every run is right."""
+    own = gradient.gradients
+
+    def doctored(*given: Any) -> gradient.Gradients:
+        def of(tried: gradient.Difference) -> gradient.Difference:
+            return replace(tried, computed=factor * tried.computed)
+
+        every = own(*given).records
+        return gradient.Gradients(
+            tuple(replace(one, tried=tuple(map(of, one.tried))) for one in every)
+        )
+
+    monkeypatch.setattr(gradient, "gradients", doctored)
+    outcome = validated(tmp_path, capsys, CONE, "ode/rk4", ["--gradients"])
+    assert outcome.code == bool(off)
+    assert outcome.junit.attrib["failures"] == str(off)
+    assert f"0 known limits, {off} unexpected" in outcome.out
+    if off:
+        assert f"UNEXPECTED {CONE} ode/rk4: central, theta by gravity, " in outcome.out
+        assert "off its prediction" in outcome.failure(CONE, "ode/rk4, central, theta by gravity")
 
 
 def test_nothing_is_red_without_sabotage(validate: Validate) -> None:
