@@ -262,6 +262,11 @@ class OwnModel(Protocol):
         where a run from there is `after` a time [s]."""
         ...
 
+    def rate_after(self, script: Script, integrator: str, step: float, count: int) -> float:
+        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many
+        steps [s], the last control held for as long as need be; infinite where it diverges."""
+        ...
+
     def positions(self, states: Array) -> Array:
         """Centres of mass of the bodies [m], shape (len(states), bodies, 3)."""
         ...

@@ -4,7 +4,7 @@ The Jacobian of one step at states along the motion predicts the limit: a nudge 
 where the step magnifies some mode of it by more than the continuous motion itself does. Modes of
 both are matched by the rank of their magnitudes: if any matching has none that exceeds its partner,
 that one has none. A limit is said to be confirmed where nudged runs hold below it and are lost
-above.
+above, and at steps spread below.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -38,11 +39,17 @@ ALIKE = 1.5
 TINY = 2.0**-24  # [s]: a step that is the continuous motion's
 BELOW, ABOVE = 0.9, 1.1  # of a limit: where nudged runs hold, and are lost
 LOST = 1e3  # a nudge's growth beyond the continuous motion's own
+# Of a step: where a body lands may decide what becomes of a nudge. It does so at one step and not
+# at another; one that grows at all of these grows at each step.
+NEAR = (1.0, 0.99, 1.01)
+SPREAD = 1.05  # at most, from one step that a run has below a limit to the next
+SETTLED = 0.01  # [m/s, rad/s]: a run with less at its end has come to rest
 STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
 FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
 LEAST, MOST = 50, 400  # steps of a nudged run
 FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
 HELPS = 1.1  # times the limit: what a remedy is to reach
+RAISED = 1.05  # times the limit by the Jacobian at the state that sets it, at least
 NOTICED = 0.01  # of the growth: what an element changes that sets it
 
 
@@ -57,6 +64,7 @@ class Limit:
     confirmed: bool = False  # nudged runs hold below it, and are lost above
     why: str = ""  # it is not known, or not confirmed
     index: int = 0  # of the control period in which it is set
+    chatters: float | None = None  # [s]: from there on a motion that comes to rest does not
 
     @property
     def reach(self) -> float:
@@ -187,17 +195,18 @@ class Course:
     def points(self) -> tuple[Point, ...]:
         """States spread over the motion, the first and the last included, and the state of rest
         that it may end in: the contacts of that are another at each step."""
-        chosen = np.unique(np.linspace(0, len(self.states) - 1, STATES).round().astype(int))
-        points = tuple(self.point(int(k)) for k in chosen)
-        return (*points, replace(points[-1], index=len(self.states), rests=True))
+        count = len(self.states)
+        chosen = np.unique(np.linspace(0, count - 1, STATES).round().astype(int))
+        return tuple(self.point(int(k)) for k in (*chosen, count))
 
     def point(self, index: int) -> Point:
-        """The state at the beginning of a control period."""
+        """The state at the beginning of a control period, after the last one the state of rest."""
         control = self.script.controls[min(index, len(self.script.controls) - 1)]
-        maps = self.model.step_maps(self.states[index], control)
+        last = len(self.states) - 1
+        maps = self.model.step_maps(self.states[min(index, last)], control)
         step = maps(self.model.integrator, TINY, DIFFERENCES[0])
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
-        return Point(index, maps, np.asarray(rates))
+        return Point(index, maps, np.asarray(rates), index > last)
 
     def changed(self, change: Change) -> Course:
         """Of the model with a change, at the same states."""
@@ -210,11 +219,16 @@ class Course:
         return self.model.stepped(replace(self.script, controls=controls), integrator, parts).states
 
     def lost(self, integrator: str, step: float, index: int = 0) -> bool:
-        """Whether a run with a step [s] loses a nudge, or itself: one from a period `index` on, or
-        one from the start, unless that takes too many steps. A nudge of a motion that is already
+        """Whether a run with a step [s] diverges, or loses a nudge: one from a period `index` on,
+        or one from the start, unless that takes too many steps. A nudge of a motion that is already
         disturbed may not show what one of the motion itself does."""
         whole = self.script.duration <= MOST * step
-        return any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
+        nudges = any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
+        return nudges or self.diverges(integrator, step)
+
+    def diverges(self, integrator: str, step: float) -> bool:
+        """Whether a run with a step [s] from the start does."""
+        return math.isinf(self.rate(integrator, step, MOST * step))
 
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
         script, nudged = self.script, self.model.nudged
@@ -225,16 +239,23 @@ class Course:
             start, duration = maps.state, MOST * step
         else:
             return False
-        begun = replace(script, start=start)
-        grown = nudged(begun, begin, integrator, step, duration)
-        if grown <= LOST or math.isinf(grown):
-            return grown > LOST
-        fine = min(step / FINER, self.model.step)
-        flow = max(1.0, nudged(begun, begin, integrator, fine, duration))
-        if begin == len(self.states) or grown <= LOST * flow:
-            return grown > LOST * flow
+        begun, most = replace(script, start=start), LOST
+        for tried in step * np.array(NEAR):
+            grown = nudged(begun, begin, integrator, tried, duration)
+            if math.isinf(grown):
+                return True
+            if grown > most == LOST:
+                fine = min(step / FINER, self.model.step)
+                most *= max(1.0, nudged(begun, begin, integrator, fine, duration))
+            if grown <= most:
+                return False
         # A nudge may decide on which foot a body lands, and nothing thereafter.
-        return nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
+        later = begin < len(self.states)
+        return not later or nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
+
+    def rate(self, integrator: str, step: float, duration: float) -> float:
+        """At the end of a run from the start with a step [s], see `rate_after`."""
+        return self.model.rate_after(self.script, integrator, step, math.ceil(duration / step))
 
 
 def limited(course: Course, integrator: str) -> Limit:
@@ -258,26 +279,54 @@ def limited(course: Course, integrator: str) -> Limit:
     return Limit(integrator, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
 
 
-def measured(course: Course, limit: Limit, why: str) -> Limit:
-    """A limit by nudged runs alone, below a step at which they are lost: they hold at 0.9 of it and
-    are lost at some step up to 1.1 of it."""
+def spread(holds: float, fails: float) -> list[float]:
+    """Steps [s] from one to another that is larger, both included, by factors of at most SPREAD."""
+    count = math.ceil(math.log(fails / holds) / math.log(SPREAD)) + 1
+    return [float(step) for step in np.geomspace(holds, fails, count)]
+
+
+def measured(course: Course, limit: Limit, why: str, ratio: float = RATIO) -> Limit:
+    """A limit by runs alone, below a step at which they are lost: the last of the steps that are
+    tried, from one a `ratio` smaller on, before any that are. Neighbouring ones hold, too."""
     assert limit.largest_step is not None
-    fails = partial(course.lost, limit.integrator, index=limit.index)
-    high, low = limit.largest_step, limit.largest_step / RATIO
-    while fails(low):
-        high, low = low, low / RATIO
-        if low < limit.largest_step / MOST:
-            return replace(limit, why="nudged runs are lost at any step that was tried")
-    low = bisected(fails, low, high, 1.0 - BELOW / ABOVE)
-    step = low / BELOW
+    of, index = limit.integrator, limit.index
+
+    def fails(step: float) -> bool:
+        return course.lost(of, step, index) or any(course.diverges(of, n * step) for n in NEAR[1:])
+
+    high, step = limit.largest_step, None
+    while step is None:
+        tried = spread(high / ratio, high)
+        holding = takewhile(lambda step: not course.diverges(of, step), tried[:-1])
+        step = next((s for s in reversed(list(holding)) if not fails(s)), None)
+        high, ratio = tried[0], RATIO
+        if step is None and high < limit.largest_step / MOST:
+            return replace(limit, why="runs are lost at any step that was tried")
     why = f"by nudged runs; {why}"
     if not fails(ABOVE * step):
         why += "; some larger steps hold again"
-    limit = replace(limit, largest_step=step, confirmed=True, why=why)
-    if limit.predicted is None:
-        shown = [excess_at(at, limit.integrator, high, DIFFERENCES[0]) for at in course.points]
-        limit = replace(limit, index=course.points[int(np.argmax(shown))].index)
+    factors = [excess_at(at, of, ABOVE * step, DIFFERENCES[0]) for at in course.points]
+    index = course.points[int(np.argmax(factors))].index
+    limit = replace(limit, largest_step=step, confirmed=True, why=why, index=index)
     return replace(limit, first=named(course, limit))
+
+
+def tried_below(course: Course, limit: Limit) -> Limit:
+    """A limit with what runs from the start do at steps spread below it: one that diverges lowers
+    it; from where they chatter, if smaller steps come to rest, it says."""
+    if not limit.confirmed:
+        return limit
+    of, most = limit.integrator, limit.largest_step or BEYOND * course.model.step
+    tried = spread(most / RATIO, most)[:-1]
+    rate = partial(course.rate, of, duration=MOST * most)
+    rates = np.array([rate(step) for step in tried])
+    if np.isinf(rates).any():
+        lost = replace(limit, largest_step=tried[int(np.argmax(rates))])
+        return measured(course, lost, f"{1e3 * most:.3g} ms by its Jacobians", SPREAD)
+    first = int(np.argmax(rates > SETTLED))
+    if not first:
+        return limit
+    return replace(limit, chatters=tried[first])
 
 
 @dataclass(frozen=True)
@@ -340,18 +389,30 @@ def named(course: Course, limit: Limit) -> str:
     return f"{place.name}, {element.name}" if element else place.name
 
 
+def shown(at: Point, limit: Limit) -> float:
+    """The largest step [s] up to a limit that holds by the Jacobian at a state."""
+    assert limit.largest_step is not None
+    found = bracket(at, limit.integrator, limit.largest_step)
+    fails = partial(unstable, at, limit.integrator)
+    return bisected(fails, *found, RESOLVED) if found else limit.largest_step
+
+
 def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     """Changes that raise the limit of the model's own integrator, tried: the best first. How far
     they move some body is that of runs with small steps of the steadiest integrator, as far as the
-    motion is known."""
+    motion is known. A change that leaves the limit at the state that sets it is none: others like
+    that joint may be as stiff."""
     own = limits[0]
     place, element = culprit(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
     best = max(limits, key=lambda limit: limit.reach).integrator
     helping: list[tuple[Change, Course, Limit]] = []
+    there = RAISED * shown(course.point(own.index), own)
     for change in changes:
         other = course.changed(change)
-        limit = limited(other, own.integrator)
+        if unstable(other.point(own.index), own.integrator, there):
+            continue
+        limit = tried_below(other, limited(other, own.integrator))
         if limit.reach > HELPS * own.reach:
             helping.append((change, other, limit))
     if not helping:
@@ -376,7 +437,7 @@ def stability(
     remedies, as far as about `budget` [s] allows."""
     begin = clock()
     course = Course(model, script, states)
-    limits = [limited(course, model.integrator)]
+    limits = [tried_below(course, limited(course, model.integrator))]
     for name in model.steppable[1:]:
         late = clock() - begin > budget
         limits.append(Limit(name, None, why=OUT_OF_TIME) if late else limited(course, name))

@@ -309,7 +309,7 @@ def stability_data(audit: Audit) -> dict[str, Any]:
     """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
 
     def limit(largest: Limit) -> dict[str, Any]:
-        names = ("integrator", "largest_step", "first", "confirmed", "why", "predicted")
+        names = ("integrator", "largest_step", "first", "confirmed", "why", "predicted", "chatters")
         return {name: getattr(largest, name) for name in names}
 
     known = audit.stability

@@ -19,13 +19,19 @@ from plumbob.engines.audit.stability import (
     LEAST,
     LOST,
     MARGIN,
+    MOST,
+    SETTLED,
+    SPREAD,
     Course,
+    Limit,
     Mode,
     excess,
     first_mode,
     limited,
     named,
+    remedied,
     stability,
+    tried_below,
 )
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, rows
@@ -212,6 +218,41 @@ def test_a_limit_that_no_run_confirms_is_none(monkeypatch: pytest.MonkeyPatch) -
     assert (limit.largest_step, limit.confirmed) == (None, True)
 
 
+def test_where_smaller_steps_diverge_the_limit_is_below_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Some between them and the limit hold: an island, not a limit."""
+    on = course(arm())
+    limit, low, high = limited(on, "euler"), 0.0030, 0.0034
+    assert tried_below(on, limit) == limit
+    rate = Course.rate
+
+    def islands(self: Course, integrator: str, step: float, duration: float) -> float:
+        return math.inf if low < step < high else rate(self, integrator, step, duration)
+
+    monkeypatch.setattr(Course, "rate", islands)
+    lower = tried_below(on, limit)
+    assert lower.confirmed
+    assert lower.largest_step is not None
+    assert low / SPREAD**2 < lower.largest_step < low
+    assert lower.why.startswith("by nudged runs")
+
+
+@pytest.mark.parametrize(("integrator", "holds", "moves"), [("rk4", 0.0040, 0.0046)])
+def test_a_ball_that_does_not_come_to_rest_chatters(
+    integrator: str, holds: float, moves: float
+) -> None:
+    on = course(DROP)
+    limit = tried_below(on, limited(on, integrator))
+    assert limit.reach == math.inf
+    assert limit.chatters is not None
+    assert holds < limit.chatters < moves
+    rates = [on.rate(integrator, step, MOST * moves) for step in (holds, moves)]
+    assert rates[0] < SETTLED < rates[1]
+    pole = course(POLE, 2.0)
+    assert tried_below(pole, limited(pole, integrator)).chatters is None
+
+
 @pytest.mark.long
 def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
     on = course(arm())
@@ -232,6 +273,22 @@ def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
     ]
     apart = np.linalg.norm(on.model.positions(fine[0]) - on.model.positions(fine[1]), axis=2)
     assert remedy.moved == pytest.approx(apart.max(), rel=0.01)
+
+
+def test_a_remedy_of_one_of_two_equal_joints_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever runs say: the other one is as stiff."""
+    begin, end = (arm().index(tag) for tag in ('<body pos=".2', "</body></body>"))
+    forearm = arm()[begin : end + len("</body>")]
+    twin = forearm.replace(".2 0 0", "-.2 0 0").replace("elbow", "other")
+    drives = DRIVE + DRIVE.replace("elbow", "other").replace('"drive"', '"second"')
+    text = arm(drives).replace(forearm, forearm + twin).replace('"0 .1"', '"0 .1 .1"')
+    beyond = Limit("euler", None, confirmed=True)
+    for on, helps in ((course(text), False), (course(arm()), True)):
+        limit = limited(on, "euler")
+        assert limit.confirmed
+        with monkeypatch.context() as patched:
+            patched.setattr(stability_module, "limited", lambda *_: beyond)
+            assert bool(remedied(on, [limit])) == helps
 
 
 @pytest.mark.long
@@ -271,7 +328,7 @@ def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFi
     data = json.loads(printed.out)
     assert data["unstable"]
     assert [set(s) for s in data["stability"]] == 4 * [
-        {"integrator", "largest_step", "first", "confirmed", "why", "predicted"}
+        {"integrator", "largest_step", "first", "confirmed", "why", "predicted", "chatters"}
     ]
     file.write_text(arm(step=0.004), "utf-8")
     assert main([*command, "--stable"]) == 0

@@ -28,6 +28,7 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     growth,
     kind,
     put,
+    rate_after,
 )
 from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.method import time_step
@@ -143,6 +144,13 @@ class MujocoModel:
         with silent():
             pair = self._begun(model), self._begun(model)
             return growth(model, pair, script, begin, duration, after)
+
+    def rate_after(self, script: Script, integrator: str, step: float, count: int) -> float:
+        """See `OwnModel`."""
+        _, model = self._neighbours
+        model.opt.timestep, model.opt.integrator = step, kind(integrator)
+        with silent():
+            return rate_after(model, self._begun(model), script, count)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """See `OwnModel`."""

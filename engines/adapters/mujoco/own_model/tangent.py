@@ -22,6 +22,7 @@ from plumbob.engines.own_motion import Change, Place, Script
 # [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
 # nudge's growth ends where it opens, at some 1e-5 m, which is to be more than a thousandfold.
 NUDGE = 1e-9
+LAST = 10  # one in so many steps of a run is at its end
 AT_REST = 1e-9  # [m, rad, m/s, ...] by which a state at rest changes in a step
 DIFFERENCE = 1e-7  # [m, rad, ...] of the Jacobians that find it
 NEUTRAL = 1e-7  # of the stiffest direction: one as soft has no place of rest
@@ -183,3 +184,18 @@ def growth(
         mujoco.mj_differentiatePos(model, apart, 1.0, pair[0].qpos, pair[1].qpos)
         largest = max(largest, float(np.abs(apart).max()))
     return largest / NUDGE
+
+
+def rate_after(model: Any, data: Any, script: Script, count: int) -> float:
+    """See `OwnModel`: of `model`, which has the step and the integrator, and its mjData."""
+    put(data, script.start)
+    rate, controls = 0.0, script.controls
+    for k in range(count):
+        period = int((k + 1e-6) * model.opt.timestep / script.period)
+        data.ctrl[:] = controls[min(period, len(controls) - 1)]
+        mujoco.mj_step(model, data)
+        if diverged(data):
+            return math.inf
+        if k >= count - count // LAST:
+            rate = max(rate, float(np.abs(data.qvel).max()))
+    return rate
