@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import shlex
 import sys
+import time
 import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -25,18 +29,27 @@ from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
 from plumbob.engines.registry import find_engine
+from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.several_audits import Row, model_files
 from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.view.audit.page import answered, lines, rows, write_page
+from plumbob.reports.view.audit.page import page as page_text
 from plumbob.reports.view.content import Finding
 
-MISSED = 1  # the accuracy or stability asked for
+MISSED, REFUSED = 1, 2  # the accuracy or stability asked for; the input
+PATIENCE = 10.0  # times the budget, after which an audit of several hangs
 _LARGEST = 100_000_000  # bytes of a control file
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("model", metavar="FILE.xml", help="a MuJoCo model")
+    parser.add_argument(
+        "model",
+        metavar="FILE.xml",
+        nargs="+",
+        help="a MuJoCo model; or several, folders and patterns: a table, the largest error first",
+    )
     parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
     parser.add_argument(
         "--ctrl",
@@ -63,7 +76,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
     )
-    parser.add_argument("--jobs", metavar="N", help="processes that try integrators; default: 1")
+    parser.add_argument(
+        "--jobs", metavar="N", help="processes that try integrators, or models; default: 1"
+    )
     parser.add_argument(
         "--write-trimmed",
         metavar="FILE.xml",
@@ -97,27 +112,94 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
         raise ParameterError("out", chosen.out, "a folder to write into")
     _fits(chosen)
-    if chosen.contacts:
-        return _contacts(chosen, numbers)
-    control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
+    jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
+    if (files := model_files(chosen.model)) is not None:
+        if target is not None:
+            raise ParameterError("write trimmed", str(target), "left out with several models")
+        return _several(files, chosen, numbers, jobs)
     from plumbob.reports.commands.validate import progress
 
-    jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
+    (file,) = map(Path, chosen.model)
     with progress() as show:
-        answer = audit(
-            Path(chosen.model),
-            control,
-            keyframe=chosen.keyframe,
-            duration=numbers.get("duration"),
-            period=numbers.get("ctrl_period"),
-            budget=numbers.get("budget", BUDGET),
-            jobs=jobs,
-            progress=lambda what: show(what, 0, 0),
-            gradient=bool(chosen.gradient),
-        )
-    if target is not None:
-        answer = trimmed_file(answer, Path(chosen.model), target, chosen.keyframe)
+        answer = _of_file(file, chosen, numbers, jobs, lambda what: show(what, 0, 0))
+    if target is not None and isinstance(answer, Audit):
+        answer = trimmed_file(answer, file, target, chosen.keyframe)
     return _answered(answer, chosen, numbers.get("absolute"))
+
+
+def _of_file(
+    file: Path,
+    chosen: argparse.Namespace,
+    numbers: Mapping[str, float],
+    jobs: int = 1,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Audit | ContactAudit:
+    """The audit of one file; raises ParameterError."""
+    if chosen.contacts:
+        return audit_contacts(
+            file,
+            speed=numbers.get("speed", SPEED),
+            body=chosen.body,
+            friction=numbers.get("friction"),
+            keyframe=chosen.keyframe,
+        )
+    return audit(
+        file,
+        chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
+        keyframe=chosen.keyframe,
+        duration=numbers.get("duration"),
+        period=numbers.get("ctrl_period"),
+        budget=numbers.get("budget", BUDGET),
+        jobs=jobs,
+        progress=progress,
+        gradient=bool(chosen.gradient),
+    )
+
+
+def _row(file: Path, chosen: argparse.Namespace, numbers: Mapping[str, float]) -> Row:
+    """The audit of one file of several, its page written where one is wanted."""
+    path = str(file)
+    try:
+        found = _of_file(file, chosen, numbers)
+    except ParameterError as why:
+        refused = {"model": path, "path": path, "error": None, "why": str(why)}
+        return Row(path, None, None, str(why), REFUSED, refused)
+    answer = answered(found)
+    if isinstance(found, ContactAudit):
+        error, data = found.error(found.own[0]), contact_data(found)
+    else:
+        error, data = found.error, as_data(found)
+    known = error if error is not None and math.isfinite(error) else None
+    said = dict(rows(answer)).get("to do", "")
+    whole = "" if chosen.out is None else _page_text(answer, found, chosen, path)
+    code = _asked(found, numbers.get("absolute"), bool(chosen.stable))
+    return Row(path, known, found.step, said, code, {**data, "path": path}, whole)
+
+
+def _several(
+    files: Sequence[Path], chosen: argparse.Namespace, numbers: Mapping[str, float], jobs: int
+) -> int:
+    """Print a table of several audits, or their JSON; the exit code is the largest of any."""
+    from plumbob.reports.commands.validate import progress
+
+    began, found = time.monotonic(), list[Row]()
+    limit = PATIENCE * numbers.get("budget", BUDGET)
+    do = partial(_row, chosen=chosen, numbers=numbers)
+    with progress() as show:
+        for row in several_audits.audited(files, do, jobs, limit):
+            found.append(_with_page(row, chosen))
+            show(f"{row.path} audited", len(found), len(files))
+    found = several_audits.sorted_rows(found)
+    if chosen.out is not None:
+        command = _command(chosen, " ".join(map(shlex.quote, chosen.model)))
+        seconds = time.monotonic() - began
+        print(several_audits.write_page(found, Path(chosen.out), command, seconds), file=sys.stderr)
+    if chosen.json:
+        json.dump(values.plain([row.data for row in found]), sys.stdout, indent=1)
+        print()
+    else:
+        print("\n".join(several_audits.lines(found)))
+    return max(row.code for row in found)
 
 
 def _answered(audit: Audit | ContactAudit, chosen: argparse.Namespace, metres: float | None) -> int:
@@ -166,20 +248,37 @@ def _fits(chosen: argparse.Namespace) -> None:
             raise ParameterError(name.replace("_", " "), value, what)
 
 
-def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
-    audit = audit_contacts(
-        Path(chosen.model),
-        speed=numbers.get("speed", SPEED),
-        body=chosen.body,
-        friction=numbers.get("friction"),
-        keyframe=chosen.keyframe,
-    )
-    return _answered(audit, chosen, numbers.get("absolute"))
+def _with_page(row: Row, chosen: argparse.Namespace) -> Row:
+    """The row with the name of its page in place of the page, once that is written: here, since
+    processes would give two pages one name. Raises ParameterError."""
+    return replace(row, page=_written(row.page, row.path, chosen).name) if row.page else row
 
 
 def page(answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespace) -> Path:
-    """Write the page of an answer into a folder, with the command that reproduces it and a picture
-    of the model; raises ParameterError where it cannot be written."""
+    """Write the page of an answer into a folder; raises ParameterError where it cannot be
+    written."""
+    text = _page_text(answer, audit, chosen, chosen.model[0])
+    return _written(text, audit.name, chosen)
+
+
+def _written(text: str, model: str, chosen: argparse.Namespace) -> Path:
+    folder = Path(chosen.out)
+    try:
+        return write_page(text, model, folder, chosen.contacts)
+    except OSError as error:
+        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
+
+
+def _page_text(
+    answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespace, file: str
+) -> str:
+    """The page, with the command that reproduces it and a picture of the model."""
+    drawn = audit.model.picture() if audit.model else None
+    return page_text(answer, audit, _command(chosen, shlex.quote(file)), drawn)
+
+
+def _command(chosen: argparse.Namespace, files: str) -> str:
+    """The command that repeats an audit of `files`."""
     options = (
         "keyframe",
         "ctrl",
@@ -191,16 +290,10 @@ def page(answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespac
         "speed",
         "friction",
     )
-    folder = Path(chosen.out)
     options_given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
     words = [w for o, v in options_given for w in (f"--{o.replace('_', '-')}", str(v))]
     words += ["--contacts"] * chosen.contacts + ["--gradient"] * bool(chosen.gradient)
-    command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
-    drawn = audit.model.picture() if audit.model else None
-    try:
-        return write_page(answer, audit, folder, command, drawn)
-    except OSError as error:
-        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
+    return f"plumbob audit {files} {shlex.join([*words, '--out', chosen.out])}"
 
 
 def new_file(target: Path) -> Path:
