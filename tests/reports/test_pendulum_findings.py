@@ -145,9 +145,12 @@ def test_every_case_has_its_plots() -> None:
             assert names == ["non-linear, exact", "RK4", "linear, exact", "RK4"]
             spread = [abs(v) for v in figure.traces[0]["y"] if v is not None]
             assert max(spread) > 0.1
-        _, plane = gallery.figures
-        inside = [v for v in plane.traces[0]["x"] if v is not None]
-        assert max(map(abs, inside)) <= 3.142
+        over_time, plane = gallery.figures
+        assert over_time.traces[0]["x"][-1] == 50.0
+        assert plane.traces[0]["x"][0] == over_time.traces[0]["y"][0]
+    # degrees: the start of case 2, and all the turns of case 4
+    assert galleries[1].figures[0].traces[0]["y"][0] == pytest.approx(-120.0)
+    assert max(galleries[3].figures[0].traces[0]["y"]) > 360.0 * 50.0
 
 
 def test_orders_are_those_predicted() -> None:
