@@ -55,8 +55,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--ctrl",
         metavar="|".join((*KINDS, "FILE")),
         default="rest",
-        help="the control: what the model starts with, nothing, sines, or a .csv or .npz file with"
-        " a row for each period; default: rest",
+        help="the control: what the model starts with, nothing, a sine for each actuator (of 0.3 of"
+        " half its range, at 0.7 Hz, the next at 0.13 Hz more, and so on), or a .csv or .npz file"
+        " with a row for each period; default: rest",
     )
     parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
     parser.add_argument("--duration", metavar="T", help="[s] of the motion; default: 1")
