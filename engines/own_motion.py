@@ -13,6 +13,19 @@ from plumbob.engines.trajectory import Timed
 
 
 @dataclass(frozen=True)
+class Start:
+    """The state in which a user's model starts: a keyframe, by name or number, or as the model
+    stands; with these positions and velocities in place of those."""
+
+    keyframe: int | str | None = None
+    qpos: tuple[float, ...] | None = None  # [m, rad], as many as the model has
+    qvel: tuple[float, ...] | None = None  # [m/s, rad/s]
+
+
+AS_IT_STANDS = Start()
+
+
+@dataclass(frozen=True)
 class Script:
     """A start and a control held over periods: what is replayed by the reference and every step."""
 

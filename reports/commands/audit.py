@@ -28,11 +28,12 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
+from plumbob.engines.own_motion import AS_IT_STANDS, Start
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.several_audits import Row, model_files
-from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts
+from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts, start_of
 from plumbob.reports.view.audit.page import answered, lines, rows, write_page
 from plumbob.reports.view.audit.page import page as page_text
 from plumbob.reports.view.content import Finding
@@ -50,7 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="a MuJoCo model; or several, folders and patterns: a table, the largest error first",
     )
-    parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
+    _start_arguments(parser)
     parser.add_argument(
         "--ctrl",
         metavar="|".join((*KINDS, "FILE")),
@@ -102,6 +103,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
+def _start_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
+    for name, unit in (("qpos", "m, rad"), ("qvel", "m/s, rad/s")):
+        what = f"[{unit}] start with these in place of the model's: as many as it has"
+        parser.add_argument(f"--{name}", metavar="X,X,...", help=what)
+
+
 def command(chosen: argparse.Namespace) -> int:
     """Print the audit; returns 1 where an accuracy, or stability, that is asked for is missed."""
     numbers = {
@@ -124,7 +132,7 @@ def command(chosen: argparse.Namespace) -> int:
     with progress() as show:
         answer = _of_file(file, chosen, numbers, jobs, lambda what: show(what, 0, 0))
     if target is not None and isinstance(answer, Audit):
-        answer = trimmed_file(answer, file, target, chosen.keyframe)
+        answer = trimmed_file(answer, file, target, start_of(**start_given(chosen)))
     return _answered(answer, chosen, numbers.get("absolute"))
 
 
@@ -147,7 +155,7 @@ def _of_file(
     return audit(
         file,
         chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
-        keyframe=chosen.keyframe,
+        **start_given(chosen),
         duration=numbers.get("duration"),
         period=numbers.get("ctrl_period"),
         budget=numbers.get("budget", BUDGET),
@@ -234,6 +242,8 @@ def _asked(audit: Audit | ContactAudit, metres: float | None, stable: bool) -> i
 def _fits(chosen: argparse.Namespace) -> None:
     """Raises ParameterError for an option of one audit that is given to the other."""
     motion = (
+        "qpos",
+        "qvel",
         "ctrl",
         "ctrl_period",
         "duration",
@@ -282,6 +292,8 @@ def _command(chosen: argparse.Namespace, files: str) -> str:
     """The command that repeats an audit of `files`."""
     options = (
         "keyframe",
+        "qpos",
+        "qvel",
         "ctrl",
         "ctrl_period",
         "duration",
@@ -306,7 +318,17 @@ def new_file(target: Path) -> Path:
     return target
 
 
-def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None) -> Audit:
+def start_given(chosen: argparse.Namespace) -> dict[str, Any]:
+    """The start that the options name; raises ParameterError."""
+    lists = {
+        name: [values.number(name, part) for part in text.split(",")]
+        for name in ("qpos", "qvel")
+        if (text := getattr(chosen, name)) is not None
+    }
+    return {"keyframe": chosen.keyframe, **lists}
+
+
+def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS) -> Audit:
     """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
     together = audit.trims.together if audit.trims else None
@@ -315,7 +337,7 @@ def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None)
     if together is None or audit.found is None or audit.model is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
     left_out = models.write_trimmed(source, together.changes, target)
-    offered = [(left_out, models.model(target, keyframe))]
+    offered = [(left_out, models.model(target, start))]
     steps = audit.found
     (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
     return replace(audit, written=(target.name, read_back))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
 from plumbob.engines.audit.controls import script
-from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 
@@ -25,6 +25,8 @@ def audit(
     control: str | Array = "rest",
     *,
     keyframe: int | str | None = None,
+    qpos: Sequence[float] | None = None,
+    qvel: Sequence[float] | None = None,
     duration: float | None = None,
     period: float | None = None,
     budget: float = BUDGET,
@@ -32,8 +34,10 @@ def audit(
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
 ) -> Audit:
-    """How wrong `model`, a path to an MJCF file or a compiled `mujoco.MjModel`, is at its own
-    integrator and step: its continuous motion is certified, and its steps are held against it.
+    """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, or an `MjData`,
+    whose positions and velocities are the start, is at its own integrator and step: its continuous
+    motion is certified, and its steps are held against it. It starts from a `keyframe`, or as it
+    stands, with `qpos` and `qvel` in place of those, if given.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
@@ -51,9 +55,10 @@ def audit(
     >>> found.assert_within(metres=0.01)
     """
     positive("budget", budget)
+    start = start_of(keyframe, qpos, qvel)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        user_model = _user_models().model(model, keyframe)
+        user_model = _user_models().model(model, start)
         moved = script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
@@ -63,7 +68,7 @@ def audit(
         answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
     if gradient:
         answer = with_gradient(answer, budget, progress=progress)
-    return replace(answer, slides=_slides(model, keyframe))
+    return replace(answer, slides=_slides(model, start))
 
 
 def _user_models() -> UserModels:
@@ -72,10 +77,26 @@ def _user_models() -> UserModels:
     return models
 
 
-def _slides(model: Any, keyframe: int | str | None) -> str:
+def start_of(
+    keyframe: int | str | None = None,
+    qpos: Sequence[float] | None = None,
+    qvel: Sequence[float] | None = None,
+) -> Start:
+    """The start that these say; raises ParameterError."""
+    states = {"qpos": qpos, "qvel": qvel}
+    numbers: dict[str, tuple[float, ...]] = {}
+    for name, state in states.items():
+        try:
+            numbers |= {} if state is None else {name: tuple(map(float, state))}
+        except (TypeError, ValueError):
+            raise ParameterError(name, state, "a list of numbers") from None
+    return Start(keyframe, **numbers)
+
+
+def _slides(model: Any, start: Start) -> str:
     """The free body of `model` that a contact audit can slide; empty where there is none."""
     try:
-        standing = _user_models().contacts(model, keyframe, None, None).standing
+        standing = _user_models().contacts(model, start, None, None).standing
     except NotCertifiable:
         return ""
     return standing.body if rests(standing) else ""
@@ -109,7 +130,8 @@ def audit_contacts(
         positive("friction", friction)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        standing = _user_models().contacts(model, keyframe, body, friction)
+        start = Start(keyframe)
+        standing = _user_models().contacts(model, start, body, friction)
         return contacts_audited(standing, speed)
     except NotCertifiable as why:
         what = f"one whose contacts can be audited; {why}"
