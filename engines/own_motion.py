@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,6 +23,7 @@ class Start:
 
 
 AS_IT_STANDS = Start()
+Policy = Callable[[float, Array, Array], Any]  # time [s], qpos, qvel -> a number an actuator
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import math
+import os
 import shlex
 import sys
 import time
@@ -13,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from zipfile import BadZipFile
 
 import numpy as np
@@ -28,7 +30,7 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
-from plumbob.engines.own_motion import AS_IT_STANDS, Start
+from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.engines.registry import find_engine
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
@@ -51,16 +53,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         help="a MuJoCo model; or several, folders and patterns: a table, the largest error first",
     )
-    _start_arguments(parser)
-    parser.add_argument(
-        "--ctrl",
-        metavar="|".join((*KINDS, "FILE")),
-        default="rest",
-        help="the control: what the model starts with, nothing, a sine for each actuator (of 0.3 of"
-        " half its range, at 0.7 Hz, the next at 0.13 Hz more, and so on), or a .csv or .npz file"
-        " with a row for each period; default: rest",
-    )
-    parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
+    _motion_arguments(parser)
     parser.add_argument("--duration", metavar="T", help="[s] of the motion; default: 1")
     parser.add_argument("--absolute", metavar="METRES", help="exit 1 unless the error is within")
     parser.add_argument(
@@ -103,11 +96,27 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
-def _start_arguments(parser: argparse.ArgumentParser) -> None:
+def _motion_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
     for name, unit in (("qpos", "m, rad"), ("qvel", "m/s, rad/s")):
         what = f"[{unit}] start with these in place of the model's: as many as it has"
         parser.add_argument(f"--{name}", metavar="X,X,...", help=what)
+
+    parser.add_argument(
+        "--ctrl",
+        metavar="|".join((*KINDS, "FILE")),
+        default="rest",
+        help="the control: what the model starts with, nothing, a sine for each actuator (of 0.3 of"
+        " half its range, at 0.7 Hz, the next at 0.13 Hz more, and so on), or a .csv or .npz file"
+        " with a row for each period; default: rest",
+    )
+    parser.add_argument(
+        "--policy",
+        metavar="MODULE:FUNCTION",
+        help="a control of your own: called with time, qpos and qvel at each period, by default a"
+        " step; what it gives at the model's own step is replayed",
+    )
+    parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -121,6 +130,8 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
         raise ParameterError("out", chosen.out, "a folder to write into")
     _fits(chosen)
+    if chosen.policy is not None and chosen.ctrl != "rest":
+        raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
     if (files := model_files(chosen.model)) is not None:
         if target is not None:
@@ -162,6 +173,7 @@ def _of_file(
         jobs=jobs,
         progress=progress,
         gradient=bool(chosen.gradient),
+        policy=None if chosen.policy is None else policy_of(chosen.policy),
     )
 
 
@@ -245,6 +257,7 @@ def _fits(chosen: argparse.Namespace) -> None:
         "qpos",
         "qvel",
         "ctrl",
+        "policy",
         "ctrl_period",
         "duration",
         "budget",
@@ -295,6 +308,7 @@ def _command(chosen: argparse.Namespace, files: str) -> str:
         "qpos",
         "qvel",
         "ctrl",
+        "policy",
         "ctrl_period",
         "duration",
         "budget",
@@ -341,6 +355,23 @@ def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_
     steps = audit.found
     (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
     return replace(audit, written=(target.name, read_back))
+
+
+def policy_of(name: str) -> Policy:
+    """The function MODULE:FUNCTION, also of a module in the present folder; raises
+    ParameterError."""
+    module, colon, function = name.partition(":")
+    sys.path.insert(0, os.getcwd())
+    try:
+        found = getattr(importlib.import_module(module), function) if colon else None
+    except Exception as error:
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise ParameterError("policy", name, f"MODULE:FUNCTION ({reason})") from None
+    finally:
+        sys.path.remove(os.getcwd())
+    if not callable(found):
+        raise ParameterError("policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel")
+    return cast(Policy, found)
 
 
 def controls_of(file: Path) -> Array:

@@ -12,8 +12,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
-from plumbob.engines.audit.controls import script
-from plumbob.engines.own_motion import NotCertifiable, Start
+from plumbob.engines.audit.controls import DURATION, script
+from plumbob.engines.own_motion import NotCertifiable, Policy, Start
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 
@@ -33,6 +33,7 @@ def audit(
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
+    policy: Policy | None = None,
 ) -> Audit:
     """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, or an `MjData`,
     whose positions and velocities are the start, is at its own integrator and step: its continuous
@@ -42,6 +43,9 @@ def audit(
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
     `jobs` integrators run in as many processes; costs are measured alone.
+    A `policy`, called with time, qpos and qvel at the beginning of each period, by default of one
+    step, takes the control's place: what it gives at the model's own step is replayed by the
+    reference and all steps.
     `progress` is given what is being done. A `gradient` certifies derivatives of the end by
     controls and start, too, in as much time again. Raises ParameterError for bad input, and for a
     model that no reference can be certified for, with the reason.
@@ -59,10 +63,17 @@ def audit(
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
         user_model = _user_models().model(model, start)
+        if policy is not None:
+            held = user_model.step if period is None else positive("ctrl period", period)
+            lasting = DURATION if duration is None else positive("duration", duration)
+            control = _user_models().recorded(model, start, policy, held, lasting)
+            period, duration = held, None
         moved = script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
     named = control if isinstance(control, str) else "given"
+    if policy is not None:
+        named = "policy, recorded at the model's own step"
     with Workers(jobs) as workers:
         beside = workers if jobs > 1 else None
         answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.abilities import (
@@ -33,7 +34,7 @@ from plumbob.engines.abilities import (
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, ModelError, Simulation
 from plumbob.engines.own_contacts import ContactModel
-from plumbob.engines.own_motion import AS_IT_STANDS, Change, OwnModel, Start
+from plumbob.engines.own_motion import AS_IT_STANDS, Change, OwnModel, Policy, Start
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -172,6 +173,16 @@ def contacts_of_own(
     return own_contacts(*_compiled(model), _start_of(model, start), body, friction)
 
 
+def controls_of_policy(
+    model: Any, start: Start, policy: Policy, period: float, duration: float
+) -> Array:
+    """The controls of a policy while a user's model runs at its own step, shape (periods,
+    actuators); raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.policy import recorded
+
+    return recorded(_compiled(model)[0], _start_of(model, start), policy, period, duration)
+
+
 def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
     """Write the text of the model file `source` with these left out to `target`; returns those that
     its text can omit. Raises ParameterError."""
@@ -210,6 +221,6 @@ ENGINE = Engine(
         StepsOfFiles(model_text),
         ModelReader(model_fields),
         OwnDerivative("transition", by_transitions, precision=1e-8),
-        UserModels(model_of_own, contacts_of_own, write_trimmed),
+        UserModels(model_of_own, contacts_of_own, controls_of_policy, write_trimmed),
     ),
 )
