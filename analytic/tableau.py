@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
+from operator import add
 from typing import Any
 
 Moved = Callable[[Any, Any, float, float], Any]
@@ -54,15 +55,13 @@ class Tableau:
 
 def along(step: Any) -> Moved:
     """Numbers or arrays moved along a slope for a multiple of `step`."""
-    return lambda state, slope, multiple, divisor: state + multiple * step / divisor * slope
+    length = cache(lambda multiple, divisor: multiple * step / divisor)
+    return lambda state, slope, multiple, divisor: state + length(multiple, divisor) * slope
 
 
 def _weighted(weights: Sequence[float], slopes: Sequence[Any]) -> Any:
-    first, *others = ((w, k) for w, k in zip(weights, slopes, strict=True) if w)
-    total = first[0] * first[1]
-    for weight, slope in others:
-        total = total + weight * slope
-    return total
+    parts = [k if w == 1.0 else w * k for w, k in zip(weights, slopes, strict=True) if w]
+    return reduce(add, parts)
 
 
 CLASSICAL = Tableau(

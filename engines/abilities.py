@@ -13,8 +13,9 @@ from plumbob.engines.method import Method
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:  # what an engine takes of a user's own model
+    from plumbob.analytic.reference import Array
     from plumbob.engines.own_contacts import ContactModel
-    from plumbob.engines.own_motion import Change, OwnModel
+    from plumbob.engines.own_motion import Change, OwnModel, Policy, Start
     from plumbob.models.gradient import Number
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
@@ -131,11 +132,14 @@ class UserModels:
     """Models of a user's own, a path or one that is compiled, as audits need them; each raises
     ParameterError, and the first two NotCertifiable."""
 
-    model: Callable[[Any, int | str | None], OwnModel]
-    """Model, keyframe -> the model of its motion."""
-    contacts: Callable[[Any, int | str | None, str | None, float | None], ContactModel]
-    """Model, keyframe, a free body's name (None: the heaviest), a friction coefficient in place of
+    model: Callable[[Any, Start], OwnModel]
+    """Model, start -> the model of its motion."""
+    contacts: Callable[[Any, Start, str | None, float | None], ContactModel]
+    """Model, start, a free body's name (None: the heaviest), a friction coefficient in place of
     its own -> the body on its plane."""
+    recorded: Callable[[Any, Start, Policy, float, float], Array]
+    """Model, start, policy, period [s], duration [s] -> the controls that it gives while the model
+    runs at its own step, shape (periods, actuators)."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
     """Model file, what can be left out of it, and the file to write without it -> what of that is
     left out there."""

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Timed
+
+
+@dataclass(frozen=True)
+class Start:
+    """The state in which a user's model starts: a keyframe, by name or number, or as the model
+    stands; with these positions and velocities in place of those."""
+
+    keyframe: int | str | None = None
+    qpos: tuple[float, ...] | None = None  # [m, rad], as many as the model has
+    qvel: tuple[float, ...] | None = None  # [m/s, rad/s]
+
+
+AS_IT_STANDS = Start()
+Policy = Callable[[float, Array, Array], Any]  # time [s], qpos, qvel -> a number an actuator
 
 
 @dataclass(frozen=True)

@@ -187,6 +187,8 @@ def _limit(
         start = predicted.step / trials.fastest
     every = 1 if trials.monotone else EVERY
     low, high = (exponent(end, every) for end in (SMALLEST, LARGEST if every == 1 else AWAY))
+    if predicted is not None and math.isinf(predicted.step):
+        start = LARGEST if every == 1 else AWAY
     first = min(max(exponent(start, every), low), high) if start > 0.0 else low
     held, failed = bracket(holds, first, low, high, every)
     if failed is None:

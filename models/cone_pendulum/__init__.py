@@ -36,7 +36,8 @@ from plumbob.models.scene import (
 
 SOURCE = (
     "V. F. Sudakov, Angular velocity of physical pendulum suspended on movable base, "
-    "Herald of the Bauman MSTU, Instrum. Eng., 2015, no. 5, pp. 124-135"
+    "Herald of the Bauman MSTU, Instrum. Eng., 2015, no. 5, pp. 124-135, "
+    "https://doi.org/10.18698/0236-3933-2015-5-124-135"
 )
 _CONE = ("density", "height", "apex_angle")
 _BODY = ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z")

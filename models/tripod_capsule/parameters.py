@@ -29,7 +29,8 @@ from plumbob.models.scene import (
 
 SOURCE = (
     "F. L. Chernousko, Plane motions of a body controlled by a movable mass, "
-    "Doklady RAN. Physics, Technical Sciences, 2020, vol. 494, no. 1, pp. 69-74"
+    "Doklady RAN. Physics, Technical Sciences, 2020, vol. 494, no. 1, pp. 69-74, "
+    "https://danphysras.ru"
 )
 MJCF = Path(__file__).parent / "tripod_capsule.xml"
 CONTACTS = 4.0  # cost of a step in steps of a pendulum: three contacts, three forces to read

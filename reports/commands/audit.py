@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
+import math
+import os
 import shlex
 import sys
+import time
 import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from zipfile import BadZipFile
 
 import numpy as np
@@ -24,28 +30,30 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim, tried
+from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.engines.registry import find_engine
+from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts
+from plumbob.reports.commands.several_audits import Row, model_files
+from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts, start_of
 from plumbob.reports.view.audit.page import answered, lines, rows, write_page
+from plumbob.reports.view.audit.page import page as page_text
 from plumbob.reports.view.content import Finding
 
-MISSED = 1  # the accuracy or stability asked for
+MISSED, REFUSED = 1, 2  # the accuracy or stability asked for; the input
+PATIENCE = 10.0  # times the budget, after which an audit of several hangs
 _LARGEST = 100_000_000  # bytes of a control file
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("model", metavar="FILE.xml", help="a MuJoCo model")
-    parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
     parser.add_argument(
-        "--ctrl",
-        metavar="|".join((*KINDS, "FILE")),
-        default="rest",
-        help="the control: what the model starts with, nothing, sines, or a .csv or .npz file with"
-        " a row for each period; default: rest",
+        "model",
+        metavar="FILE.xml",
+        nargs="+",
+        help="a MuJoCo model; or several, folders and patterns: a table, the largest error first",
     )
-    parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
+    _motion_arguments(parser)
     parser.add_argument("--duration", metavar="T", help="[s] of the motion; default: 1")
     parser.add_argument("--absolute", metavar="METRES", help="exit 1 unless the error is within")
     parser.add_argument(
@@ -63,7 +71,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget", metavar="SECONDS", help=f"wall time, about; default: {BUDGET:g}"
     )
-    parser.add_argument("--jobs", metavar="N", help="processes that try integrators; default: 1")
+    parser.add_argument(
+        "--jobs", metavar="N", help="processes that try integrators, or models; default: 1"
+    )
     parser.add_argument(
         "--write-trimmed",
         metavar="FILE.xml",
@@ -86,6 +96,29 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, with every digit")
 
 
+def _motion_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--keyframe", metavar="K", help="start from this keyframe, name or number")
+    for name, unit in (("qpos", "m, rad"), ("qvel", "m/s, rad/s")):
+        what = f"[{unit}] start with these in place of the model's: as many as it has"
+        parser.add_argument(f"--{name}", metavar="X,X,...", help=what)
+
+    parser.add_argument(
+        "--ctrl",
+        metavar="|".join((*KINDS, "FILE")),
+        default="rest",
+        help="the control: what the model starts with, nothing, a sine for each actuator (of 0.3 of"
+        " half its range, at 0.7 Hz, the next at 0.13 Hz more, and so on), or a .csv or .npz file"
+        " with a row for each period; default: rest",
+    )
+    parser.add_argument(
+        "--policy",
+        metavar="MODULE:FUNCTION",
+        help="a control of your own: called with time, qpos and qvel at each period, by default a"
+        " step; what it gives at the model's own step is replayed",
+    )
+    parser.add_argument("--ctrl-period", metavar="T", help="[s] a control is held; about 0.02")
+
+
 def command(chosen: argparse.Namespace) -> int:
     """Print the audit; returns 1 where an accuracy, or stability, that is asked for is missed."""
     numbers = {
@@ -97,27 +130,97 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
         raise ParameterError("out", chosen.out, "a folder to write into")
     _fits(chosen)
-    if chosen.contacts:
-        return _contacts(chosen, numbers)
-    control = chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl))
+    if chosen.policy is not None and chosen.ctrl != "rest":
+        raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
+    jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
+    if (files := model_files(chosen.model)) is not None:
+        if target is not None:
+            raise ParameterError("write trimmed", str(target), "left out with several models")
+        return _several(files, chosen, numbers, jobs)
     from plumbob.reports.commands.validate import progress
 
-    jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
+    (file,) = map(Path, chosen.model)
     with progress() as show:
-        answer = audit(
-            Path(chosen.model),
-            control,
-            keyframe=chosen.keyframe,
-            duration=numbers.get("duration"),
-            period=numbers.get("ctrl_period"),
-            budget=numbers.get("budget", BUDGET),
-            jobs=jobs,
-            progress=lambda what: show(what, 0, 0),
-            gradient=bool(chosen.gradient),
-        )
-    if target is not None:
-        answer = trimmed_file(answer, Path(chosen.model), target, chosen.keyframe)
+        answer = _of_file(file, chosen, numbers, jobs, lambda what: show(what, 0, 0))
+    if target is not None and isinstance(answer, Audit):
+        answer = trimmed_file(answer, file, target, start_of(**start_given(chosen)))
     return _answered(answer, chosen, numbers.get("absolute"))
+
+
+def _of_file(
+    file: Path,
+    chosen: argparse.Namespace,
+    numbers: Mapping[str, float],
+    jobs: int = 1,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Audit | ContactAudit:
+    """The audit of one file; raises ParameterError."""
+    if chosen.contacts:
+        return audit_contacts(
+            file,
+            speed=numbers.get("speed", SPEED),
+            body=chosen.body,
+            friction=numbers.get("friction"),
+            keyframe=chosen.keyframe,
+        )
+    return audit(
+        file,
+        chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
+        **start_given(chosen),
+        duration=numbers.get("duration"),
+        period=numbers.get("ctrl_period"),
+        budget=numbers.get("budget", BUDGET),
+        jobs=jobs,
+        progress=progress,
+        gradient=bool(chosen.gradient),
+        policy=None if chosen.policy is None else policy_of(chosen.policy),
+    )
+
+
+def _row(file: Path, chosen: argparse.Namespace, numbers: Mapping[str, float]) -> Row:
+    """The audit of one file of several, its page written where one is wanted."""
+    path = str(file)
+    try:
+        found = _of_file(file, chosen, numbers)
+    except ParameterError as why:
+        refused = {"model": path, "path": path, "error": None, "why": str(why)}
+        return Row(path, None, None, str(why), REFUSED, refused)
+    answer = answered(found)
+    if isinstance(found, ContactAudit):
+        error, data = found.error(found.own[0]), contact_data(found)
+    else:
+        error, data = found.error, as_data(found)
+    known = error if error is not None and math.isfinite(error) else None
+    said = dict(rows(answer)).get("to do", "")
+    whole = "" if chosen.out is None else _page_text(answer, found, chosen, path)
+    code = _asked(found, numbers.get("absolute"), bool(chosen.stable))
+    return Row(path, known, found.step, said, code, {**data, "path": path}, whole)
+
+
+def _several(
+    files: Sequence[Path], chosen: argparse.Namespace, numbers: Mapping[str, float], jobs: int
+) -> int:
+    """Print a table of several audits, or their JSON; the exit code is the largest of any."""
+    from plumbob.reports.commands.validate import progress
+
+    began, found = time.monotonic(), list[Row]()
+    limit = PATIENCE * numbers.get("budget", BUDGET)
+    do = partial(_row, chosen=chosen, numbers=numbers)
+    with progress() as show:
+        for row in several_audits.audited(files, do, jobs, limit):
+            found.append(_with_page(row, chosen))
+            show(f"{row.path} audited", len(found), len(files))
+    found = several_audits.sorted_rows(found)
+    if chosen.out is not None:
+        command = _command(chosen, " ".join(map(shlex.quote, chosen.model)))
+        seconds = time.monotonic() - began
+        print(several_audits.write_page(found, Path(chosen.out), command, seconds), file=sys.stderr)
+    if chosen.json:
+        json.dump(values.plain([row.data for row in found]), sys.stdout, indent=1)
+        print()
+    else:
+        print("\n".join(several_audits.lines(found)))
+    return max(row.code for row in found)
 
 
 def _answered(audit: Audit | ContactAudit, chosen: argparse.Namespace, metres: float | None) -> int:
@@ -151,7 +254,10 @@ def _asked(audit: Audit | ContactAudit, metres: float | None, stable: bool) -> i
 def _fits(chosen: argparse.Namespace) -> None:
     """Raises ParameterError for an option of one audit that is given to the other."""
     motion = (
+        "qpos",
+        "qvel",
         "ctrl",
+        "policy",
         "ctrl_period",
         "duration",
         "budget",
@@ -166,23 +272,43 @@ def _fits(chosen: argparse.Namespace) -> None:
             raise ParameterError(name.replace("_", " "), value, what)
 
 
-def _contacts(chosen: argparse.Namespace, numbers: dict[str, float]) -> int:
-    audit = audit_contacts(
-        Path(chosen.model),
-        speed=numbers.get("speed", SPEED),
-        body=chosen.body,
-        friction=numbers.get("friction"),
-        keyframe=chosen.keyframe,
-    )
-    return _answered(audit, chosen, numbers.get("absolute"))
+def _with_page(row: Row, chosen: argparse.Namespace) -> Row:
+    """The row with the name of its page in place of the page, once that is written: here, since
+    processes would give two pages one name. Raises ParameterError."""
+    return replace(row, page=_written(row.page, row.path, chosen).name) if row.page else row
 
 
 def page(answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespace) -> Path:
-    """Write the page of an answer into a folder, with the command that reproduces it and a picture
-    of the model; raises ParameterError where it cannot be written."""
+    """Write the page of an answer into a folder; raises ParameterError where it cannot be
+    written."""
+    text = _page_text(answer, audit, chosen, chosen.model[0])
+    return _written(text, audit.name, chosen)
+
+
+def _written(text: str, model: str, chosen: argparse.Namespace) -> Path:
+    folder = Path(chosen.out)
+    try:
+        return write_page(text, model, folder, chosen.contacts)
+    except OSError as error:
+        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
+
+
+def _page_text(
+    answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespace, file: str
+) -> str:
+    """The page, with the command that reproduces it and a picture of the model."""
+    drawn = audit.model.picture() if audit.model else None
+    return page_text(answer, audit, _command(chosen, shlex.quote(file)), drawn)
+
+
+def _command(chosen: argparse.Namespace, files: str) -> str:
+    """The command that repeats an audit of `files`."""
     options = (
         "keyframe",
+        "qpos",
+        "qvel",
         "ctrl",
+        "policy",
         "ctrl_period",
         "duration",
         "budget",
@@ -191,16 +317,10 @@ def page(answer: Finding, audit: Audit | ContactAudit, chosen: argparse.Namespac
         "speed",
         "friction",
     )
-    folder = Path(chosen.out)
     options_given = [(o, v) for o in options if (v := getattr(chosen, o)) not in (None, "rest")]
     words = [w for o, v in options_given for w in (f"--{o.replace('_', '-')}", str(v))]
     words += ["--contacts"] * chosen.contacts + ["--gradient"] * bool(chosen.gradient)
-    command = shlex.join(["plumbob", "audit", chosen.model, *words, "--out", chosen.out])
-    drawn = audit.model.picture() if audit.model else None
-    try:
-        return write_page(answer, audit, folder, command, drawn)
-    except OSError as error:
-        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
+    return f"plumbob audit {files} {shlex.join([*words, '--out', chosen.out])}"
 
 
 def new_file(target: Path) -> Path:
@@ -212,7 +332,17 @@ def new_file(target: Path) -> Path:
     return target
 
 
-def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None) -> Audit:
+def start_given(chosen: argparse.Namespace) -> dict[str, Any]:
+    """The start that the options name; raises ParameterError."""
+    lists = {
+        name: [values.number(name, part) for part in text.split(",")]
+        for name in ("qpos", "qvel")
+        if (text := getattr(chosen, name)) is not None
+    }
+    return {"keyframe": chosen.keyframe, **lists}
+
+
+def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_STANDS) -> Audit:
     """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
     together = audit.trims.together if audit.trims else None
@@ -221,10 +351,27 @@ def trimmed_file(audit: Audit, source: Path, target: Path, keyframe: str | None)
     if together is None or audit.found is None or audit.model is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
     left_out = models.write_trimmed(source, together.changes, target)
-    offered = [(left_out, models.model(target, keyframe))]
+    offered = [(left_out, models.model(target, start))]
     steps = audit.found
     (read_back,) = tried(audit.model, audit.script, steps.own.parts, steps.index, offered)
     return replace(audit, written=(target.name, read_back))
+
+
+def policy_of(name: str) -> Policy:
+    """The function MODULE:FUNCTION, also of a module in the present folder; raises
+    ParameterError."""
+    module, colon, function = name.partition(":")
+    sys.path.insert(0, os.getcwd())
+    try:
+        found = getattr(importlib.import_module(module), function) if colon else None
+    except Exception as error:
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise ParameterError("policy", name, f"MODULE:FUNCTION ({reason})") from None
+    finally:
+        sys.path.remove(os.getcwd())
+    if not callable(found):
+        raise ParameterError("policy", name, "MODULE:FUNCTION, a function of time, qpos and qvel")
+    return cast(Policy, found)
 
 
 def controls_of(file: Path) -> Array:

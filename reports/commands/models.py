@@ -7,6 +7,7 @@ import os
 from dataclasses import asdict
 from pathlib import Path
 
+from plumbob import models
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import StepsOfFiles
 from plumbob.engines.method import time_step
@@ -15,13 +16,15 @@ from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments.values import number, print_json
 
+MODELS = Path(models.__file__).parent
+ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITATION.cff")
 CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     actions = parser.add_subparsers(metavar="ACTION", dest="action")
-    export = actions.add_parser("export", help="copy the models' folders into DIR")
+    export = actions.add_parser("export", help="copy the models, their texts and licence into DIR")
     export.add_argument("dir", metavar="DIR")
     export.add_argument(
         "--step",
@@ -58,7 +61,7 @@ def command(chosen: argparse.Namespace) -> int:
         for folder in folders
         for path in sorted(folder.iterdir())
         if path.suffix in (".xml", ".md", ".png")
-    ]
+    ] + [(path.read_bytes(), target / path.name) for path in ABOUT]
     for content, copy in files:
         folder = copy.parent
         if os.path.lexists(folder) and not folder.is_dir():

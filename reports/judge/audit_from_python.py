@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
-from plumbob.engines.audit.controls import script
-from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.audit.controls import DURATION, script
+from plumbob.engines.own_motion import NotCertifiable, Policy, Start
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 
@@ -25,19 +25,27 @@ def audit(
     control: str | Array = "rest",
     *,
     keyframe: int | str | None = None,
+    qpos: Sequence[float] | None = None,
+    qvel: Sequence[float] | None = None,
     duration: float | None = None,
     period: float | None = None,
     budget: float = BUDGET,
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
+    policy: Policy | None = None,
 ) -> Audit:
-    """How wrong `model`, a path to an MJCF file or a compiled `mujoco.MjModel`, is at its own
-    integrator and step: its continuous motion is certified, and its steps are held against it.
+    """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, or an `MjData`,
+    whose positions and velocities are the start, is at its own integrator and step: its continuous
+    motion is certified, and its steps are held against it. It starts from a `keyframe`, or as it
+    stands, with `qpos` and `qvel` in place of those, if given.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
     `jobs` integrators run in as many processes; costs are measured alone.
+    A `policy`, called with time, qpos and qvel at the beginning of each period, by default of one
+    step, takes the control's place: what it gives at the model's own step is replayed by the
+    reference and all steps.
     `progress` is given what is being done. A `gradient` certifies derivatives of the end by
     controls and start, too, in as much time again. Raises ParameterError for bad input, and for a
     model that no reference can be certified for, with the reason.
@@ -51,19 +59,27 @@ def audit(
     >>> found.assert_within(metres=0.01)
     """
     positive("budget", budget)
+    start = start_of(keyframe, qpos, qvel)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        user_model = _user_models().model(model, keyframe)
+        user_model = _user_models().model(model, start)
+        if policy is not None:
+            held = user_model.step if period is None else positive("ctrl period", period)
+            lasting = DURATION if duration is None else positive("duration", duration)
+            control = _user_models().recorded(model, start, policy, held, lasting)
+            period, duration = held, None
         moved = script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
     named = control if isinstance(control, str) else "given"
+    if policy is not None:
+        named = "policy, recorded at the model's own step"
     with Workers(jobs) as workers:
         beside = workers if jobs > 1 else None
         answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
     if gradient:
         answer = with_gradient(answer, budget, progress=progress)
-    return replace(answer, slides=_slides(model, keyframe))
+    return replace(answer, slides=_slides(model, start))
 
 
 def _user_models() -> UserModels:
@@ -72,10 +88,26 @@ def _user_models() -> UserModels:
     return models
 
 
-def _slides(model: Any, keyframe: int | str | None) -> str:
+def start_of(
+    keyframe: int | str | None = None,
+    qpos: Sequence[float] | None = None,
+    qvel: Sequence[float] | None = None,
+) -> Start:
+    """The start that these say; raises ParameterError."""
+    states = {"qpos": qpos, "qvel": qvel}
+    numbers: dict[str, tuple[float, ...]] = {}
+    for name, state in states.items():
+        try:
+            numbers |= {} if state is None else {name: tuple(map(float, state))}
+        except (TypeError, ValueError):
+            raise ParameterError(name, state, "a list of numbers") from None
+    return Start(keyframe, **numbers)
+
+
+def _slides(model: Any, start: Start) -> str:
     """The free body of `model` that a contact audit can slide; empty where there is none."""
     try:
-        standing = _user_models().contacts(model, keyframe, None, None).standing
+        standing = _user_models().contacts(model, start, None, None).standing
     except NotCertifiable:
         return ""
     return standing.body if rests(standing) else ""
@@ -109,7 +141,8 @@ def audit_contacts(
         positive("friction", friction)
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        standing = _user_models().contacts(model, keyframe, body, friction)
+        start = Start(keyframe)
+        standing = _user_models().contacts(model, start, body, friction)
         return contacts_audited(standing, speed)
     except NotCertifiable as why:
         what = f"one whose contacts can be audited; {why}"

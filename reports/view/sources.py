@@ -18,6 +18,7 @@ PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "characteristics",
             "(1)",
             "(2)–(6)",
+            "(4)",
             "(6)",
             "(6), (7)",
             "(7), (9)",
@@ -27,6 +28,7 @@ PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "(10)–(13)",
             "(15), (16)",
             "(16)",
+            "numerical experiment",
             "Fig. 2",
             "Fig. 2 e",
             "Fig. 3",
@@ -66,6 +68,7 @@ PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "conclusion",
         ),
         "Pêndulo Simples": (
+            "acceleration",
             "equation of motion",
             "T",
             "linear equation",

@@ -16,7 +16,7 @@ from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit.audit import Audit, audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.own_motion import Script
+from plumbob.engines.own_motion import Script, Start
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -108,7 +108,7 @@ def audit_of(
     processor time [s] than it takes."""
     if isinstance(model, str):
         model = compiled(model)
-    own = model if isinstance(model, MujocoModel) else own_model(model, "model", keyframe)
+    own = model if isinstance(model, MujocoModel) else own_model(model, "model", Start(keyframe))
     return audited(own, script(own, control, **motion), control, budget, time.process_time)
 
 
@@ -133,6 +133,6 @@ def ready(model: Any, keyframe: int | None = None) -> MujocoModel:
     """A model, or a file, as the engine gets it ready."""
     models = ENGINE.ability(UserModels)
     assert models is not None
-    found = models.model(model, keyframe)
+    found = models.model(model, Start(keyframe))
     assert isinstance(found, MujocoModel)
     return found

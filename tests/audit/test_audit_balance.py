@@ -8,6 +8,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import step_errors
 from plumbob.engines.audit.controls import script
+from plumbob.engines.own_motion import Start
 from plumbob.tests.audit.contacts.bodies_on_planes import texts
 from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
 
@@ -54,7 +55,7 @@ def test_slip_is_the_speed_across_the_normal() -> None:
         "</mujoco>",
         '<keyframe><key qpos="0 0 .0395 1 0 0 0" qvel=".5 0 0 0 0 0"/></keyframe></mujoco>',
     )
-    model = own_model(compiled(text), "box", 0)
+    model = own_model(compiled(text), "box", Start(0))
     states = model.stepped(script(model, duration=0.1), "euler", 10).states
     slip = model.readings(states)["slip"]
     speeds = np.linalg.norm(states[:, 7:9], axis=1)

@@ -14,7 +14,7 @@ from plumbob.engines.audit import audit as audit_module
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import Certificate, certified
-from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
 
@@ -107,7 +107,7 @@ def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
     held = ON_RAILS.format(height=0.5)
     free = held.replace('<joint type="slide" axis="0 1 0"/>', '<joint type="slide"/>')
     for text, stays in ((held, True), (free, False)):
-        model = own_model(compiled(text), "model", "moving")
+        model = own_model(compiled(text), "model", Start("moving"))
         field = model.field()
         field(0.0, model.state)
         if stays:

@@ -22,7 +22,7 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import _joined, certified
 from plumbob.engines.audit.step_errors import compared, halved, unlike
 from plumbob.engines.audit.trims import strictest, trims
-from plumbob.engines.own_motion import Change
+from plumbob.engines.own_motion import Change, Start
 from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import as_data
 from plumbob.reports.view.audit.page import answered, page, rows
@@ -128,7 +128,7 @@ def test_a_model_that_diverges_prints_nothing_and_writes_no_log(
     text = """<mujoco><option timestep=".02"/>
       <worldbody><body><joint axis="0 1 0" stiffness="1e6"/><geom size=".05" pos=".2 0 0"/></body>
       </worldbody><keyframe><key qpos="1"/></keyframe></mujoco>"""
-    own = own_model(compiled(text), "stiff", 0)
+    own = own_model(compiled(text), "stiff", Start(0))
     motion = script(own, duration=0.2)
     assert own.stepped(motion, "euler", 1).why.startswith("diverged")
     own.changes(motion)
@@ -147,7 +147,7 @@ def test_a_candidate_that_diverges_is_dropped_at_once() -> None:
     text = f"""<mujoco><option timestep=".001" integrator="RK4"/><worldbody>
       <geom type="plane" size="5 5 1"/>{rods}</worldbody>
       <keyframe><key qvel="{"1 1 " * 8}"/></keyframe></mujoco>"""
-    own = own_model(compiled(text), "rods", 0)
+    own = own_model(compiled(text), "rods", Start(0))
     motion = script(own, duration=0.2)
     gone, holds = (own.stepped(motion, "rk4", parts) for parts in (80, 640))
     assert gone.why == "diverged within 0.02 s"

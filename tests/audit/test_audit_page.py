@@ -130,7 +130,8 @@ def test_pages_of_files_of_one_name_are_two(found: Audit, tmp_path: Path) -> Non
     for robot in ("panda", "ur5e", "panda"):
         model = str(tmp_path / robot / "robot.xml")
         names.append(page_name(model, tmp_path, ".html"))
-        write_page(answered(found), replace(found, name=model), tmp_path, "", None)
+        named = replace(found, name=model)
+        write_page(page(answered(named), named, ""), model, tmp_path)
         assert (tmp_path / names[-1]).is_file()
     assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
     (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")

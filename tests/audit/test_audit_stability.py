@@ -33,6 +33,7 @@ from plumbob.engines.audit.stability import (
     stability,
     tried_below,
 )
+from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
@@ -89,7 +90,7 @@ def arm(
 
 def course(text: str, duration: float = 0.3) -> Course:
     """A model along its motion at steps sixteen times smaller than its own."""
-    model = own_model(compiled(text), "model", 0 if "<key " in text else None)
+    model = own_model(compiled(text), "model", Start(0 if "<key " in text else None))
     motion = script(model, duration=duration)
     parts = 16 * round(motion.period / model.step)
     return Course(model, motion, model.stepped(motion, "implicitfast", parts).states)

@@ -45,6 +45,7 @@ NOT_RUN = {
         "24 scenes: minutes; test_recommend_command.py asks for a smaller family"
     ),
     "plumbob audit my.xml": "seconds of every core: tests/audit does it on small models",
+    "plumbob audit my.xml theirs --jobs 2": "seconds a model: test_several_audits.py has its own",
     "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
     "plumbob audit go2/scene_flat.xml --contacts --keyframe home --friction 0.3": (
         "a file of another package"

@@ -168,6 +168,19 @@ def test_momentum_and_saving() -> None:
     assert reduced.relative < 0.8  # of processor time, 0.3 to 0.5 where it was measured
 
 
+def test_a_brake_beyond_the_limit_turns_the_body_round() -> None:
+    """The exact motion against constant accelerations; at the limit nothing is left of it."""
+    line = problem(LINE).motion
+    for factor in (1.2, 2.0, 5.0):
+        found = source_text.hard_brake(line, factor)
+        assert found.after == pytest.approx(found.formula, rel=1e-10)
+        assert found.back < 0.0 < found.after
+    # by hand, with SI numbers: -(1/2) (mu w1 - fg) t1 t*, mu = 0.3/1.3, w1 = 3 fg/mu, w2 = 2 fg/mu
+    decay = 0.3 * 9.81
+    assert source_text.hard_brake(line).back == pytest.approx(-decay * 0.03 * 0.05, rel=1e-9)
+    assert 0.0 < source_text.hard_brake(line, 1.0 + 1e-3).after < 6e-6  # (1/2) 1e-3 fg (0.06 s)^2
+
+
 def test_what_else_the_source_says_of_lines() -> None:
     statements = finding(source_text.SOURCE, study(LINE, 1e-3)).statements
     assert {statement.verdict for statement in statements} == {"holds", "extended"}

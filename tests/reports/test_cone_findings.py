@@ -213,8 +213,8 @@ def test_finding_series() -> None:
 def test_what_else_the_source_says() -> None:
     found = finding(source_text.SOURCE_TEXT, nothing())
     said = {(s.place, s.verdict): s.ours for s in found.statements}
-    assert len(found.statements) == 13
-    assert "9 of 13" in found.summary
+    assert len(found.statements) == 19
+    assert "11 of 19" in found.summary
     second = next(s for s in found.statements if s.text.startswith("In the second half"))
     # the source's own comparison, of its Fig. 3 with its Fig. 2, by its printed H and by the right
     assert second.verdict == "holds"
@@ -228,6 +228,23 @@ def test_what_else_the_source_says() -> None:
     assert "39.253 rad/s (7.0346 rad/s at rest" in said["Fig. 3 b", "corrected"]
     assert said["Fig. 3 c", "holds"].startswith("4 extremes of the speed in a period, 2 at rest")
     assert "does 0 J of work in all, gravity's -71.62 J" in said["Fig. 3 e", "corrected"]
+    # I_x of (1), and the period of Fig. 2 without and with the factor 2
+    assert said["(16)", "corrected"].startswith("I_x: p ∂p/∂H is 0.8927 kg m², and")
+    assert said["(16)", "corrected"].endswith("comes round in 0.893188 s")
+    assert "T, 2 T, 3 T after" in said["numerical experiment", "corrected"]
+    assert said["Fig. 3 b", "holds"].endswith("crosses it 1 time within a turn (1 at rest)")
+    assert "0.051 (0.111 at rest)" in said["Fig. 3 b", "holds"]
+
+
+def test_the_vectors_of_equation_4_point_the_other_way() -> None:
+    problem = forms(ROTATING).problem
+    given = source_text.vectors(problem)
+    assert given.as_written == pytest.approx(-215.879309840209, rel=1e-13)
+    assert given.opposite == pytest.approx(given.formula, rel=1e-15)
+    # by components: M ω S (Y ω sin θ + X θ' cos θ), M S of (1)
+    arm = 16.240046710891569 * 0.225
+    parts = 0.09 * 26 * math.sin(0.7) + 0.2 * 5.0 * math.cos(0.7)
+    assert given.formula == pytest.approx(26 * arm * parts, rel=1e-14)
 
 
 def test_a_period_is_one_mean_and_few_points() -> None:

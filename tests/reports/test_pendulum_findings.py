@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.extra_runs import ExtraRun
@@ -144,9 +145,12 @@ def test_every_case_has_its_plots() -> None:
             assert names == ["non-linear, exact", "RK4", "linear, exact", "RK4"]
             spread = [abs(v) for v in figure.traces[0]["y"] if v is not None]
             assert max(spread) > 0.1
-        _, plane = gallery.figures
-        inside = [v for v in plane.traces[0]["x"] if v is not None]
-        assert max(map(abs, inside)) <= 3.142
+        over_time, plane = gallery.figures
+        assert over_time.traces[0]["x"][-1] == 50.0
+        assert plane.traces[0]["x"][0] == over_time.traces[0]["y"][0]
+    # degrees: the start of case 2, and all the turns of case 4
+    assert galleries[1].figures[0].traces[0]["y"][0] == pytest.approx(-120.0)
+    assert max(galleries[3].figures[0].traces[0]["y"]) > 360.0 * 50.0
 
 
 def test_orders_are_those_predicted() -> None:
@@ -263,7 +267,7 @@ def test_findings_name_commands_that_exist() -> None:
 def test_the_notebooks_statements() -> None:
     ran = declared(nothing(), notebook.requests)
     found = finding(claims.CLAIMS, ran)
-    assert len(found.tables[0].rows) == 14
+    assert len(found.tables[0].rows) == 15
     ours = {line[0].text: line[2].text for line in found.tables[0].rows}
     assert "solved exactly" in ours["equation of motion: mLθ̈ + CLθ̇ + mg sin θ = F(t)"]
     assert "11.5 % faster" in ours["case 3: the two are compared at 200°/s"]
@@ -302,7 +306,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model() -> None:
 
 
 def test_the_bob_in_the_plane() -> None:
-    found = bob.numbers(declared(nothing(), notebook.requests))
+    found = bob.numbers(declared(nothing(), bob.requests))
     distances = {case.label: case for case in found.distances}
     assert distances["1"].parted is distances["5"].parted is None
     assert distances["2"].largest == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter
@@ -316,3 +320,23 @@ def test_the_bob_in_the_plane() -> None:
     assert bob.distances(bob.FINE[:830], "free-large").max() > 1.9
     for path, size in ((found.rotation, 1.0), (found.linear_rotation, 0.97)):
         assert np.hypot(*path) == pytest.approx(size)
+
+
+def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravity() -> None:
+    """Semi-implicit Euler's acceleration has the error of its angle, and that is seen."""
+
+    def read(method: str) -> bob.Accelerometer | None:
+        request = replace(bob.ACCELEROMETER, method=method)
+        run = request.made(find_scene(request.scene), find_method(method))
+        assert run is not None
+        return bob.readings(run)
+
+    found, coarse = read(bob.ACCELEROMETER.method), read("mujoco/euler")
+    assert found is not None
+    assert coarse is not None
+    assert found.gap < 1e-8  # the error of theta is 3e-10 rad, and (dθ/dt)² is up to 29.4 /s²
+    assert found.along == pytest.approx(2 * 9.8 * 1.5, rel=1e-5)  # energy, from -120 deg to hanging
+    assert found.reads_across < 1e-12
+    assert found.gap_of_pull < 1e-12
+    assert coarse.gap > 1e-3
+    assert read("ode/rk4") is None  # no sensor

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +14,7 @@ import pytest
 from plumbob.analytic.errors.stability.largest_step import FACTOR, run_length
 from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.errors.stability.pendulums import pendulum_stability
-from plumbob.analytic.errors.stability.stepped_growth import sampled_steps
+from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, near, sampled_steps
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
@@ -206,3 +210,19 @@ def test_a_swing_is_not_taken_for_one_at_rest_where_samples_are_half_a_period_ap
     assert taken[-1] == 10_000
     turns = np.array(taken) / 78.0 % 0.5
     assert np.histogram(turns, 10, (0.0, 0.5))[0].min() > len(taken) / 20.0
+
+
+def test_a_nudge_that_grows_too_much_late_in_a_run_is_not_missed() -> None:
+    """By e^(n (h/0.1)^8 log(1000)/10^4) in n steps: too much at the end of a run for h > 0.1, and
+    in its first third for h > 0.115 alone."""
+
+    def begin(steps: Array) -> tuple[Callable[..., Any], Any]:
+        factor = np.exp(math.log(FACTOR) / 1e4 * (steps / 0.1) ** 8)
+        return lambda time, nudge: [nudge * factor], [np.ones(len(steps))]
+
+    motion = SteppedMotion(
+        begin, operator.itemgetter(0), lambda s: {}, 1.0, np.ones_like, lambda s: "", "", math.inf
+    )
+    limits = [near(replace(motion, settles=settles), 0.2) for settles in (False, True)]
+    assert limits[0] == limits[1]
+    assert limits[1][0] == pytest.approx(0.1, rel=0.03)

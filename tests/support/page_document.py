@@ -18,6 +18,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments import values
 
@@ -98,13 +99,16 @@ def unpacked_text(text: str) -> Any:
 
 
 def broken_links(documents: Mapping[Path, Document]) -> list[str]:
-    """Links of these pages that lead to no page or to no place on it, and ids that stand twice."""
+    """Links of these pages that lead to no page or to no place on it, nor to a system's source; and
+    ids that stand twice."""
+    sources = " ".join(scene.source for system in systems().values() for scene in system.scenes)
+    outside = set(re.findall(r"https://\S+", sources))
     ids = {file.resolve(): set(document.ids) for file, document in documents.items()}
     broken = []
     for file, document in documents.items():
         twice = len(document.ids) - len(set(document.ids))
         broken += [f"{file.name}: {twice} ids stand twice"] if twice else []
-        for link in dict.fromkeys(document.links):
+        for link in dict.fromkeys(one for one in document.links if one not in outside):
             path, _, place = link.partition("#")
             found = (file.parent / path).resolve() if path else file.resolve()
             if found not in ids or (place and place not in ids[found]):

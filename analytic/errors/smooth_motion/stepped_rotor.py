@@ -132,16 +132,17 @@ class _Torques:
         """Acceleration by theta."""
         sin2, along, down, _, _, _, _, stiffness = self.given
         rotor, sin, cos = self.rotor, self.sin, self.cos
+        back, up, twice = -stiffness, -down, 2.0 * sin2
         if rotor.linear:
-            return lambda x: -stiffness * x
+            return lambda x: back * x
         if not (rotor.sin2 or rotor.cos or rotor.stiffness):
-            return lambda x: -down * sin(x)
+            return lambda x: up * sin(x)
 
-        def every(x: Any) -> Any:
-            sine, cosine = sin(x), cos(x)
-            return (2.0 * sin2 * sine + along) * cosine - down * sine - stiffness * x
+        def turning(x: Any) -> Any:
+            sine = sin(x)
+            return (twice * sine + along) * cos(x) - down * sine
 
-        return every
+        return (lambda x: turning(x) - stiffness * x) if rotor.stiffness else turning
 
     def push(self) -> Function:
         """Acceleration by the forcing in the step from t, at a fraction of it."""
@@ -157,6 +158,20 @@ class _Torques:
             return lambda t, fraction: amplitude * mean * sin(frequency * t + half + phase)
         at = h * READ_AT.get(self.scheme.control, 0.0)
         return lambda t, fraction: amplitude * sin(frequency * (t + at) + phase)
+
+    def undamped(self) -> Function:
+        """Acceleration without damping, by the step's start t, a fraction of it, and theta."""
+        pull, push = self.pull(), self.push()
+        if self.rotor.autonomous:
+            return lambda t, fraction, x: pull(x)
+        return lambda t, fraction, x: pull(x) + push(t, fraction)
+
+    def whole(self) -> Function:
+        """Acceleration, of theta and its rate."""
+        undamped, damping = self.undamped(), self.given[3]
+        if not self.rotor.damping_rate:
+            return lambda t, fraction, x, v: undamped(t, fraction, x)
+        return lambda t, fraction, x, v: undamped(t, fraction, x) - damping * v
 
 
 def _weight(rotor: DrivenRotor) -> float:
@@ -200,19 +215,19 @@ def _advance(torques: _Torques) -> Function:
 
 
 def _euler(torques: _Torques) -> Function:
-    pull, push, h, scheme = torques.pull(), torques.push(), torques.step, torques.scheme
-    damping, stiffness = torques.given[3], torques.given[7]
+    undamped, whole = torques.undamped(), torques.whole()
+    h, scheme, damping, stiffness = torques.step, torques.scheme, *torques.given[3::4]
 
     def explicit(t: Any, x: Any, v: Any) -> State:
-        v = v + h * (pull(x) + push(t, 0.0) - damping * v)
+        v = v + h * whole(t, 0.0, x, v)
         return x + h * v, v
 
     def position_first(t: Any, x: Any, v: Any) -> State:
         x = x + h * v
-        return x, v + h * (pull(x) + push(t, 0.0) - damping * v)
+        return x, v + h * whole(t, 0.0, x, v)
 
     def implicit(t: Any, x: Any, v: Any) -> State:
-        v = (v + h * (pull(x) + push(t, 0.0))) / grown
+        v = (v + h * undamped(t, 0.0, x)) / grown
         return x + h * v, v
 
     if scheme.position_first:
@@ -224,26 +239,29 @@ def _euler(torques: _Torques) -> Function:
 
 
 def _leapfrog(torques: _Torques) -> Function:
-    pull, push, h, damping = torques.pull(), torques.push(), torques.step, torques.given[3]
+    undamped, whole, h, damping = (
+        torques.undamped(),
+        torques.whole(),
+        torques.step,
+        torques.given[3],
+    )
     half = 0.5 * h
     grown = 1.0 + half * damping
 
     def advance(t: Any, x: Any, v: Any) -> State:
-        v = v + half * (pull(x) + push(t, 0.0) - damping * v)
+        v = v + half * whole(t, 0.0, x, v)
         x = x + h * v
-        return x, (v + half * (pull(x) + push(t, 1.0))) / grown
+        return x, (v + half * undamped(t, 1.0, x)) / grown
 
     return advance
 
 
 def _runge_kutta(torques: _Torques, tableau: Tableau) -> Function:
-    pull, push, damping = torques.pull(), torques.push(), torques.given[3]
-    moved = along(torques.step)
+    whole, moved = torques.whole(), along(torques.step)
 
     def advance(t: Any, x: Any, v: Any) -> State:
         def slopes(fraction: float, state: Sequence[Any]) -> State:
-            x, v = state
-            return v, pull(x) + push(t, fraction) - damping * v
+            return state[1], whole(t, fraction, *state)
 
         return tuple(tableau.advanced(slopes, (x, v), moved))
 
@@ -318,7 +336,10 @@ def many_steps(
     """The step of a `scheme` of STEPPED for many sizes at once, `steps` [s] of shape (n,), on
     arrays of that shape, and the state it begins with: the numbers of `start` and, with a joint,
     the bob's velocity, the opening's two parts and the pull."""
-    torques = _Torques(rotor, steps, scheme, astuple(rotor), np.sin, np.cos)
+    # All of one type: numpy converts a number or a real array anew in each operation.
+    steps = steps.astype(complex)
+    given = tuple(np.full_like(steps, coefficient) for coefficient in astuple(rotor))
+    torques = _Torques(rotor, steps, scheme, given, np.sin, np.cos)
     if scheme.joint_closing_rate is None:
         return _advance(torques), start
     joint = _joint(rotor, scheme, steps, np.expm1)

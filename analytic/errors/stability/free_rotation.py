@@ -9,14 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.largest_step import LEAST_PERIODS, largest_step
-from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
+from plumbob.analytic.errors.stability.linear_steps import (
+    TINY,
+    Complex,
+    jacobians,
+    stability_function,
+)
 from plumbob.analytic.errors.stability.stepped_growth import (
     SHORT,
     SteppedMotion,
@@ -38,10 +43,10 @@ from plumbob.analytic.schemes import (
 from plumbob.analytic.stability import BAND, NO_STEP, StabilityTheory, StepLimit
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
-from plumbob.analytic.tableau import Tableau, along, order_8
+from plumbob.analytic.tableau import Moved, Tableau, along, order_8
 
 Rates = Sequence[Any]  # the three parts of an angular velocity [rad/s]
-Begin = Callable[[Any], Callable[..., Rates]]  # of sizes of a step [s]: the step
+Step = Callable[..., Rates]
 SAMPLES = 257
 STEPS = 40  # in a turn, of the method of order 8 that linearises the exact rotation: 1e-9
 ANY = 1e300  # growth that no nudge exceeds of a motion that is not lost
@@ -51,10 +56,16 @@ DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: b
 
 @dataclass(frozen=True)
 class RateSteps:
-    """The schemes' steps of the angular velocity, for many sizes at once; `factors` are (I_j -
-    I_k)/I_i of each axis."""
+    """The schemes' steps of the angular velocity, for many sizes `h` [s] at once; `factors` are
+    (I_j - I_k)/I_i of each axis. All complex, as the rates are: numpy converts others each time."""
 
-    factors: tuple[float, float, float]
+    factors: tuple[Any, Any, Any]
+    h: Any
+
+    @cached_property
+    def moved(self) -> Moved:
+        """See `along`."""
+        return along(self.h)
 
     def slope(self, rates: Rates) -> list[Any]:
         """Its rate of change (Euler's equations)."""
@@ -62,83 +73,79 @@ class RateSteps:
         a, b, c = self.factors
         return [a * y * z, b * z * x, c * x * y]
 
-    def jacobian(self, rates: Array) -> Array:
-        """The slope's derivative, of one angular velocity, shape (3, 3)."""
-        (a, b, c), (x, y, z) = self.factors, rates
-        return np.array([[0.0, a * z, a * y], [b * z, 0.0, b * x], [c * y, c * x, 0.0]])
-
     def slopes(self, state: Rates) -> list[Any]:
         """The rates of change of the angular velocity and, where it belongs to the state, of the
-        quaternion after it, of which q' = q w / 2."""
+        quaternion (d, a, b, c) after it, as d + ic and a + ib: q' = q w / 2."""
         x, y, z, *attitude = state
         if not attitude:
             return self.slope(state)
-        d, a, b, c = (0.5 * part for part in attitude)
-        turned = [-a * x - b * y - c * z, d * x + b * z - c * y, d * y + c * x - a * z]
-        return [*self.slope((x, y, z)), *turned, d * z + a * y - b * x]
+        (first, second), across = attitude, 0.5 * x.real + 0.5j * y.real
+        about = 0.5j * z.real
+        turned = about * first - across.conj() * second
+        return [*self.slope((x, y, z)), turned, across * first - about * second]
 
-    def solved(self, rates: Rates, h: Any, right: Rates) -> list[Any]:
-        """The solution of (1 - h J) s = right, J the slope's derivative."""
-        (x, y, z), (a, b, c) = (h * part for part in rates), self.factors
-        one = np.ones_like(x)
-        rows = [[one, -a * z, -a * y], [-b * z, one, -b * x], [-c * y, -c * x, one]]
-        system = np.moveaxis(np.array(rows), -1, 0)
-        return list(np.linalg.solve(system, np.array(right).T[..., None])[..., 0].T)
-
-    def euler(self, h: Any) -> Callable[..., Rates]:
+    def euler(self, time: Any, *w: Any) -> Rates:
         """w + h f(w)."""
-        return lambda time, *w: [p + h * q for p, q in zip(w, self.slope(w), strict=True)]
+        return [p + self.h * q for p, q in zip(w, self.slope(w), strict=True)]
 
-    def linearly_implicit(self, h: Any) -> Callable[..., Rates]:
-        """w + h k, (1 - h J) k = f(w)."""
+    def linearly_implicit(self, time: Any, *w: Any) -> Rates:
+        """w + h k, (1 - h J) k = f(w), J the slope's derivative: by Cramer's rule, of columns."""
+        (x, y, z), (a, b, c) = (self.h * part for part in w), self.factors
+        one, right = np.ones_like(x), self.slope(w)
+        columns = [one, -b * z, -c * y], [-a * z, one, -c * x], [-a * y, -b * x, one]
+        first, second, third = columns
+        minors = _cross(second, third), _cross(third, first), _cross(first, second)
+        scale = self.h / _dot(first, minors[0])
+        return [p + scale * _dot(right, minor) for p, minor in zip(w, minors, strict=True)]
 
-        def advance(time: Any, *w: Any) -> Rates:
-            slopes = self.solved(w, h, self.slope(w))
-            return [p + h * q for p, q in zip(w, slopes, strict=True)]
-
-        return advance
-
-    def leapfrog(self, h: Any) -> Callable[..., Rates]:
+    def leapfrog(self, time: Any, *w: Any) -> Rates:
         """Half a kick, explicit, and half a kick, implicit, by a fixed-point iteration that goes on
         while its changes shrink."""
+        half = 0.5 * self.h
+        kicked = np.array(w) + half * np.array(self.slope(w))
+        rates, before, shrinks = kicked, np.inf, np.ones(kicked.shape[1:], dtype=bool)
+        for _ in range(CORRECTIONS):
+            corrected = kicked + half * np.array(self.slope(rates))
+            change = np.abs(corrected - rates).max(axis=0)
+            rates = np.where(shrinks, corrected, rates)
+            shrinks &= (change > 0.0) & (change < before)
+            if not shrinks.any():
+                break
+            before = change
+        return list(rates)
 
-        def advance(time: Any, *w: Any) -> Rates:
-            kicked = np.array(w) + 0.5 * h * np.array(self.slope(w))
-            rates, before, shrinks = kicked, np.inf, np.ones(kicked.shape[1:], dtype=bool)
-            for _ in range(CORRECTIONS):
-                corrected = kicked + 0.5 * h * np.array(self.slope(rates))
-                change = np.abs(corrected - rates).max(axis=0)
-                rates = np.where(shrinks, corrected, rates)
-                shrinks &= (change > 0.0) & (change < before)
-                if not shrinks.any():
-                    break
-                before = change
-            return list(rates)
-
-        return advance
-
-    def explicit(self, tableau: Tableau) -> Begin:
+    def explicit(self, tableau: Tableau, time: Any, *state: Any) -> Rates:
         """A Runge-Kutta method."""
+        return tableau.advanced(lambda _, stage: self.slopes(stage), state, self.moved)
 
-        def of_step(h: Any) -> Callable[..., Rates]:
-            return lambda time, *state: tableau.advanced(
-                lambda _, stage: self.slopes(stage), state, along(h)
-            )
 
-        return of_step
+def _cross(left: Rates, right: Rates) -> Rates:
+    (x, y, z), (a, b, c) = left, right
+    return y * c - z * b, z * a - x * c, x * b - y * a
 
-    def of(self, scheme: Scheme) -> Begin | None:
-        """The step of a scheme by its size; None where none is known."""
-        if scheme.integrator == EULER and not scheme.position_first:
-            return self.euler
-        if scheme.integrator == LINEARLY_IMPLICIT:
-            return self.linearly_implicit
-        if scheme.integrator == LEAPFROG:
-            return self.leapfrog
-        if scheme.integrator == RK4_ADDED_RATES:
-            return self.explicit(TABLEAUX[RK4])
-        tableau = TABLEAUX.get(scheme.integrator)
-        return None if tableau is None else self.explicit(tableau)
+
+def _dot(left: Rates, right: Rates) -> Any:
+    (x, y, z), (a, b, c) = left, right
+    return x * a + y * b + z * c
+
+
+def rate_step(scheme: Scheme) -> Step | None:
+    """The step of a scheme, of `RateSteps`, a time and a state; None where none is known."""
+    if scheme.integrator == EULER and not scheme.position_first:
+        return RateSteps.euler
+    if scheme.integrator == LINEARLY_IMPLICIT:
+        return RateSteps.linearly_implicit
+    if scheme.integrator == LEAPFROG:
+        return RateSteps.leapfrog
+    tableau = tableau_of(scheme)
+    return None if tableau is None else lambda steps, *state: steps.explicit(tableau, *state)
+
+
+def tableau_of(scheme: Scheme) -> Tableau | None:
+    """The tableau by which a scheme steps the angular velocity; None where it has none."""
+    if scheme.integrator == RK4_ADDED_RATES:
+        return TABLEAUX[RK4]
+    return TABLEAUX.get(scheme.integrator)
 
 
 @dataclass(frozen=True)
@@ -149,9 +156,18 @@ class FreeRotationStability:
     _found: dict[str, tuple[StepLimit, ...]] = field(default_factory=dict, repr=False)
 
     @property
-    def _steps(self) -> RateSteps:
+    def _factors(self) -> tuple[float, float, float]:
         x, y, z = self.body.inertia
-        return RateSteps(((y - z) / x, (z - x) / y, (x - y) / z))
+        return (y - z) / x, (z - x) / y, (x - y) / z
+
+    def _steps(self, sizes: Array) -> RateSteps:
+        a, b, c = (np.full(len(sizes), factor + 0j) for factor in self._factors)
+        return RateSteps((a, b, c), sizes + 0j)
+
+    def _jacobian(self, rates: Array) -> Array:
+        """The derivative of Euler's equations at one angular velocity, shape (3, 3)."""
+        (a, b, c), (x, y, z) = self._factors, rates
+        return np.array([[0.0, a * z, a * y], [b * z, 0.0, b * x], [c * y, c * x, 0.0]])
 
     @cached_property
     def _rates(self) -> Array:
@@ -177,14 +193,14 @@ class FreeRotationStability:
         period = 2.0 * self.body.half_period
         until = period if math.isfinite(period) else PERIODS * math.tau / self.rate
         count = math.ceil(STEPS * until * self.rate / math.tau)
-        advance = self._steps.explicit(order_8())(until / count)
+        steps, tableau = self._steps(np.full(3, until / count)), order_8()
         state = [
             np.full(3, w) + 1j * TINY * axis
             for w, axis in zip(self.body.angular_velocity, np.eye(3), strict=True)
         ]
         tangents = [np.eye(3)]
         for _ in range(count):
-            state = list(advance(0.0, *state))
+            state = list(steps.explicit(tableau, 0.0, *state))
             tangents.append(np.stack([part.imag / TINY for part in state]))
         times = np.linspace(0.0, until, count + 1)
         return flow_growth(times, np.array(tangents), math.isfinite(period))
@@ -215,49 +231,58 @@ class FreeRotationStability:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
             return (NO_STEP,)
-        begin = self._steps.of(scheme)
-        if begin is None:
+        step = rate_step(scheme)
+        if step is None:
             return ()
         if scheme.integrator not in self._found:
             limits = self._by_eigenvalues if self.equilibrium else self._by_steps
             if scheme.integrator == LEAPFROG:
                 limits = self._by_iteration
-            self._found[scheme.integrator] = limits(begin, scheme.integrator in TABLEAUX)
+            self._found[scheme.integrator] = limits(step, TABLEAUX.get(scheme.integrator))
         return self._found[scheme.integrator]
 
-    def _by_iteration(self, begin: Begin, attitude: bool) -> tuple[StepLimit, ...]:
+    def _by_iteration(self, step: Step, stepped: Tableau | None) -> tuple[StepLimit, ...]:
         """The step of which a half takes no part of the motion out of a fixed-point iteration's
         reach, 2 over the largest rate of the linearised motion (solved, leapfrog has no limit); or
         a smaller one at which what the iteration leaves drives the motion out of it."""
-        jacobians_along = [self._steps.jacobian(rates) for rates in self._rates]
-        largest = float(np.abs(np.linalg.eigvals(jacobians_along)).max())
-        step = 2.0 / largest if largest else math.inf
+        jacobians_along = [self._jacobian(rates) for rates in self._rates]
+        fastest = float(np.abs(np.linalg.eigvals(jacobians_along)).max())
+        largest = 2.0 / fastest if fastest else math.inf
         if not self.equilibrium:
             lost_only = replace(
-                self._motion(begin, attitude), growth=lambda times: np.full_like(times, ANY)
+                self._motion(step, stepped),
+                growth=lambda times: np.full_like(times, ANY),
+                settles=True,
             )
-            step = min(step, near(lost_only, step, SHORT)[0])
+            largest = min(largest, near(lost_only, largest, SHORT)[0])
         why = "the implicit half step's fixed-point iteration no longer contracts at"
-        return (self._limit("unstable", step, why),)
+        return (self._limit("unstable", largest, why),)
 
-    def _by_eigenvalues(self, begin: Begin, attitude: bool) -> tuple[StepLimit, ...]:
-        """Limits of a steady rotation; with the `attitude` where the scheme steps it too, of which
-        the rates are half the angular velocity."""
+    def _by_eigenvalues(self, step: Step, stepped: Tableau | None) -> tuple[StepLimit, ...]:
+        """Limits of a steady rotation; where the scheme steps the attitude, too, of that as well,
+        whose rates are half the angular velocity."""
         state = self.body.angular_velocity
-        rates: Complex = np.linalg.eigvals(self._steps.jacobian(np.array(state))).astype(complex)
-        if attitude:
-            state = (*state, 1.0, 0.0, 0.0, 0.0)
-            rates = np.append(rates, np.array([0.5j, 0.5j, -0.5j, -0.5j]) * self.body.speed)
-        step = largest_step(
-            lambda steps: jacobians(begin(steps), state, len(steps)), rates, self.rate
+        rates: Complex = np.linalg.eigvals(self._jacobian(np.array(state))).astype(complex)
+        largest = largest_step(
+            lambda sizes: jacobians(partial(step, self._steps(sizes)), state, len(sizes)),
+            rates,
+            self.rate,
         )
-        return (self._limit("unstable", step, "the axis leaves its place at"),)
+        if stepped is not None:
+            half = np.array([0.5j * self.body.speed])
+            attitude = largest_step(
+                lambda sizes: stability_function(stepped, sizes[:, None, None] * half),
+                half,
+                self.rate,
+            )
+            largest = min(largest, attitude)
+        return (self._limit("unstable", largest, "the axis leaves its place at"),)
 
-    def _by_steps(self, begin: Begin, attitude: bool) -> tuple[StepLimit, ...]:
+    def _by_steps(self, step: Step, stepped: Tableau | None) -> tuple[StepLimit, ...]:
         """Limits by stepping."""
         if float(self.growth(np.array(LEAST_PERIODS * math.tau / self.rate))) > LOST:
             return ()
-        motion = self._motion(begin, attitude)
+        motion = self._motion(step, stepped)
         unstable, changed = first_failures(motion)
         limits = []
         if not math.isnan(unstable):
@@ -268,15 +293,15 @@ class FreeRotationStability:
             limits.append(self._limit("changes-kind", changed, why))
         return tuple(limits)
 
-    def _motion(self, begin: Begin, attitude: bool) -> SteppedMotion:
-        """The motion in steps; with the `attitude` where the scheme steps its four numbers too."""
+    def _motion(self, step: Step, stepped: Tableau | None) -> SteppedMotion:
+        """The motion in steps; with the attitude where the scheme steps its four numbers, too."""
         start = self.body.angular_velocity
         nudge = 1j * TINY / 3**0.5
 
-        def begun(steps: Array) -> tuple[Callable[..., Rates], Rates]:
-            rates = [np.full(len(steps), w) + nudge for w in start]
-            turned = [np.full(len(steps), w + 0j) for w in (1.0, 0.0, 0.0, 0.0)]
-            return begin(steps), [*rates, *turned] if attitude else rates
+        def begun(sizes: Array) -> tuple[Callable[..., Rates], Rates]:
+            rates = [np.full(len(sizes), w) + nudge for w in start]
+            turned = [np.full(len(sizes), w) for w in (1.0 + 0.0j, 0.0j)]
+            return partial(step, self._steps(sizes)), [*rates, *turned] if stepped else rates
 
         return SteppedMotion(
             begun,
@@ -298,7 +323,7 @@ class FreeRotationStability:
         turning = np.linalg.norm(rates, axis=0)
         lost = turning > DIVERGED * self.body.fastest
         if len(state) > 3:
-            lost |= np.linalg.norm(np.real(state[3:]), axis=0) ** 2 > BAND
+            lost |= np.linalg.norm(state[3:], axis=0) ** 2 > BAND
         return np.where(lost, np.inf, np.linalg.norm(nudged, axis=0) / TINY)
 
     def _limit(self, kind: Any, step: float, how: str) -> StepLimit:

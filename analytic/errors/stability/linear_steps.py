@@ -25,7 +25,7 @@ from plumbob.analytic.tableau import Tableau
 
 TINY = 1e-30  # an imaginary part that is a nudge: its square is lost in a double
 Complex = npt.NDArray[np.complex128]
-Matrices = Callable[[Array], Array]
+Matrices = Callable[[Array], Array | Complex]
 """Step sizes [s], shape (n,) -> matrices of a step, shape (n, m, m)."""
 
 

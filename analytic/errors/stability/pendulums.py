@@ -27,7 +27,7 @@ from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, firs
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
+from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, EULER, LEAPFROG, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
 STRAIGHT = 1e-3  # by which the curvature of the potential may change along a motion by equilibrium
@@ -205,6 +205,7 @@ class PendulumStability:
             self.kind_of,
             self.kind,
             self._span * (2.0 if math.isfinite(self.period) else 1.0),
+            scheme.integrator in (EULER, LEAPFROG) and scheme.joint_closing_rate is None,
         )
         unstable, changed = first_failures(motion)
         why = "a nudge grows a thousandfold beyond the exact motion's growth at"

@@ -17,6 +17,7 @@ SAMPLES = 256  # along a run, of nudge and kind
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 COARSE = 48  # step sizes of the first pass
 SHORT = 1000  # steps of the first
+PART = 3  # of a run: what has grown less than the PARTth root of FACTOR then does not exceed it
 BELOW = 140  # exponents of RATIO, a factor of 4: below what fails first the second looks, too
 RANGE = (0.02 / math.tau, AWAY)  # in fastest periods
 Counts = npt.NDArray[np.int64]
@@ -38,6 +39,9 @@ class SteppedMotion:
     kind_of: Callable[[Mapping[str, Array]], str]
     kind: str  # of the exact motion
     window: float  # [s] the shortest time in which it shows
+    settles: bool = False
+    """Whether a scheme takes no energy away, so that a run that is to be lost parts from others
+    exponentially: a part of its length tells."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +51,14 @@ class Held:
     steps: Array  # [s]
     stable: Marks
     kind: Marks
+    grown: Array  # of the nudge, at most, over the exact motion's growth
 
 
 def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
     """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
     FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
     advance, state = motion.begin(steps)
-    stable, taken = np.ones(len(steps), dtype=bool), [0]
+    grown, stable, taken = np.ones(len(steps)), np.ones(len(steps), dtype=bool), [0]
     samples: list[Mapping[str, Array]] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # of steps that diverge
         for sampled in sampled_steps(int(counts.max())):
@@ -62,12 +67,13 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
             for n in range(taken[-1], sampled):
                 state = advance(n * steps, *state)
             taken.append(sampled)
-            allowed = FACTOR * motion.growth(np.minimum(sampled, counts) * steps)
-            stable &= (motion.size(state) <= allowed) | (sampled > counts)
+            over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
+            stable &= (over <= FACTOR) | (sampled > counts)
+            grown = np.where(stable, np.maximum(grown, over), np.inf)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
     seen = np.searchsorted(taken, counts, side="right")
-    return Held(steps, stable, stable & _kept(motion, samples, judged, seen))
+    return Held(steps, stable, stable & _kept(motion, samples, judged, seen), grown)
 
 
 def sampled_steps(count: int) -> list[int]:
@@ -110,8 +116,11 @@ def near(motion: SteppedMotion, fails: float, most: int | None = None) -> tuple[
     or of their full length: infinite where all hold, zero where none does."""
     last = exponent(fails / motion.fastest, EVERY) + EVERY
     steps = motion.fastest * RATIO ** np.arange(last - BELOW, last + 1.0, EVERY)
-    counts = run_length(steps, motion.fastest)
-    held = tried(motion, steps, counts if most is None else np.full(len(steps), most))
+    counts = run_length(steps, motion.fastest) if most is None else np.full(len(steps), most)
+    held = tried(motion, steps, counts // PART if motion.settles else counts)
+    below = held.grown[held.steps <= _first(steps, held.kind)[0]]
+    if motion.settles and below.max(initial=1.0) > FACTOR ** (1.0 / PART):
+        held = tried(motion, steps, counts)
     unstable, changed = (_first(steps, marks) for marks in (held.stable, held.kind))
     return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.abilities import (
@@ -33,7 +34,7 @@ from plumbob.engines.abilities import (
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method, ModelError, Simulation
 from plumbob.engines.own_contacts import ContactModel
-from plumbob.engines.own_motion import Change, OwnModel
+from plumbob.engines.own_motion import AS_IT_STANDS, Change, OwnModel, Policy, Start
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -115,14 +116,25 @@ def model_text(text: str, step: float) -> str:
     return rewritten(text, step)
 
 
-def model_of_own(model: Any, keyframe: int | str | None = None) -> OwnModel:
-    """A user's model, from a file or compiled, as an audit needs it; raises ParameterError and
-    NotCertifiable."""
+def model_of_own(model: Any, start: Start = AS_IT_STANDS) -> OwnModel:
+    """A user's model, from a file, compiled or with its data, as an audit needs it; raises
+    ParameterError and NotCertifiable."""
     from plumbob.engines.adapters.mujoco.options import needless_stages
     from plumbob.engines.adapters.mujoco.own_model.model import own_model
 
-    user_model = own_model(*_compiled(model), keyframe)
+    user_model = own_model(*_compiled(model), _start_of(model, start))
     return replace(user_model, idle=needless_stages(user_model.effective))
+
+
+def _start_of(model: Any, start: Start) -> Start:
+    """The start, with the state of a user's mjData where the model is given by one."""
+    import mujoco
+
+    if not isinstance(model, mujoco.MjData):
+        return start
+    of_data = {name: tuple(map(float, getattr(model, name))) for name in ("qpos", "qvel")}
+    given = {name: state for name in of_data if (state := getattr(start, name)) is not None}
+    return replace(start, **{**of_data, **given})
 
 
 def _compiled(model: Any) -> tuple[Any, str]:
@@ -134,23 +146,41 @@ def _compiled(model: Any) -> tuple[Any, str]:
 
     if isinstance(model, (str, Path)):
         return compiled_model(Path(model), "model"), str(model)
+    if isinstance(model, mujoco.MjData):
+        return model.model, "model"
+    if isinstance(model, mujoco.MjSpec):
+        try:
+            return model.copy().compile(), "model"
+        except ValueError as error:
+            reason = " ".join(str(error).split())
+            raise ParameterError("model", "MjSpec", f"one that compiles ({reason})") from None
     if not isinstance(model, mujoco.MjModel):
         what = (
-            "a path to a MuJoCo model file, or a compiled mujoco.MjModel: spec.compile() of an "
-            "MjSpec, data.model of an MjData"
+            "a path to a MuJoCo model file, a mujoco.MjModel, a mujoco.MjSpec, or a mujoco.MjData, "
+            "which is the start too"
         )
         raise ParameterError("model", type(model).__name__, what)
     return model, "model"
 
 
 def contacts_of_own(
-    model: Any, keyframe: int | str | None, body: str | None, friction: float | None
+    model: Any, start: Start, body: str | None, friction: float | None
 ) -> ContactModel:
     """A free body of a user's model, from a file or compiled, on its plane; raises ParameterError
     and NotCertifiable."""
     from plumbob.engines.adapters.mujoco.user_contacts import own_contacts
 
-    return own_contacts(*_compiled(model), keyframe, body, friction)
+    return own_contacts(*_compiled(model), _start_of(model, start), body, friction)
+
+
+def controls_of_policy(
+    model: Any, start: Start, policy: Policy, period: float, duration: float
+) -> Array:
+    """The controls of a policy while a user's model runs at its own step, shape (periods,
+    actuators); raises ParameterError."""
+    from plumbob.engines.adapters.mujoco.own_model.policy import recorded
+
+    return recorded(_compiled(model)[0], _start_of(model, start), policy, period, duration)
 
 
 def write_trimmed(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
@@ -191,6 +221,6 @@ ENGINE = Engine(
         StepsOfFiles(model_text),
         ModelReader(model_fields),
         OwnDerivative("transition", by_transitions, precision=1e-8),
-        UserModels(model_of_own, contacts_of_own, write_trimmed),
+        UserModels(model_of_own, contacts_of_own, controls_of_policy, write_trimmed),
     ),
 )

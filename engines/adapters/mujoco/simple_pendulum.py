@@ -19,7 +19,8 @@ from plumbob.engines.method import Method, ModelError
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate a pendulum; `problem` is a SimplePendulum."""
+    """Translate a pendulum; `problem` is a SimplePendulum. The setting `reads_acceleration` puts an
+    accelerometer at the bob of one with a rod."""
     problem = problem.started
     spec = whole(mjcf, problem)
     for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
@@ -29,6 +30,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec.delete(spec.actuator("forcing"))
     if problem.linear:
         spec.delete(spec.sensor("rod"))
+    elif method.settings.get("reads_acceleration"):
+        _add_accelerometer(spec, problem.length)
     return Translation(
         spec,
         qpos=np.array([problem.theta]),
@@ -37,7 +40,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         limits=limits(problem),
         control=(lambda times: problem.rotor.forcing(times)[:, None]) if driven else None,
         control_at=float(method.settings.get("control_at", 0.0)),
-        sensors=None if problem.linear else _tension,
+        sensors=None if problem.linear else _readings,
         tune=_without_sensor,
     )
 
@@ -74,8 +77,19 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     return bob_errors(problem, duration)
 
 
-def _tension(sensors: Array) -> tuple[Named, Named]:
-    return {"tension": sensors[:, 2]}, {}  # along the rod
+def _add_accelerometer(spec: mujoco.MjSpec, length: float) -> None:
+    spec.body("bob").add_site(name="bob", pos=[0.0, 0.0, -length])
+    kind, place = mujoco.mjtSensor.mjSENS_ACCELEROMETER, mujoco.mjtObj.mjOBJ_SITE
+    spec.add_sensor(name="acceleration", type=kind, objtype=place, objname="bob")
+
+
+def _readings(sensors: Array) -> tuple[Named, Named]:
+    """The tension along the rod [N]; and the readings of the accelerometer, if there is one, across
+    the rod, towards greater theta, and along it, towards the axis [m/s^2]."""
+    if sensors.shape[1] == 3:
+        return {"tension": sensors[:, 2]}, {}
+    readings = {"acceleration_across": sensors[:, 3], "acceleration_along": sensors[:, 5]}
+    return {"tension": sensors[:, 2]}, readings
 
 
 def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:

@@ -33,7 +33,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
 )
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_contacts import Slide, Standing
-from plumbob.engines.own_motion import NotCertifiable
+from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.registry import method as find_method
 
 SETTLING, LONGEST = 0.5, 5.0  # [s]
@@ -145,10 +145,10 @@ class SettledFloor:
 
 
 def own_contacts(
-    model: Any, name: str, start: int | str | None, body: str | None, friction: float | None
+    model: Any, name: str, start: Start, body: str | None, friction: float | None
 ) -> MujocoContacts:
     """The free body `body`, or the heaviest, of the compiled `model` on its plane, in the posture
-    of the keyframe `start`, with sliding `friction` in place of its own; raises ParameterError and
+    of its `start`, with sliding `friction` in place of its own; raises ParameterError and
     NotCertifiable."""
     time_step("model", model.opt.timestep, name)
     with silent():

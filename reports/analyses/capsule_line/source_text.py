@@ -10,6 +10,8 @@ import numpy as np
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.planner.construction import plan as find_plan
 from plumbob.analytic.systems.planner.problem import Limits, RestPose
+from plumbob.analytic.systems.slider_path import line_stroke
+from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.measurements import LINE, measured_error, problem
@@ -18,7 +20,19 @@ CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent
 STEP = 1e-3  # [s]
 THRESHOLD = "capsule-line/w1-threshold"
 SHORTER = 1000.0  # times, of t1
+HARD = 2.0  # of w2 over f g/mu, beyond (15)
+STARTS = (-0.05, 0.0, 0.08)  # of the slider along its line [m]
 SPARE, AWAY = 1.002, 1e-3  # of |w| over f g/mu, and how far a plan goes with it [m]
+
+
+@dataclass(frozen=True)
+class HardBrake:
+    """The check manoeuvre with a brake beyond (15): HARD times f g/mu."""
+
+    back: float  # way until t* [m]
+    after: float  # way from there to rest [m], exact
+    formula: float  # the same by constant accelerations
+    ends: float  # when the body rests [s]
 
 
 @dataclass(frozen=True)
@@ -39,6 +53,10 @@ class LineStatements:
     plan_lines: int
     plan_duration: float  # [s]
     acceleration: float  # [m/s²] of the plan
+    hard_brake: HardBrake
+    by_start: float  # largest relative change of the displacement with the slider's start
+    hard: float = HARD
+    starts: tuple[float, ...] = STARTS
     spare: float = SPARE
     away: float = AWAY
     shorter: float = SHORTER
@@ -67,6 +85,37 @@ def balance(line: LineManoeuvre) -> float:
     return float(np.abs(momentum - forces).max() / body.weight)
 
 
+def hard_brake(line: LineManoeuvre, factor: float = HARD) -> HardBrake:
+    """The exact motion with w2 `factor` times f g/mu, 1 < `factor`: at t* the body turns round."""
+    body, limit = line.capsule, line.capsule.holding_acceleration
+    w2, resistance = factor * limit, body.friction * body.gravity
+    path = line_stroke(line.segment.start, line.direction, line.w1, w2, line.t1)
+    motion = three_point_motion(body, path)
+    push, brake = body.mass_ratio * line.w1 - resistance, body.mass_ratio * w2 + resistance
+    t_star = line.t1 * (1.0 + push / brake)
+    left = line.t1 * (1.0 + line.w1 / w2) - t_star  # until the slider rests
+    forth = body.mass_ratio * w2 - resistance
+    places = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
+    return HardBrake(
+        float(places[0]),
+        float(places[1] - places[0]),
+        0.5 * forth * left**2 * (1.0 + forth / resistance),
+        motion.rest_time,
+    )
+
+
+def from_starts(line: LineManoeuvre) -> float:
+    """Largest relative change of the displacement where the slider starts elsewhere on its line:
+    of the exact motion, not of (22)."""
+
+    def moved(start: float) -> float:
+        path = replace(line, start=start).path
+        motion = three_point_motion(line.capsule, path)
+        return float(motion.at(np.array([motion.rest_time])).position[0, 0])
+
+    return max(abs(moved(start) / line.displacement - 1.0) for start in STARTS)
+
+
 def numbers(study: Study) -> LineStatements:
     """The sources' quantities, computed; and the errors of MuJoCo's friction."""
     line, barely = problem(LINE).motion, problem(THRESHOLD).motion
@@ -89,6 +138,8 @@ def numbers(study: Study) -> LineStatements:
         plan_lines=plan.lines,
         plan_duration=plan.duration,
         acceleration=SPARE * limit,
+        hard_brake=hard_brake(line),
+        by_start=from_starts(line),
     )
 
 

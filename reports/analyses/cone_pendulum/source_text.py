@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
@@ -17,6 +19,8 @@ from plumbob.reports.analyses.measurements import TURN
 
 SAMPLES = 20_000  # over a period, or half a turn: a largest value is known to eight digits
 NEAR = (0.05, 0.10)  # of the initial speed
+HARDLY = "cone-pendulum/above-barrier-1e-6"  # rotates, with 1e-6 of the barrier to spare
+VECTORS = (0.7, 5.0, 0.2)  # theta [rad], dθ/dt [rad/s] and X [m], at which (4) is worked out
 ENOUGH = 1e-12  # relative, of a period by the trapezoid rule
 
 
@@ -61,6 +65,31 @@ class Rotation:
 
 
 @dataclass(frozen=True)
+class Times:
+    """The time over the angle, eq. 16."""
+
+    period: float  # [s], of Fig. 2
+    printed: float  # the same with the factor 2 I_x of the print [s]
+    slope: float  # p ∂p/∂H [kg m^2], by differences
+    turns: tuple[float, ...]  # t at one, two and three turns, in periods
+    off_line: tuple[float, ...]  # largest distance of t/T from θ/2π, in Figs. 2 b and 3 b
+    crossings: tuple[int, ...]  # how often t/T crosses θ/2π within a turn
+    long: Rotation  # hardly above the barrier, on a turning platform
+
+
+@dataclass(frozen=True)
+class Vectors:
+    """The energy (4) [J] from its vectors, with the centre of mass at S n_z1 and at -S n_z1."""
+
+    theta: float
+    theta_dot: float
+    pivot_x: float
+    as_written: float
+    opposite: float
+    formula: float  # the right side of (4)
+
+
+@dataclass(frozen=True)
 class SourceText:
     """Numbers that the source's statements are judged by."""
 
@@ -72,6 +101,8 @@ class SourceText:
     by_means: float  # largest error of the periods by means, relative
     moments: Moments
     rotations: Mapping[str, Rotation]
+    times: Times
+    vectors: Vectors
     enough: float = ENOUGH
     scene: str = ROTATING
 
@@ -92,7 +123,48 @@ def numbers(study: Study) -> SourceText:
         max(abs(period_by_means(m) / m.period - 1.0) for m in (resting, turning)),
         _moments(turning),
         rotations(),
+        _times(resting, turning),
+        vectors(problem),
     )
+
+
+def _times(resting: PendulumMotion, turning: PendulumMotion) -> Times:
+    points = points_needed(resting)
+    period = period_by_points(resting, points)
+    theta = np.linspace(0.0, TURN, SAMPLES + 1)
+    off = [m.time_at(theta) / m.period - theta / TURN for m in (resting, turning)]
+    turns = turning.time_at(np.array([TURN, 2 * TURN, 3 * TURN])) / turning.period
+    return Times(
+        period,
+        2.0 * period,
+        _momentum_slope(resting, 1.0),
+        tuple(float(one) for one in turns),
+        tuple(float(np.abs(one).max()) for one in off),
+        tuple(int(np.count_nonzero(np.diff(np.sign(one[1:-1])))) for one in off),
+        rotation(forms(HARDLY).correct),
+    )
+
+
+def _momentum_slope(motion: PendulumMotion, theta: float) -> float:
+    """p ∂p/∂H [kg m^2] of (15) at `theta` [rad]: p^2 is linear in H, so any difference will do."""
+    energy, v = float(double(motion.energy)), in_double(motion.potential)
+    low, high = (2 * motion.inertia * (e - float(v.value(theta))) for e in (energy, 2 * energy))
+    return (high - low) / (2 * energy)
+
+
+def vectors(pendulum: ConePendulum) -> Vectors:
+    """M V · [Ω, R] of (4) by its vectors at VECTORS, with R = S n_z1 as written, and with -R."""
+    theta, rate, x = VECTORS
+    platform = np.array([0.0, 0.0, pendulum.platform_rate])
+    turning = np.array([rate, 0.0, pendulum.platform_rate])
+    pivot = np.cross(platform, [x, pendulum.pivot_y, pendulum.pivot_z])
+    axis = np.array([0.0, -np.sin(theta), np.cos(theta)])  # n_z1
+    arm = pendulum.body.com_distance * axis
+    as_written, opposite = (
+        float(pendulum.body.mass * pivot @ np.cross(turning, place)) for place in (arm, -arm)
+    )
+    formula = energies(replace(pendulum, pivot_x=x), np.array([theta]), np.array([rate]))
+    return Vectors(theta, rate, x, as_written, opposite, float(formula.coupling[0]))
 
 
 def period_by_means(motion: PendulumMotion) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -9,7 +10,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.rod_tension import bob_place
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.measurements import Curve, case, largest
 from plumbob.reports.analyses.simple_pendulum.notebook import (
@@ -18,12 +21,15 @@ from plumbob.reports.analyses.simple_pendulum.notebook import (
     LINEAR,
     SIMPLE,
     own_run,
-    requests,
 )
+from plumbob.reports.analyses.simple_pendulum.notebook import requests as of_cases
 
 DRAWN, SHOWN = "free-large", 6.0  # case 2, and its first seconds
 APART = 0.1  # of the length, 1 m: what a picture of the two shows
 INSIDE = 0.97  # of its size: a circle that another one does not cover
+ACCELEROMETER = ExtraRun(
+    SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
+)
 FINE = np.linspace(0.0, DURATION, 5001)  # [s]
 SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
 
@@ -35,6 +41,17 @@ class Distance:
     label: str
     largest: float  # [m]
     parted: float | None  # [s], when they first are by APART
+
+
+@dataclass(frozen=True)
+class Accelerometer:
+    """Readings at MuJoCo's bob in case 2, against the exact acceleration [m/s^2]."""
+
+    across: float  # largest |L θ̈|
+    along: float  # largest L θ̇²
+    gap: float  # largest difference of the readings, gravity added, from those two
+    reads_across: float  # largest reading across the rod, as it is
+    gap_of_pull: float  # largest difference of that along it from T/m of the engine's own sensor
 
 
 @dataclass(frozen=True)
@@ -55,9 +72,15 @@ class Bobs:
     linear_pendulum: tuple[BobPath, BobPath | None]
     rotation: Curve  # y over x [m]
     linear_rotation: Curve
+    accelerometer: Accelerometer | None
     apart: float = APART  # [m]
     duration: float = DURATION
     shown: float = SHOWN
+
+
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The notebook's own runs, and one of MuJoCo with an accelerometer at the bob."""
+    return (*of_cases(plan), ACCELEROMETER)
 
 
 def place(scene: str, times: Array) -> Array:
@@ -80,6 +103,27 @@ def numbers(study: Study) -> Bobs:
         _paths(study, LINEAR + DRAWN),
         tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),
         tuple(INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
+        None if (run := study.answer(ACCELEROMETER)) is None else readings(run),
+    )
+
+
+def readings(run: Trajectory) -> Accelerometer | None:
+    if "acceleration_across" not in run.channels:
+        return None
+    pendulum = case(ACCELEROMETER.scene).problem.started
+    state = case(ACCELEROMETER.scene).reference.observe(run.times)
+    sine, cosine = np.sin(state["theta"]), np.cos(state["theta"])
+    across = -pendulum.gravity * sine  # L θ̈, by the equation of motion
+    along = pendulum.length * state["theta_dot"] ** 2
+    reads = run.channels["acceleration_across"], run.channels["acceleration_along"]
+    free_fall = -pendulum.gravity * sine, -pendulum.gravity * cosine
+    moved = [read + fall for read, fall in zip(reads, free_fall, strict=True)]
+    return Accelerometer(
+        float(np.abs(across).max()),
+        float(along.max()),
+        float(max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max())),
+        float(np.abs(reads[0]).max()),
+        float(np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max()),
     )
 
 

@@ -20,9 +20,8 @@ from plumbob.reports.view.notation import number
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 METHOD, STEP, DURATION = "ode/rk4", 0.05, 50.0  # the notebook's: 1000 steps
 EVERY_STEP = np.linspace(0.0, DURATION, 1001)  # [s]
-SHOWN = 15.0  # [s] of an undamped motion, the rest of which is the same again
-POINTS = 300
-DOTS = 3  # steps from one dot to the next: 0.15 s
+SHOWN = 15.0  # [s] in the phase plane, where more than a few swings hide each other
+DOTS = 8  # steps from one dot to the next: 0.4 s
 CASES = MappingProxyType(
     {
         "1": "free-small",
@@ -39,10 +38,11 @@ FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion, theta [rad] over time and, for SHOWN, theta_dot [rad/s] over theta."""
+    """A motion as the notebook draws it: theta [deg] over time, for SHOWN theta_dot [deg/s] over
+    theta, which goes on past a full turn."""
 
     over_time: Curve
-    in_plane: Curve  # with NaN where it leaves one turn for the next
+    in_plane: Curve
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,6 @@ class CaseMotions:
     """The motions of a case of the pendulum and the linear one: exact, and by RK4."""
 
     label: str
-    until: float  # [s] that are shown
-    rotates: bool
     pendulum: tuple[Motion, Motion | None]
     linear: tuple[Motion, Motion | None]
 
@@ -105,36 +103,26 @@ def cases(study: Study) -> Cases:
     """For each case theta(t) and the phase plane, linear and non-linear, exact and by RK4."""
     motions = []
     for label, name in CASES.items():
-        problem = case(SIMPLE + name).problem
-        until = DURATION if problem.damping_rate else SHOWN
-        pair = (_motions(study, kind + name, until) for kind in (SIMPLE, LINEAR))
-        motions.append(CaseMotions(label, until, bool(problem.theta_dot), *pair))
+        pair = (_motions(study, kind + name) for kind in (SIMPLE, LINEAR))
+        motions.append(CaseMotions(label, *pair))
     return Cases(tuple(motions))
 
 
-def _motions(study: Study, scene: str, until: float) -> tuple[Motion, Motion | None]:
+def _motions(study: Study, scene: str) -> tuple[Motion, Motion | None]:
     """The exact motion of a scene, and the notebook's run of it."""
-    observe, turns = case(scene).reference.observe, scene.startswith(SIMPLE)
-    times, first = (np.linspace(0.0, end, POINTS) for end in (until, SHOWN))
-    path = observe(first)
-    theta, rate = path["theta"], path["theta_dot"]
-    exact = Motion((times, observe(times)["theta"]), _in_plane(theta, rate, turns))
+    path = case(scene).reference.observe(EVERY_STEP)
+    exact = _motion(EVERY_STEP, path["theta"], path["theta_dot"])
     if (run := study.answer(own_run(scene))) is None:
         return exact, None
     theta, rate = run.observables["theta"], run.observables["theta_dot"]
-    kept, early = (np.flatnonzero(run.times <= end)[::DOTS] for end in (until, SHOWN))
-    path_by_rk4 = _in_plane(theta[early], rate[early], turns)
-    return exact, Motion((run.times[kept], theta[kept]), path_by_rk4)
+    return exact, _motion(run.times[::DOTS], theta[::DOTS], rate[::DOTS])
 
 
-def _in_plane(theta: Array, rate: Array, turns: bool) -> Curve:
-    """A path in the phase plane; one that `turns` between -pi and pi, broken where it leaves."""
-    if not turns:
-        return theta, rate
-    count = np.round(theta / (2 * np.pi))
-    breaks = np.flatnonzero(np.diff(count)) + 1
-    inside = theta - 2 * np.pi * count
-    return np.insert(inside, breaks, np.nan), np.insert(rate, breaks, np.nan)
+def _motion(times: Array, theta: Array, rate: Array) -> Motion:
+    """The two plots of a motion, in degrees."""
+    degrees = np.degrees(theta)
+    first = times <= SHOWN
+    return Motion((times, degrees), (degrees[first], np.degrees(rate)[first]))
 
 
 def errors(study: Study) -> NotebookErrors:

@@ -41,15 +41,11 @@ def lines(answer: Finding) -> list[str]:
     return [f"{name:{width}}{text}" for name, text in rows(answer)]
 
 
-def write_page(
-    answer: Finding, audit: Audit | ContactAudit, folder: Path, command: str, drawn: bytes | None
-) -> Path:
-    """Write the page of an audit into `folder`, whole or not at all, and return its path; `command`
-    is what reproduces it, `drawn` a PNG of the model. Raises OSError where the folder cannot be
-    written."""
-    ending = "-contacts.html" if isinstance(audit, ContactAudit) else ".html"
-    name = page_name(audit.name, folder, ending)
-    return written(page(answer, audit, command, drawn), folder, name)
+def write_page(text: str, model: str, folder: Path, contacts: bool = False) -> Path:
+    """Write the page of an audit of the file `model` into `folder`, whole or not at all, and return
+    its path. Raises OSError where the folder cannot be written."""
+    name = page_name(model, folder, "-contacts.html" if contacts else ".html")
+    return written(text, folder, name)
 
 
 def page(

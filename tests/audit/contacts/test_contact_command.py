@@ -15,6 +15,7 @@ from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.engines.own_contacts import ContactModel
+from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
@@ -77,7 +78,7 @@ LEFT_OUT = {  # said: more in the world, more behind it
 def _contacts(model: Any, keyframe: int | None = None, body: str | None = None) -> ContactModel:
     models = ENGINE.ability(UserModels)
     assert models is not None
-    return models.contacts(model, keyframe, body, None)
+    return models.contacts(model, Start(keyframe), body, None)
 
 
 @pytest.mark.parametrize("said", LEFT_OUT)

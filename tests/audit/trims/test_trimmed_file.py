@@ -148,7 +148,7 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     source, target = tmp_path / "my.xml", tmp_path / "less.xml"
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (SENSORS if same else SPRINGS,)
-    found = trimmed_file(audited(source, changes), source, target, None)
+    found = trimmed_file(audited(source, changes), source, target)
     assert np.array_equal(moved(source, 150), moved(target, 150)) == same
     said = dict(rows(answered(found)))["trimmed file"]
     assert said.startswith("less.xml, read back, moves ")

@@ -142,8 +142,6 @@ def whole(
     spec.body("slider").pos = [setup.slider[0] + ahead * x, setup.slider[1] + ahead * y, 0.0]
     set_slider(spec, setup, (x, y))
     spec.body("slider").inertia = [POINT] * 3
-    for key in tuple(spec.keys):  # the start is where the body rests, which is found by settling
-        spec.delete(key)
     return spec
 
 

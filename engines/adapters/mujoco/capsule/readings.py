@@ -33,13 +33,16 @@ FREE = 7  # least number of coordinates of the full model: place and quaternion;
 
 def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup, axis: tuple[float, float]) -> None:
     """Give the slider its mass, and its joint along `axis`, or its two joints of the plane, the
-    armature that imposes its motion; a slider without imposed motion is fixed in the body.
+    armature that imposes its motion; a slider without imposed motion is fixed in the body. The
+    file's keyframe goes: the start is a scene's own, at rest on contacts that have settled.
 
     The solver's tolerance is scaled with the armature: its criterion is relative to the trace of
     the mass matrix, which the armature inflates, so that a nominal 1e-8 would act as 1e2.
     """
     capsule, in_plane = setup.capsule, setup.plane_velocity is not None
     spec.body("slider").mass = capsule.slider_mass
+    for key in tuple(spec.keys):
+        spec.delete(key)
     names = ("slider_x", "slider_y") if in_plane else ("slider",)
     if setup.relative_velocity is None and not in_plane:
         spec.delete(spec.actuator("slider"))

@@ -32,7 +32,15 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
 )
 from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.method import time_step
-from plumbob.engines.own_motion import Change, NotCertifiable, Script, Stepped, Touching
+from plumbob.engines.own_motion import (
+    AS_IT_STANDS,
+    Change,
+    NotCertifiable,
+    Script,
+    Start,
+    Stepped,
+    Touching,
+)
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
@@ -307,14 +315,14 @@ class MujocoModel:
         return differences
 
 
-def own_model(model: Any, name: str, keyframe: int | str | None = None) -> MujocoModel:
-    """The compiled `model` as an audit needs it, started from a keyframe, or as it stands; raises
-    ParameterError for a keyframe that it does not have, NotCertifiable for what no audit can
+def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel:
+    """The compiled `model` as an audit needs it, from its `start`; raises
+    ParameterError for a start that it cannot have, NotCertifiable for what no audit can
     follow."""
     model = copy.copy(model)
     step = time_step("model", model.opt.timestep, name)
     refused(model)
-    data = started(model, keyframe)
+    data = started(model, start)
     numbers = (data.qpos, data.qvel, data.act, data.xipos, data.qacc)
     if not all(np.isfinite(values).all() for values in numbers):
         raise NotCertifiable("at its start something is not a number")
@@ -335,12 +343,19 @@ def own_model(model: Any, name: str, keyframe: int | str | None = None) -> Mujoc
     )
 
 
-def started(model: Any, keyframe: int | str | None) -> Any:
-    """The mjData of the compiled `model` at a keyframe, or as it stands, all positions computed;
-    raises ParameterError."""
+def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
+    """The mjData of the compiled `model` at its `start`, all positions computed; raises
+    ParameterError."""
     data = mujoco.MjData(model)
-    if keyframe is not None:
-        mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, keyframe))
+    if start.keyframe is not None:
+        mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, start.keyframe))
+    for name, values in (("qpos", start.qpos), ("qvel", start.qvel)):
+        if values is not None:
+            state = getattr(data, name)
+            if len(values) != state.size or not np.isfinite(values).all():
+                given = f"{len(values)} numbers" if len(values) != state.size else values
+                raise ParameterError(name, given, f"{state.size} finite numbers, as the model has")
+            state[:] = values
     try:
         mujoco.mj_forward(model, data)
     except mujoco.FatalError as error:
@@ -353,7 +368,7 @@ def _refusal(model: Any, integrator: str) -> str:
     other = copy.copy(model)
     other.opt.integrator = kind(integrator)
     try:
-        started(other, None)
+        started(other)
     except NotCertifiable as why:
         return str(why)
     return ""

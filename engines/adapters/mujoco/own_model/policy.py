@@ -1,0 +1,42 @@
+"""The controls that a policy gives while a user's model runs at its own step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model.model import silent, started
+from plumbob.engines.own_motion import Policy, Start
+
+
+def recorded(model: Any, start: Start, policy: Policy, period: float, duration: float) -> Array:
+    """Controls of the compiled `model`, shape (periods, actuators), from its `start` on: `policy`
+    is called with time [s], positions and velocities at the beginning of each `period` [s], the
+    multiple of the model's step that is nearest. Raises ParameterError."""
+    step = float(model.opt.timestep)
+    held = max(1, round(period / step))
+    with silent():
+        data, controls = started(model, start), []
+        for _ in range(max(1, round(duration / (held * step)))):
+            state = float(data.time), np.array(data.qpos), np.array(data.qvel)
+            controls.append(_checked(policy, state, int(model.nu)))
+            data.ctrl[:] = controls[-1]
+            mujoco.mj_step(model, data, held)
+    return np.array(controls)
+
+
+def _checked(policy: Policy, state: tuple[float, Array, Array], count: int) -> Array:
+    wanted = f"a function of time, qpos and qvel that returns {count} finite numbers"
+    name = getattr(policy, "__name__", type(policy).__name__)
+    try:
+        control = np.asarray(policy(*state), dtype=float).reshape(-1)
+    except Exception as error:
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise ParameterError("policy", name, f"{wanted} ({reason})") from None
+    if control.shape != (count,) or not np.isfinite(control).all():
+        raise ParameterError("policy", name, f"{wanted}, not {control.tolist()}")
+    return control

@@ -1,0 +1,124 @@
+"""Several audits by one command: which files are meant, and a row for each of them."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.workers import Lost, Task, Workers
+from plumbob.reports.view.finding_text import written as worded
+from plumbob.reports.view.page import filled, written
+
+INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"']")
+ROOT = re.compile(r"<mujoco\b")
+LOST = 3  # exit code where a process has died or hung
+PAGE = "audit-models.html"
+
+
+@dataclass(frozen=True)
+class Row:
+    """The audit of a file, or why it has none."""
+
+    path: str
+    error: float | None  # [m], of the model's own step
+    step: float | None  # [s]
+    says: str  # what to do about it, or why there is no audit
+    code: int  # the exit code that this file alone would have
+    data: dict[str, Any]  # what --json prints of it
+    page: str = ""  # the file's own page
+
+
+def model_files(words: Sequence[str]) -> list[Path] | None:
+    """The files that `words` mean: files, folders, of which every model below that no other there
+    includes, and patterns; None where they are one file. Raises ParameterError."""
+    if len(words) == 1 and not Path(words[0]).is_dir() and not _is_pattern(words[0]):
+        return None
+    found: list[Path] = []
+    for word in words:
+        if Path(word).is_dir():
+            files = _models_in(Path(word))
+        elif _is_pattern(word):
+            files = sorted(map(Path, glob.glob(word, recursive=True)))
+        else:
+            files = [Path(word)]
+        if not files:
+            raise ParameterError("model", word, "a file, or a folder or pattern with models in it")
+        found += files
+    return list(dict.fromkeys(found))
+
+
+def _is_pattern(word: str) -> bool:
+    return glob.has_magic(word) and not Path(word).exists()
+
+
+def _models_in(folder: Path) -> list[Path]:
+    """MJCF files below `folder` that are no part of another one."""
+    texts = {
+        path.resolve(): path.read_text("utf-8", "replace") for path in sorted(folder.rglob("*.xml"))
+    }
+    parts = {
+        (path.parent / part).resolve()
+        for path, text in texts.items()
+        for part in INCLUDED.findall(text)
+    }
+    inside = [path for path, text in texts.items() if ROOT.search(text) and path not in parts]
+    return [folder / path.relative_to(folder.resolve()) for path in inside]
+
+
+def audited(
+    files: Sequence[Path], do: Callable[[Path], Row], jobs: int, limit: float
+) -> Iterator[Row]:
+    """A row for each file as they are done, in up to `jobs` processes; one that dies, or takes
+    longer than `limit` [s], costs its own row."""
+    tasks = [Task(path, do, (path,), limit, label=str(path)) for path in files]
+    with Workers(min(jobs, len(tasks))) as workers:
+        for task, row in workers.results(tasks):
+            path = str(task.key)
+            lost = {"model": path, "path": path, "error": None, "why": getattr(row, "why", "")}
+            yield Row(path, None, None, row.why, LOST, lost) if isinstance(row, Lost) else row
+
+
+def sorted_rows(rows: Sequence[Row]) -> list[Row]:
+    """The largest error first, what has none last; each by its path from the folder that all
+    share."""
+    key = [(row.error is None, -(row.error or 0.0), row.path) for row in rows]
+    return [row for _, row in sorted(zip(key, rows, strict=True), key=lambda pair: pair[0])]
+
+
+def short_names(rows: Sequence[Row]) -> list[str]:
+    """Paths of the rows from the folder that all share."""
+    whole = [os.path.abspath(row.path) for row in rows]
+    shared = os.path.commonpath([os.path.dirname(path) for path in whole])
+    return [os.path.relpath(path, shared) for path in whole]
+
+
+def lines(rows: Sequence[Row]) -> list[str]:
+    """The table as text."""
+    (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
+    table = [finding.tables[0].heads]
+    table += [tuple(cell.text for cell in row) for row in finding.tables[0].rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+
+
+def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
+    """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
+    (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
+    text = filled(
+        "audit.html.jinja",
+        finding=finding,
+        href=lambda page: page,
+        mark="",
+        picture="",
+        code="",
+        versions="",
+        seconds=f"{seconds:.3g}",
+        command=command,
+    )
+    return written(text, folder, PAGE)

@@ -1,0 +1,72 @@
+"""A policy of one's own: recorded at the model's own step, and replayed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob import audit
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.reports.cli import main
+
+ROD = """<mujoco><option timestep="0.005"/><worldbody><body><joint name="hinge" axis="0 1 0"/>
+<geom size=".1" pos=".5 0 0"/></body></worldbody>
+<actuator><motor joint="hinge"/></actuator></mujoco>"""
+
+
+def holding(time: float, qpos: Array, qvel: Array) -> Array:
+    return np.asarray(-20.0 * qpos - 2.0 * qvel + np.sin(3.0 * time))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("held", [1, 4])
+def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held: int) -> None:
+    model = mujoco.MjModel.from_xml_string(ROD)
+    data, controls = mujoco.MjData(model), []
+    for _ in range(40 // held):
+        data.ctrl[:] = holding(data.time, data.qpos, data.qvel)
+        controls.append(data.ctrl.copy())
+        mujoco.mj_step(model, data, held)
+    period = None if held == 1 else held * 0.005
+    found = audit(model, policy=holding, period=period, duration=0.2, budget=5.0)
+    np.testing.assert_array_equal(found.script.controls, controls)
+    assert found.script.period == pytest.approx(held * 0.005)
+    assert found.control.startswith("policy, recorded")
+    assert found.until == pytest.approx(0.2)
+    assert found.error is not None
+    assert found.error > 1e-5  # of the step, which is resolved
+
+
+@pytest.mark.parametrize(
+    ("policy", "reason"),
+    [
+        (lambda time, qpos, qvel: [1.0, 2.0], "returns 1 finite numbers, not [1.0, 2.0]"),
+        (lambda time, qpos, qvel: [float("nan")], "returns 1 finite numbers, not [nan]"),
+        (lambda time: 0.0, "returns 1 finite numbers (TypeError: "),
+    ],
+)
+def test_a_policy_that_cannot_be_called_is_one_line(policy: Any, reason: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        audit(mujoco.MjModel.from_xml_string(ROD), policy=policy, duration=0.02)
+    assert reason in str(caught.value)
+
+
+def test_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.xml").write_text(ROD)
+    (tmp_path / "holding_rod.py").write_text("def act(time, qpos, qvel):\n    return -qpos\n")
+    line = ["audit", "rod.xml", "--duration", "0.05", "--budget", "5"]
+    assert main([*line, "--policy", "holding_rod:act"]) == 0
+    assert "control (policy, recorded at the model's own step) held 5 ms" in capsys.readouterr().out
+    for wrong in ("holding_rod", "holding_rod:none", "no_such_module:act", "holding_rod:__name__"):
+        assert main([*line, "--policy", wrong]) == 2
+        err = capsys.readouterr().err
+        assert (err.count("\n"), "policy = " in err) == (1, True)
+    assert main([*line, "--policy", "holding_rod:act", "--ctrl", "sines"]) == 2

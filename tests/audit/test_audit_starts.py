@@ -1,0 +1,72 @@
+"""Where an audited motion starts: a keyframe, given positions and velocities, or a mjData."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob import audit
+from plumbob.analytic.parameters import ParameterError
+from plumbob.reports.cli import main
+
+ROD = """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
+</worldbody><keyframe><key name="up" qpos="-1.5" qvel="0.25"/></keyframe></mujoco>"""
+SHORT = {"duration": 0.05, "budget": 5.0}
+
+
+def start(model: object, **given: object) -> tuple[float, float]:
+    """Position and velocity at the beginning of the certified motion."""
+    found = audit(model, **SHORT, **given)  # type: ignore[arg-type]
+    state = found.script.start
+    return float(state[0]), float(state[1])
+
+
+def test_a_start_is_what_is_asked_for() -> None:
+    model = mujoco.MjModel.from_xml_string(ROD)
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = 0.5, -2.0
+    assert start(model) == (0.0, 0.0)
+    assert start(model, keyframe="up") == (-1.5, 0.25)
+    assert start(model, keyframe="up", qvel=[3.0]) == (-1.5, 3.0)
+    assert start(model, qpos=np.array([1.0])) == (1.0, 0.0)
+    assert start(data) == (0.5, -2.0)
+    assert start(data, qpos=[0.75]) == (0.75, -2.0)
+    assert data.qpos[0] == 0.5  # the user's own is left alone
+    spec = mujoco.MjSpec.from_string(ROD)
+    assert start(spec, keyframe="up") == (-1.5, 0.25)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[-1.0, 0.0, 0.0])
+    with pytest.raises(ParameterError, match="model = 'MjSpec': must be one that compiles"):
+        start(spec)
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ({"qpos": [1.0, 2.0]}, "qpos = '2 numbers': must be 1 finite numbers, as the model has"),
+        ({"qvel": [float("nan")]}, "must be 1 finite numbers"),
+        ({"qvel": "fast"}, "qvel = 'fast': must be a list of numbers"),
+    ],
+)
+def test_a_start_that_cannot_be_is_one_line(given: dict[str, object], line: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        start(mujoco.MjModel.from_xml_string(ROD), **given)
+    assert line in str(caught.value)
+
+
+def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A rod that starts upright and at rest stays there; one that moves does not."""
+    file = tmp_path / "rod.xml"
+    file.write_text(ROD)
+    line = ["audit", str(file), "--duration", "0.05", "--budget", "5", "--json"]
+    errors = []
+    for more in ([], ["--qpos=-1.5707963267948966"], ["--qpos", "1", "--qvel", "2"]):
+        assert main([*line, *more]) == 0
+        errors.append(json.loads(capsys.readouterr().out)["error"])
+    assert errors[1] < 1e-9 < min(errors[0], errors[2])
+    for more in (["--qpos", "1,2"], ["--qvel", "fast"]):
+        assert main([*line, *more]) == 2
+        assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,89 @@
+"""Several models by one command: a row each, the largest error first, whatever one of them is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.reports.cli import main
+from plumbob.reports.commands.several_audits import model_files
+
+ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
+<geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
+QUICK = ["--duration", "0.1", "--budget", "5"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two rods of one name, one with ten times the step; a broken file; one that includes another;
+    and one that is no model."""
+    for place, step in (("fine", 1e-3), ("coarse", 1e-2)):
+        (tmp_path / place).mkdir()
+        (tmp_path / place / "rod.xml").write_text(ROD.format(step=step))
+    (tmp_path / "broken.xml").write_text("<mujoco><no_such_element/></mujoco>")
+    (tmp_path / "whole.xml").write_text('<mujoco><include file="part.xml"/></mujoco>')
+    (tmp_path / "part.xml").write_text(ROD.format(step=2e-3))
+    (tmp_path / "notes.xml").write_text("<notes/>")
+    return tmp_path
+
+
+def test_which_files_are_meant(folder: Path) -> None:
+    """A single file is none of several; a folder gives what no other file there includes."""
+    rod = str(folder / "fine" / "rod.xml")
+    assert model_files([rod]) is None
+    assert model_files([rod, rod]) == [Path(rod)]
+    inside = {path.relative_to(folder).as_posix() for path in model_files([str(folder)]) or ()}
+    assert inside == {"fine/rod.xml", "coarse/rod.xml", "broken.xml", "whole.xml"}
+    assert model_files([str(folder / "*" / "rod.xml")]) == [
+        folder / "coarse" / "rod.xml",
+        folder / "fine" / "rod.xml",
+    ]
+    for nothing in (str(folder / "*.mjcf"), str(folder / "empty")):
+        (folder / "empty").mkdir(exist_ok=True)
+        with pytest.raises(ParameterError, match="a file, or a folder or pattern with models"):
+            model_files([nothing])
+
+
+@pytest.mark.long
+def test_a_broken_model_costs_its_row(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = folder / "out"
+    given = [str(folder / name) for name in ("broken.xml", "fine", "coarse")]
+    assert main(["audit", *given, *QUICK, "--jobs", "2", "--out", str(out)]) == 2
+    head, *table = capsys.readouterr().out.splitlines()
+    assert head.split()[:3] == ["model", "step", "error"]
+    assert [line.split()[0] for line in table] == ["coarse/rod.xml", "fine/rod.xml", "broken.xml"]
+    assert "must be a MuJoCo model file" in table[-1]
+    pages = {page.name for page in out.iterdir()}
+    assert pages == {"audit-models.html", "audit-rod.html", "audit-coarse-rod.html"} or pages == {
+        "audit-models.html",
+        "audit-rod.html",
+        "audit-fine-rod.html",
+    }
+    text = (out / "audit-models.html").read_text("utf-8")
+    assert all(f'<a href="{page}"' in text for page in pages - {"audit-models.html"})
+    assert "broken.xml" in text
+
+
+@pytest.mark.long
+def test_json_is_a_list_of_what_one_audit_gives(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fine, coarse = (str(folder / place / "rod.xml") for place in ("fine", "coarse"))
+    assert main(["audit", fine, *QUICK, "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    asked = ["--absolute", str(2.0 * alone["error"])]
+    assert main(["audit", fine, coarse, *QUICK, *asked, "--json"]) == 1  # the coarse one misses it
+    both = json.loads(capsys.readouterr().out)
+    assert [one["path"] for one in both] == [coarse, fine]
+    assert set(both[1]) == {*alone, "path"}
+    assert both[1]["error"] == alone["error"]
+    assert main(["audit", str(folder / "f*" / "rod.xml"), *QUICK, "--json"]) == 0
+    assert [one["path"] for one in json.loads(capsys.readouterr().out)] == [fine]
+
+
+def test_one_line_for_what_cannot_be(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["audit", str(folder), "--write-trimmed", str(folder / "new.xml")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
