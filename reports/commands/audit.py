@@ -190,7 +190,7 @@ def _row(file: Path, chosen: argparse.Namespace, numbers: Mapping[str, float]) -
         error, data = found.error(found.own[0]), contact_data(found)
     else:
         error, data = found.error, as_data(found)
-    known = error if error is not None and math.isfinite(error) else None
+    known = None if error is None or math.isnan(error) else error
     said = dict(rows(answer)).get("to do", "")
     whole = "" if chosen.out is None else _page_text(answer, found, chosen, path)
     code = _asked(found, numbers.get("absolute"), bool(chosen.stable))
@@ -207,9 +207,13 @@ def _several(
     limit = PATIENCE * numbers.get("budget", BUDGET)
     do = partial(_row, chosen=chosen, numbers=numbers)
     with progress() as show:
-        for row in several_audits.audited(files, do, jobs, limit):
-            found.append(_with_page(row, chosen))
-            show(f"{row.path} audited", len(found), len(files))
+        try:
+            for row in several_audits.audited(files, do, jobs, limit):
+                found.append(_with_page(row, chosen))
+                show(f"{row.path} audited", len(found), len(files))
+        except KeyboardInterrupt:  # what is done is not lost
+            print("\n".join(several_audits.lines(several_audits.sorted_rows(found))))
+            raise
     found = several_audits.sorted_rows(found)
     if chosen.out is not None:
         command = _command(chosen, " ".join(map(shlex.quote, chosen.model)))

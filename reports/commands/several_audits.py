@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import math
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -26,12 +27,17 @@ class Row:
     """The audit of a file, or why it has none."""
 
     path: str
-    error: float | None  # [m], of the model's own step
+    error: float | None  # [m], of the model's own step; infinite where it diverges
     step: float | None  # [s]
     says: str  # what to do about it, or why there is no audit
     code: int  # the exit code that this file alone would have
     data: dict[str, Any]  # what --json prints of it
     page: str = ""  # the file's own page
+
+    @property
+    def diverges(self) -> bool:
+        """Whether the run at the model's own step does."""
+        return self.error is not None and math.isinf(self.error)
 
 
 def model_files(words: Sequence[str]) -> list[Path] | None:
@@ -99,7 +105,9 @@ def short_names(rows: Sequence[Row]) -> list[str]:
 
 
 def lines(rows: Sequence[Row]) -> list[str]:
-    """The table as text."""
+    """The table as text; nothing without rows."""
+    if not rows:
+        return []
     (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
     table = [finding.tables[0].heads]
     table += [tuple(cell.text for cell in row) for row in finding.tables[0].rows]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
-from plumbob.reports.commands.several_audits import model_files
+from plumbob.reports.commands.several_audits import Row, model_files
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
@@ -65,6 +66,31 @@ def test_a_broken_model_costs_its_row(folder: Path, capsys: pytest.CaptureFixtur
     text = (out / "audit-models.html").read_text("utf-8")
     assert all(f'<a href="{page}"' in text for page in pages - {"audit-models.html"})
     assert "broken.xml" in text
+
+
+@pytest.mark.long
+def test_what_diverges_comes_first(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Damping of 300 N m s on 1.06 kg m² is ten times too much for RK4 at 100 ms."""
+    stiff = ROD.format(step=0.1).replace("timestep", 'integrator="RK4" timestep')
+    file = folder / "stiff.xml"
+    file.write_text(stiff.replace("<joint", '<joint damping="300"'))
+    given = [str(folder / "coarse"), str(file)]
+    assert main(["audit", *given, "--duration", "5", "--budget", "5"]) == 0
+    _, first, second = capsys.readouterr().out.splitlines()
+    assert first.split()[:4] == ["stiff.xml", "100", "ms", "diverges"]
+    assert second.split()[0] == "coarse/rod.xml"
+
+
+def test_an_interrupt_keeps_what_is_done(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(files: list[Path], *rest: object) -> Iterator[Row]:
+        yield Row(str(files[0]), 0.5, 0.01, "this", 0, {})
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("plumbob.reports.commands.several_audits.audited", interrupted)
+    assert main(["audit", str(folder / "fine"), str(folder / "coarse")]) == 130
+    assert "rod.xml  10 ms  50 cm  this" in capsys.readouterr().out
 
 
 @pytest.mark.long
