@@ -240,7 +240,8 @@ class Course:
         else:
             return False
         begun, most = replace(script, start=start), LOST
-        for tried in step * np.array(NEAR):
+        moving = begin < len(self.states)
+        for tried in step * np.array(NEAR if moving else NEAR[:1]):
             grown = nudged(begun, begin, integrator, tried, duration)
             if math.isinf(grown):
                 return True
@@ -250,8 +251,7 @@ class Course:
             if grown <= most:
                 return False
         # A nudge may decide on which foot a body lands, and nothing thereafter.
-        later = begin < len(self.states)
-        return not later or nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
+        return not moving or nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
 
     def rate(self, integrator: str, step: float, duration: float) -> float:
         """At the end of a run from the start with a step [s], see `rate_after`."""

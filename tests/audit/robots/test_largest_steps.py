@@ -98,6 +98,15 @@ def test_a_limit_beyond_what_is_tried_is_said_as_that(
     assert (limit.largest_step, limit.confirmed) == (None, True)
 
 
+def test_at_rest_one_lost_nudge_is_no_chance(request: pytest.FixtureRequest) -> None:
+    """Nothing lands there: no neighbouring step is to lose it as well."""
+    skipped("gymnasium", "half_cheetah", request)
+    found = folder("gymnasium")
+    assert found is not None
+    limit = limited(course_of(file_model(found / "half_cheetah.xml"), "sines"), "euler")
+    assert 0.055 < limit.reach < 0.067
+
+
 def test_states_along_the_motion_alone_miss_where_a_contact_chatters(
     request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
