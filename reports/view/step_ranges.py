@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
+from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import worst
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import KnownLimit
@@ -29,9 +31,11 @@ class StepRange:
     """The steps of a method on a scene that are accurate, and those that are stable."""
 
     method: str
-    accurate: float | None  # [s] the largest that was run with an error of 1 % or less
-    next_larger: float | None  # [s] that was run
-    limit: KnownLimit | None
+    control: Literal["step", "tolerance"]
+    least: float  # relative error of all that were run; infinite where all diverged
+    accurate: float | None  # [s], or relative tolerance: the largest that was run within 1 %
+    next_larger: float | None  # that was run
+    limit: KnownLimit | None  # of a method that is given a step
 
     @property
     def margin(self) -> float | None:
@@ -64,12 +68,12 @@ class StepRange:
 
 
 def step_ranges(study: Study, scene: Scene) -> tuple[StepRange, ...]:
-    """The ranges of every method that is given a step and was run."""
-    controls = {method.name: method.control for method in study.methods}
+    """The ranges of every method that was run."""
+    methods = {method.name: method for method in study.methods}
     return tuple(
-        _step_range(study, scene, series.method, errors)
+        _step_range(study, scene, methods[series.method], errors)
         for series in study.convergence
-        if series.scene == scene.name and controls[series.method] == "step"
+        if series.scene == scene.name
         if (
             errors := {
                 run.step: worst(run, study.quantities(scene.name))[1]
@@ -88,7 +92,10 @@ def finite_limits(ranges: Iterable[StepRange]) -> dict[str, float]:
     return {method: step for method, step in limits.items() if 0.0 < step < math.inf}
 
 
-def _step_range(study: Study, scene: Scene, method: str, errors: dict[float, float]) -> StepRange:
+def _step_range(
+    study: Study, scene: Scene, method: Method, errors: dict[float, float]
+) -> StepRange:
     accurate = max((step for step, error in errors.items() if error <= PERCENT), default=None)
     larger = min((step for step in errors if step > (accurate or 0.0)), default=None)
-    return StepRange(method, accurate, larger, study.step_limit(scene.name, method))
+    limit = study.step_limit(scene.name, method.name) if method.control == "step" else None
+    return StepRange(method.name, method.control, min(errors.values()), accurate, larger, limit)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
 
 from plumbob.analytic.stability import StepLimit
+from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
 from plumbob.reports.view import hard_cases
+from plumbob.reports.view.content import Table
 from plumbob.reports.view.site import largest_step as of_index
 from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import StepRange, step_ranges
@@ -20,6 +24,11 @@ from plumbob.tests.support.studies import quick
 
 SADDLE = "cone-pendulum/above-barrier-1e-6"
 SWING, EULER = "cone-pendulum/equal-wells-short", "mujoco/euler"
+
+
+def cases(study: Study, scenes: Sequence[Scene]) -> Table | None:
+    """The table of hard cases of scenes of a study."""
+    return hard_cases.table(study, [(scene, step_ranges(study, scene)) for scene in scenes])
 
 
 def test_digits_are_counted_from_a_rounding() -> None:
@@ -41,7 +50,7 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> Non
     scene and what makes it hard."""
     study = quick()
     hard = [scene for scene in study.scenes if scene.hard]
-    table, alone = (hard_cases.table(study, of) for of in (hard, [find_scene(SADDLE)]))
+    table, alone = (cases(study, of) for of in (hard, [find_scene(SADDLE)]))
     assert table is not None
     assert alone is not None
     assert table.heads == alone.heads
@@ -63,7 +72,7 @@ def test_a_study_without_runs_says_nothing() -> None:
     empty = replace(quick(), convergence=())
     assert hard_cases.lost_by_motion(empty, find_scene(SADDLE)) is None
     assert step_ranges(empty, find_scene(SADDLE)) == ()
-    assert hard_cases.table(empty, [find_scene(SADDLE)]) is None
+    assert cases(empty, [find_scene(SADDLE)]) is None
 
 
 def limited(step: float) -> tuple[StepRange, str]:
@@ -72,7 +81,7 @@ def limited(step: float) -> tuple[StepRange, str]:
     prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
     study = replace(study, extras={StepPrediction(SWING, EULER): prediction})
     ranges = step_ranges(study, scene)
-    table = hard_cases.table(study, [scene])
+    table = cases(study, [scene])
     assert table is not None
     (row,) = [row for row in table.rows if row[0].text == EULER]
     (of,) = [of for of in ranges if of.method == EULER]

@@ -64,9 +64,14 @@ class SceneView:
     figures: tuple[Figure, ...]
     replay: Replay
     hard: tuple[Figure | Table, ...]
-    steps: str  # bars of accurate and stable steps, as SVG
+    ranges: tuple[StepRange, ...]  # of its methods
     rest: tuple[Table, ...]
     commands: tuple[str, ...]
+
+    @property
+    def steps(self) -> str:
+        """Bars of accurate and stable steps, as SVG."""
+        return step_bars(self.ranges)
 
 
 @dataclass(frozen=True)
@@ -100,18 +105,19 @@ def system_view(
     """One system with the scenes of `study`, with the errors of `every` method on every scene."""
     scenes = in_order(study, system)
     exact = {name: of for name, record in records.scenes.items() if (of := record.exact)}
+    views = tuple(
+        scene_view(study, records.scenes[scene.name], exact[scene.name], scene, every)
+        for scene in scenes
+        if scene.name in exact
+    )
     return SystemView(
         system,
         described(system.name),
         galleries(study, system.name),
         formed(study, system.name),
-        tuple(
-            scene_view(study, records.scenes[scene.name], exact[scene.name], scene, every)
-            for scene in scenes
-            if scene.name in exact
-        ),
+        views,
         matrix.matrices(study, every, scenes),
-        hard_cases.table(study, [scene for scene in scenes if scene.hard]),
+        hard_cases.table(study, [(of.scene, of.ranges) for of in views if of.scene.hard]),
     )
 
 
@@ -163,7 +169,7 @@ def scene_view(
         (*figures, *((bars,) if bars else ())),
         exact.replay,
         _hard(study, scene, ranges),
-        step_bars(ranges),
+        ranges,
         tuple(t for t in tables_below if t),
         _commands(scene, typical),
     )
@@ -173,7 +179,7 @@ def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Figu
     """The hard part of a scene, its cost in digits, and limits of the step."""
     if not scene.hard and not any(of.limit for of in ranges):
         return ()
-    digits = hard_cases.table(study, [scene])
+    digits = hard_cases.table(study, [(scene, ranges)])
     figures = hard_case(study, scene.system, scene.name) if scene.hard else ()
     return (*figures, *((digits,) if digits else ()))
 
