@@ -20,6 +20,7 @@ FIRST, LONGEST = 30, 300  # fastest periods that a series is followed for, at fi
 MORE = 2.0  # times as long, the next time
 KNOWN = 23.0  # e-folds, after which 10^-10 of an orbit is as large as the orbit
 SAMPLES = 48  # of a fastest period
+BEGUN = 8.0  # part of a run from which on the envelope of its errors is fitted
 # Calibrated (test_long_runs.py: damped, forced and rotating motions): of the largest error so far,
 # that of the last quarter where it dies, and that of the first half where it grows no more.
 DIES, STAYS = 0.5, 0.85
@@ -60,8 +61,7 @@ class FollowedMotion:
         """The growth of the largest errors, shape (n,), at `times` [s], shape (n,)."""
         until, half = float(times[-1]), float(size[: len(size) // 2].max())
         largest, last = float(size.max()), float(size[3 * len(size) // 4 :].max())
-        quadratic = max(2.0 * (largest - 2.0 * half), 0.0) / until**2
-        linear = max(largest / until - quadratic * until, 0.0)
+        offset, linear, quadratic = _envelope(times, size)
         growth: Growth = "linear" if linear > quadratic * until else "quadratic"
         rate = linear if growth == "linear" else quadratic
         if self.exponent:
@@ -79,7 +79,25 @@ class FollowedMotion:
                 return math.inf
             if self.exponent:
                 return until + math.log(level / last) / rate
-            root = math.sqrt(linear**2 + 4.0 * quadratic * level)
-            return 2.0 * level / (linear + root)
+            rise = level - offset
+            return 2.0 * rise / (linear + math.sqrt(linear**2 + 4.0 * quadratic * rise))
 
         return LongRun(growth, rate, 0.0, {level: reached(level) for level in LEVELS})
+
+
+def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
+    """c, a and b of c + a t + b t^2 next to the largest errors up to each of `times` [s], a and b
+    not negative; b is zero where those leave a straight line by no more than they jump."""
+    later = times > times[-1] / BEGUN
+    along, largest = times[later], np.maximum.accumulate(size)[later]
+    curved, straight = (np.polyfit(along, largest, degree) for degree in (2, 1))
+    apart = np.abs(np.polyval(curved, along) - np.polyval(straight, along)).max()
+    jumps = np.abs(np.polyval(curved, along) - largest).max()
+    if curved[0] > 0.0 and curved[1] > 0.0 and apart > jumps:
+        quadratic, linear, offset = curved
+    elif curved[0] > 0.0 and apart > jumps:
+        quadratic, offset = np.polyfit(along**2, largest, 1)
+        linear = 0.0
+    else:
+        quadratic, (linear, offset) = 0.0, straight
+    return float(offset), max(float(linear), 0.0), float(quadratic)

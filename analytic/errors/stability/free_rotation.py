@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.free_body.error_series import free_body_errors
 from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
 from plumbob.analytic.errors.stability.largest_step import LEAST_PERIODS, largest_step
 from plumbob.analytic.errors.stability.linear_steps import (
     TINY,
@@ -40,7 +42,7 @@ from plumbob.analytic.schemes import (
     TABLEAUX,
     Scheme,
 )
-from plumbob.analytic.stability import BAND, NO_STEP, StabilityTheory, StepLimit
+from plumbob.analytic.stability import BAND, NO_STEP, LongRun, StabilityTheory, StepLimit
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
 from plumbob.analytic.tableau import Moved, Tableau, along, order_8
@@ -241,6 +243,21 @@ class FreeRotationStability:
             self._found[scheme.integrator] = limits(step, TABLEAUX.get(scheme.integrator))
         return self._found[scheme.integrator]
 
+    def energy(self, observed: Mapping[str, Array]) -> Array:
+        """See `StabilityTheory`: over that of the exact motion."""
+        parts = zip(self.body.inertia, (observed[name] for name in RATES), strict=True)
+        start = zip(self.body.inertia, self.body.angular_velocity, strict=True)
+        scale = sum(moment * rate**2 for moment, rate in start) or 1.0
+        return np.asarray(sum(moment * rates**2 for moment, rates in parts) / scale)
+
+    def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
+        """See `StabilityTheory`."""
+        errors = free_body_errors(self.body)
+        exponent = 0.0 if self.equilibrium else float(self.growth.exponent)
+        return FollowedMotion(
+            partial(errors.series, scheme), scales, math.tau / self.rate, exponent=exponent
+        ).long_run(step)
+
     def _by_iteration(self, step: Step, stepped: Tableau | None) -> tuple[StepLimit, ...]:
         """The step of which a half takes no part of the motion out of a fixed-point iteration's
         reach, 2 over the largest rate of the linearised motion (solved, leapfrog has no limit); or
@@ -336,5 +353,11 @@ def free_rotation_stability(body: FreeBody) -> StabilityTheory:
     """The theory of a free rigid body, see `FreeRotationStability`."""
     theory = FreeRotationStability(body)
     return StabilityTheory(
-        math.tau / theory.rate, theory.equilibrium, theory.limits, theory.grown, theory.kind_of
+        math.tau / theory.rate,
+        theory.equilibrium,
+        theory.limits,
+        theory.grown,
+        theory.kind_of,
+        theory.long_run,
+        theory.energy,
     )
