@@ -62,15 +62,15 @@ def judged_long_run(search: LongRunSearch, measured: MeasuredLongRun) -> JudgedL
     return JudgedLongRun(search, measured, "off-prediction" if wrong else "predicted", wrong)
 
 
-def _wrong(found: MeasuredLongRun) -> Iterator[str]:
+def _wrong(run: MeasuredLongRun) -> Iterator[str]:
     """Each time that is not as predicted."""
-    assert found.predicted is not None
-    slack = PERIODS * found.period
+    assert run.predicted is not None
+    slack = PERIODS * run.period
     for level in JUDGED:
-        wanted, measured = found.predicted.times[level], found.times.get(level)
+        wanted, measured = run.predicted.times[level], run.times.get(level)
         least, most = (1.0 - WITHIN) * wanted - slack, (1.0 + WITHIN) * wanted + slack
-        if measured is None and most < found.followed:
-            yield f"no error of {level:.0%} in {found.followed:.4g} s, predicted at {wanted:.4g} s"
+        if measured is None and most < run.followed:
+            yield f"no error of {level:.0%} in {run.followed:.4g} s, predicted at {wanted:.4g} s"
         elif measured is not None and not least <= measured <= most:
             later = "never" if math.isinf(wanted) else f"at {wanted:.4g} s"
             yield f"an error of {level:.0%} at {measured:.4g} s, predicted {later}"
