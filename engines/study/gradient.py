@@ -50,7 +50,6 @@ TYPICAL = 3e-3
 SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
 LEAST = 4  # differences that show a best one
 WORK = 2e5  # equivalent number of steps of derivatives by a sweep of runs, roughly
-BRANCH = 3  # differences on either side of the best that show how it comes about
 
 
 @dataclass(frozen=True)
@@ -347,18 +346,17 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
 
 def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float | None:
     """The eps at which C eps^order and R/eps add up to the least, where `errors` are of falling
-    `eps` and follow the one before the smallest of them and the other after it; None where too few
-    were tried, or no branch is seen."""
+    `eps`: C by the largest, R by the mean square of those that C does not explain, each a draw of
+    the rounding, small by chance at times; None where too few were tried, or no branch is seen."""
     sizes, parts = np.array(errors), np.array(eps)
     if len(sizes) < LEAST or not np.isfinite(sizes).all():
         return None
-    least = int(np.argmin(sizes))
-    before = (sizes / parts**order)[max(least - BRANCH, 0) : least]
-    after = (sizes * parts)[least + 1 : least + 1 + BRANCH]
-    if not before.size or not after.size:
-        return float(parts[least])
-    ratio = float(np.median(after)) / (order * float(np.median(before)))
-    return float(ratio ** (1.0 / (order + 1)))
+    truncation = float(np.median((sizes / parts**order)[:2]))
+    rounded = sizes > 2.0 * truncation * parts**order
+    if not rounded.any() or not truncation:
+        return float(parts[np.argmin(sizes)])
+    rounding = math.sqrt(float(np.mean((sizes * parts)[rounded] ** 2)))
+    return float((rounding / (order * truncation)) ** (1.0 / (order + 1)))
 
 
 def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
