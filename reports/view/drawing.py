@@ -13,36 +13,36 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.advice.work_precision import front
+from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure
-from plumbob.reports.view.pictures import Axis, colour, dashes
+from plumbob.reports.view.palette import GREY
 from plumbob.reports.view.plotly_figure import FRONT, Trace
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
 LEFT, RIGHT, TOP, BOTTOM = 64, 18, 10, 40  # margins [px]
 LETTER, ROW, SAMPLE = 6.6, 17, 20  # [px]: a letter at most, a line of names, a piece of a curve
 NAMES, LONGEST = 6, 24  # that stand at their lines' ends: so many, of so many letters
-TICKS, SHADES = 6, 16
+SHADES = 16
 FINE = 2.0  # tenths of a pixel by which a curve may be off
 STYLE = (
     "<style>text{font:11px Arial,sans-serif;fill:#4d565f}.m{text-anchor:middle}.e{text-anchor:end}"
     ".a{stroke:#b4bcc4}.g{stroke:#e6e9ec}@media(prefers-color-scheme:dark){text{fill:#b4bec7}"
     ".a{stroke:#4b565f}.g{stroke:#2a3137}}</style>"
 )
-# Marks by plotly's names, of half a size 1 about a point.
-GLYPHS = MappingProxyType(
+# Marks by plotly's names: corners, the direction of the first one in half turns, and how far the
+# middles of the sides are from the centre, where these are no straight ones.
+GLYPHS: Mapping[str, tuple[int, float, float]] = MappingProxyType(
     {
-        "square": ((-0.9, -0.9), (1.8, 0), (0, 1.8), (-1.8, 0)),
-        "diamond": ((0, -1.2), (1.2, 1.2), (-1.2, 1.2), (-1.2, -1.2)),
-        "triangle-up": ((0, -1.1), (1.1, 2), (-2.2, 0)),
-        "triangle-down": ((0, 1.1), (1.1, -2), (-2.2, 0)),
-        "x": (
-            *((-0.6, -1), (0.6, 0.6), (0.6, -0.6), (0.4, 0.4), (-0.6, 0.6), (0.6, 0.6)),
-            *((-0.4, 0.4), (-0.6, -0.6), (-0.6, 0.6), (-0.4, -0.4), (0.6, -0.6), (-0.6, -0.6)),
-        ),
-        "star": ((0, -1.3), (0.4, 0.9), (0.9, 0.4), (-0.9, 0.4), (-0.4, 0.9), (-0.4, -0.9)),
+        "square": (4, 0.25, 0.0),
+        "diamond": (4, 0.0, 0.0),
+        "triangle-up": (3, -0.5, 0.0),
+        "triangle-down": (3, 0.5, 0.0),
+        "x": (4, 0.25, 0.35),
+        "star": (4, 0.0, 0.45),
     }
 )
-HEXAGON = ((-0.5, -0.9), (1, 0), (0.5, 0.9), (-0.5, 0.9), (-1, 0), (-0.5, -0.9))
+HEXAGON = (6, 0.0, 0.0)
+DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,9 @@ class Frame:
     left: float
     right: float
     bottom: float  # from its top
-    named: tuple[Trace, ...]  # traces with a name in the legend
-    at_ends: bool  # which stands at the ends of lines, else below
+    named: tuple[Trace, ...] = ()  # traces with a name in the legend
+    at_ends: bool = False  # which stands at the ends of lines, else below
+    ticks: int = 6  # of an axis, at most
 
 
 @dataclass(frozen=True)
@@ -71,30 +72,35 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     """A figure as an SVG file, of curves that belong to methods those of the `chosen` ones, if
     there are any; None where nothing has a place on its axes."""
     traces = shown(figure, chosen)
-    layout, frame = figure.layout, _frame(figure, traces)
+    frame = _frame(figure, traces)
+    if not (inside := plotted(figure.layout, traces, frame)):
+        return None
+    text = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {frame.width:g} {frame.height:g}">'
+        f"{STYLE}{inside}</svg>"
+    )
+    return Drawing(text, round(frame.width), round(frame.height))
+
+
+def plotted(layout: Mapping[str, Any], traces: Sequence[Trace], frame: Frame) -> str:
+    """Axes, traces and their names in a frame, as elements of SVG; empty where nothing has a place
+    on the axes. Between the axes units are tenths of a pixel."""
     axes = _both(layout, frame, traces)
     if not {"x", "y"} <= set(axes):
-        return None
+        return ""
     marks = "".join(part for trace in traces for part in _marks(trace, axes, traces))
     marks += "".join(_line(of, axes) for of in layout.get("shapes", ()))
     names = [*(_at_ends(axes, frame) if frame.at_ends else _below(frame))]
     if traces[0]["type"] == "heatmap":
         names += _scale(traces[0], frame)
-    text = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {frame.width:g} {frame.height:g}">'
-        f"{STYLE}{''.join(_axes(layout, axes, frame))}"
-        f'<svg {_inner(frame)} fill="none" stroke-linejoin="round">{marks}</svg>'
-        f"{''.join(names)}</svg>"
-    )
-    return Drawing(text, round(frame.width), round(frame.height))
-
-
-def _inner(frame: Frame) -> str:
-    """The place of what is between the axes, and its own units: tenths of a pixel."""
     box = frame.left, TOP, frame.width - frame.left - frame.right, frame.bottom - TOP
     x, y, width, height = (f"{v:g}" for v in box)
     units = " ".join(f"{10 * v:g}" for v in box)
-    return f'x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{units}"'
+    return (
+        f"{''.join(_axes(layout, axes, frame))}"
+        f'<svg x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{units}" fill="none" '
+        f'stroke-linejoin="round">{marks}</svg>{"".join(names)}'
+    )
 
 
 def shown(figure: Figure, chosen: Sequence[str]) -> list[Trace]:
@@ -186,10 +192,10 @@ def _one_scale(axes: Mapping[str, Axis]) -> dict[str, Axis]:
 def _axes(layout: Mapping[str, Any], axes: Mapping[str, Axis], frame: Frame) -> Iterator[str]:
     """Lines, ticks and titles of the axes."""
     bottom, end, middle = frame.bottom, frame.width - frame.right, (TOP + frame.bottom) / 2
-    for x, text in _ticks(layout["xaxis"], axes["x"]):
+    for x, text in _ticks(layout["xaxis"], axes["x"], frame):
         yield f'<path class="g" d="M{x:.1f} {TOP}V{bottom:g}"/>'
         yield f'<text class="m" x="{x:.1f}" y="{bottom + 14:g}">{text}</text>'
-    for y, text in _ticks(layout["yaxis"], axes["y"]):
+    for y, text in _ticks(layout["yaxis"], axes["y"], frame):
         lines = text.split("&lt;br&gt;")
         yield f'<path class="g" d="M{frame.left:g} {y:.1f}H{end:g}"/>'
         for k, line in enumerate(lines):
@@ -202,16 +208,16 @@ def _axes(layout: Mapping[str, Any], axes: Mapping[str, Axis], frame: Frame) -> 
     sides = [(13.0, titles["yaxis"])]
     if "y2" in axes:
         sides.append((frame.width - 6.0, titles["yaxis2"]))
-        for y, text in axes["y2"].ticks(TICKS):
+        for y, text in axes["y2"].ticks(frame.ticks):
             yield f'<text x="{end + 5:g}" y="{y + 4:.1f}">{text}</text>'
     for x, title in sides:
         turned = f'transform="rotate(-90 {x:g} {middle:g})"'
         yield f'<text class="m" x="{x:g}" y="{middle:g}" {turned}>{title}</text>'
 
 
-def _ticks(layout: Mapping[str, Any], axis: Axis) -> list[tuple[float, str]]:
+def _ticks(layout: Mapping[str, Any], axis: Axis, frame: Frame) -> list[tuple[float, str]]:
     if "ticktext" not in layout:
-        return axis.ticks(TICKS)
+        return axis.ticks(frame.ticks)
     places = axis.along(layout["tickvals"]).tolist()
     return list(zip(places, map(escape, layout["ticktext"]), strict=True))
 
@@ -287,9 +293,11 @@ def _glyph(name: str, radius: float) -> str:
         r = f"{radius:g}"
         turn = f"a{r} {r} 0 1 0"
         return f"m-{r} 0{turn} {2 * radius:g} 0{turn}-{2 * radius:g} 0z"
-    (x, y), *sides = GLYPHS.get(name, HEXAGON)
-    moves = " ".join(f"{radius * dx:.0f} {radius * dy:.0f}" for dx, dy in sides)
-    return f"m{radius * x:.0f} {radius * y:.0f}l{moves}z"
+    corners, first, inner = GLYPHS.get(name, HEXAGON)
+    places = np.arange(0, 2 * corners, 1 if inner else 2)
+    angles, sizes = np.pi * (first + places / corners), np.where(places % 2, inner, 1.0)
+    points = 1.2 * radius * sizes * [np.cos(angles), np.sin(angles)]
+    return f"m{_path(points.T)[1:]}z"
 
 
 def _bars(trace: Trace, axes: Mapping[str, Axis], traces: Sequence[Trace]) -> str:
@@ -339,7 +347,7 @@ def _scale(trace: Trace, frame: Frame) -> Iterator[str]:
     for k in range(SHADES):
         fill, y = _shade(trace, (k + 0.5) / SHADES), frame.bottom - size * (k + 1)
         yield f'<rect x="{x:g}" y="{y:.1f}" width="10" height="{size:.1f}" fill="{fill}"/>'
-    for y, text in _ticks(bar, up):
+    for y, text in _ticks(bar, up, frame):
         yield f'<text x="{x + 14:g}" y="{y + 4:.1f}">{text}</text>'
 
 
@@ -415,3 +423,13 @@ def _name(trace: Trace, x: float, y: float) -> str:
         f'<path stroke="{colour(trace)}" stroke-width="{width}"{dash} d="{line}"/>'
         f'<text x="{x + SAMPLE + 4:.0f}" y="{y + 4:.1f}">{escape(str(trace["name"]))}</text>'
     )
+
+
+def colour(trace: Trace) -> str:
+    """The colour of a trace."""
+    return str(trace.get("line", {}).get("color") or trace.get("marker", {}).get("color") or GREY)
+
+
+def dashes(trace: Trace) -> str:
+    """Its dashes, empty for a solid line."""
+    return DASHES.get(trace.get("line", {}).get("dash", ""), "")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from html import escape
 
-from plumbob.reports.view.pictures import Axis
+from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.step_ranges import StepRange
 
 WIDTH, ROW, THICK, FOOT = 440, 34, 10, 34  # of the figure, in its own units
@@ -27,13 +27,13 @@ def step_bars(ranges: Sequence[StepRange]) -> str:
     label += "; ".join(f"{of.method}: {of.text}" for of in shown)
     rows = "".join(mark for i, of in enumerate(shown) for mark in _bar(of, ROW * i, across))
     ticks = "".join(
-        f'<text x="{x:.1f}" y="{height - 18}" class="middle">{text}</text>'
-        for x, text in across.ticks()
+        f'<text x="{x:.1f}" y="{height - 18}" class="m">{text}</text>'
+        for x, text in across.ticks(4)
     )
     return (
         f'<svg class="picture" viewBox="0 0 {WIDTH} {height}" role="img" '
         f'aria-label="{escape(label)}">{rows}{ticks}'
-        f'<text x="{WIDTH / 2:.0f}" y="{height - 3}" class="middle">step [s]</text></svg>'
+        f'<text x="{WIDTH / 2:.0f}" y="{height - 3}" class="m">step [s]</text></svg>'
     )
 
 

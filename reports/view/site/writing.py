@@ -17,9 +17,9 @@ from typing import Any
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, top_tables
+from plumbob.reports.view.drawing import DASHES
 from plumbob.reports.view.page import NAME, STYLE, Plots, carried, filled, shared_files, written
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.pictures import DASHES
 from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix, search
