@@ -99,13 +99,17 @@ class Audit:
         known = self.reference.uncertainty[: self.found.index + 1]
         return int(np.flatnonzero((errors > RESOLVED * known) | (known == 0.0))[-1])
 
-    def assert_within(self, metres: float) -> None:
-        """Raise AssertionError unless the error is known over the whole motion and within
-        `metres`."""
+    def assert_referenced(self) -> None:
+        """Raise AssertionError unless the error is known over the whole motion."""
         if not self.complete:
             raise AssertionError(
                 f"{self.name}: no reference beyond {self.until:g} s: {self.reference.why}"
             )
+
+    def assert_within(self, metres: float) -> None:
+        """Raise AssertionError unless the error is known over the whole motion and within
+        `metres`."""
+        self.assert_referenced()
         if not self.error + self.uncertainty <= metres:
             raise AssertionError(
                 f"{self.name}: {self.integrator} at {self.step:g} s is {self.error:.3g} m off "

@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from plumbob.reports.view.page import filled, written
 
 INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"']")
 ROOT = re.compile(r"<mujoco\b")
-LOST = 3  # exit code where a process has died or hung
+REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
 
 
@@ -33,11 +34,20 @@ class Row:
     code: int  # the exit code that this file alone would have
     data: dict[str, Any]  # what --json prints of it
     page: str = ""  # the file's own page
+    missed: str = ""  # what is asked for, and why
+    lines: tuple[str, ...] = ()  # of its answer
+    seconds: float = 0.0  # wall time
 
     @property
     def diverges(self) -> bool:
         """Whether the run at the model's own step does."""
         return self.error is not None and math.isinf(self.error)
+
+
+def refused(path: str, why: str, code: int = REFUSED) -> Row:
+    """The row of a file that has no audit."""
+    data = {"model": path, "path": path, "error": None, "why": why}
+    return Row(path, None, None, why, code, data)
 
 
 def model_files(words: Sequence[str]) -> list[Path] | None:
@@ -86,8 +96,7 @@ def audited(
     with Workers(min(jobs, len(tasks))) as workers:
         for task, row in workers.results(tasks):
             path = str(task.key)
-            lost = {"model": path, "path": path, "error": None, "why": getattr(row, "why", "")}
-            yield Row(path, None, None, row.why, LOST, lost) if isinstance(row, Lost) else row
+            yield refused(path, row.why, LOST) if isinstance(row, Lost) else row
 
 
 def sorted_rows(rows: Sequence[Row]) -> list[Row]:
@@ -130,3 +139,24 @@ def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) 
         command=command,
     )
     return written(text, folder, PAGE)
+
+
+def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
+    """Write a test case for each model that was audited from the time `began` [s] on: a failure
+    where what is asked for is missed, an error where there is no audit, skipped where there is no
+    reference."""
+    from plumbob.reports.view.junit import Case, write_cases
+
+    cases = []
+    for name, row in zip(short_names(rows), rows, strict=True):
+        numbers = ("step", "error", "uncertainty", "certified_until")
+        given = ((n, row.data.get(n)) for n in numbers)
+        known = {n: f"{v:.6g}" for n, v in given if v is not None and math.isfinite(v)}
+        outcome = None
+        if row.code:
+            outcome = ("failure", row.missed) if row.missed else ("error", row.says)
+        elif row.error is None:
+            outcome = "skipped", f"no reference: {row.data.get('why', row.says)}"
+        cases.append(Case("plumbob.audit", name, row.seconds, known, outcome))
+    date = datetime.fromtimestamp(began, UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    write_cases(file, cases, sum(row.seconds for row in rows), date)

@@ -75,8 +75,8 @@ def _validated(
         judged.append(judge_study(study, within))
         return analyses_of(study, workers, judged[0])
 
-    junit = _replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    _replaceable("out", Path(chosen.out) / NAME)
+    junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
+    replaceable("out", Path(chosen.out) / NAME)
     out = writable("out", Path(chosen.out))
     if junit:
         writable("junitxml", junit.parent)
@@ -186,7 +186,7 @@ def noted(what: str) -> None:
     print(f"plumbob: {what}", file=sys.stderr)
 
 
-def _replaceable(name: str, file: Path) -> Path:
+def replaceable(name: str, file: Path) -> Path:
     """`file`, links followed, if it is new or a regular file; raises ParameterError."""
     if os.path.lexists(file) and not file.is_file():
         raise ParameterError(name, str(file), "a new file, or a regular one to replace")

@@ -1,8 +1,10 @@
-"""Verdicts as JUnit XML: a case for each scene and method, with its errors as properties."""
+"""JUnit XML: a case for each scene and method, or for each of other things that were judged."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,42 +21,58 @@ from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view.page import written
 
 
+@dataclass(frozen=True)
+class Case:
+    """A test case: what it is of, and how it ends."""
+
+    of: str
+    name: str
+    seconds: float | None = None
+    properties: Mapping[str, str] = field(default_factory=dict)
+    outcome: tuple[str, str] | None = None  # failure, error or skipped, and why; None: it passes
+
+
 def write_junit(file: Path, study: Study, judged: Judgements) -> None:
     """Write one test case for each scene and method: a failure where the verdict is unexpected,
     skipped with the reason where it is a known limit or claims nothing; and a failure for each
     largest step and each derivative that is unexpected."""
-    suite = ElementTree.Element("testsuite", name="plumbob")
-    ran = {(c.scene, c.method): c for c in study.convergence}
-    counts: Counter[str] = Counter()
+    ran, cases = {(c.scene, c.method): c for c in study.convergence}, list[Case]()
     for scene, method in pairs(study.scenes, study.methods):
         judgement, runs = judged[scene.name, method.name].whole, ran[scene.name, method.name]
-        case = ElementTree.SubElement(
-            suite,
-            "testcase",
-            classname=scene.name,
-            name=method.name,
-            time=f"{sum(m.seconds for m in runs.measurements):.6f}",
-        )
-        held = ElementTree.SubElement(case, "properties")
         properties = _properties(runs, study.leading(scene.name), judgement)
-        for name, value in (properties | _relative(runs, method, study, scene.name)).items():
-            ElementTree.SubElement(held, "property", name=name, value=value)
-        if (outcome := _outcome(scene, method, judgement)) is not None:
-            kind, message = outcome
-            ElementTree.SubElement(case, kind, message=message)
-            counts[kind] += 1
+        properties |= _relative(runs, method, study, scene.name)
+        seconds = sum(m.seconds for m in runs.measurements)
+        outcome = _outcome(scene, method, judgement)
+        cases.append(Case(scene.name, method.name, seconds, properties, outcome))
     for of in unexpected(judged_searches(study)):
-        name = f"{of.method}, {of.about}"
-        case = ElementTree.SubElement(suite, "testcase", classname=of.scene, name=name)
-        ElementTree.SubElement(case, "failure", message=f"{of.surprise}: {of.why}")
-        counts["failure"] += 1
+        failure = "failure", f"{of.surprise}: {of.why}"
+        cases.append(Case(of.scene, f"{of.method}, {of.about}", outcome=failure))
+    date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
+    write_cases(file, cases, sum(study.seconds.values()), date)
+
+
+def write_cases(file: Path, cases: Sequence[Case], seconds: float, date: str) -> None:
+    """Write a suite of test cases that took so many `seconds` and began at a `date`."""
+    suite = ElementTree.Element("testsuite", name="plumbob")
+    for case in cases:
+        entry = ElementTree.SubElement(suite, "testcase", classname=case.of, name=case.name)
+        if case.seconds is not None:
+            entry.set("time", f"{case.seconds:.6f}")
+        if case.properties:
+            held = ElementTree.SubElement(entry, "properties")
+            for name, value in case.properties.items():
+                ElementTree.SubElement(held, "property", name=name, value=value)
+        if case.outcome is not None:
+            kind, message = case.outcome
+            ElementTree.SubElement(entry, kind, message=message)
+    counts = Counter(case.outcome[0] for case in cases if case.outcome)
     suite.attrib |= {
         "tests": str(len(suite)),
         "failures": str(counts["failure"]),
-        "errors": "0",
+        "errors": str(counts["error"]),
         "skipped": str(counts["skipped"]),
-        "time": f"{sum(study.seconds.values()):.3f}",
-        "timestamp": study.provenance.date.removesuffix(" UTC").replace(" ", "T"),
+        "time": f"{seconds:.3f}",
+        "timestamp": date,
     }
     text = ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
     written(text, file.parent, file.name)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
-from plumbob.reports.commands.several_audits import Row, model_files
+from plumbob.reports.commands.several_audits import Row, model_files, refused
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
@@ -108,6 +110,51 @@ def test_json_is_a_list_of_what_one_audit_gives(
     assert both[1]["error"] == alone["error"]
     assert main(["audit", str(folder / "f*" / "rod.xml"), *QUICK, "--json"]) == 0
     assert [one["path"] for one in json.loads(capsys.readouterr().out)] == [fine]
+
+
+def test_junit_has_a_case_for_each_model(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Passing, missing what is asked for, without a reference, and refused."""
+    of = {
+        "a.xml": Row("a.xml", 0.1, 0.01, "keep", 0, {"error": 0.1, "uncertainty": math.inf}),
+        "b.xml": Row("b.xml", 0.3, 0.01, "keep", 1, {"error": 0.3}, missed="0.3 m off"),
+        "c.xml": Row("c.xml", None, 0.01, "", 0, {"error": math.nan, "why": "a chaos"}),
+        "d.xml": refused("d.xml", "no model"),
+    }
+    monkeypatch.setattr(
+        "plumbob.reports.commands.several_audits.audited", lambda *_: iter(of.values())
+    )
+    junit = folder / "new" / "junit.xml"
+    assert main(["audit", str(folder), "--junitxml", str(junit)]) == 2
+    suite = ElementTree.parse(junit).getroot()
+    counts = [suite.get(name) for name in ("tests", "failures", "errors", "skipped")]
+    assert counts == ["4", "1", "1", "1"]
+    said = {case.get("name"): case.find("*[@message]") for case in suite}
+    assert said["a.xml"] is None
+    outcomes = {name: (e.tag, e.get("message")) for name, e in said.items() if e is not None}
+    assert outcomes == {
+        "b.xml": ("failure", "0.3 m off"),
+        "c.xml": ("skipped", "no reference: a chaos"),
+        "d.xml": ("error", "no model"),
+    }
+    held = suite.findall("testcase[@name='a.xml']/properties/property")
+    assert {p.get("name"): p.get("value") for p in held} == {"error": "0.1"}
+    assert "0.3 m off" in capsys.readouterr().err
+
+
+def test_a_reference_that_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    junit = folder / "junit.xml"
+    for name, budget, code, outcome in (
+        ("fine/rod.xml", "5", 0, None),
+        ("fine/rod.xml", "1e-9", 1, "failure"),
+        ("broken.xml", "5", 2, "error"),
+    ):
+        words = ["--duration", "0.1", "--budget", budget, "--junitxml", str(junit)]
+        assert main(["audit", str(folder / name), *words, "--require-reference"]) == code
+        (case,) = ElementTree.parse(junit).getroot()
+        assert [e.tag for e in case.findall("*[@message]")] == [outcome] * bool(outcome)
+    assert "no reference beyond 0 s" in capsys.readouterr().err
 
 
 def test_one_line_for_what_cannot_be(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,8 +21,9 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.trims import Trim, Trims, tried
 from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.arguments.values import plain
-from plumbob.reports.commands.audit import as_data, trimmed_file
+from plumbob.reports.commands.audit import trimmed_file
 from plumbob.reports.view.audit.page import answered, rows
+from plumbob.reports.view.audit.records import record
 from plumbob.tests.audit.robots.robot_files import folder
 from plumbob.tests.audit.scenes_as_models import ready
 
@@ -155,7 +156,7 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     assert ("to the last bit" in said) == same
     assert found.written is not None
     assert (found.written[1].moved == 0.0) == same
-    data = json.loads(json.dumps(plain(as_data(found))))["trimmed_file"]
+    data = json.loads(json.dumps(plain(record(found))))["trimmed_file"]
     assert data["same_bits"] == same
     assert data["left_out"] == changes[0].name
 

@@ -1,0 +1,159 @@
+"""An audit as plain data, as JSON has it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
+from plumbob.engines.audit.costs import Ratio
+from plumbob.engines.audit.gradient import Gradients
+from plumbob.engines.audit.stability import Limit
+from plumbob.engines.audit.trims import Trim
+from plumbob.reports.view.audit.page import answered, rows
+
+
+def record(audit: Audit | ContactAudit) -> dict[str, Any]:
+    """An audit as plain data: what `--json` prints."""
+    return _contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)
+
+
+def _motion(audit: Audit) -> dict[str, Any]:
+    steps = audit.found
+
+    def trim(ablation: Trim) -> dict[str, Any]:
+        done = {"left_out": ablation.name, "same_bits": ablation.same_bits, "moved": ablation.moved}
+        return {**done, "accepted": ablation.accepted(audit.error), **_spread(ablation.cost)}
+
+    return {
+        "model": audit.name,
+        "integrator": audit.integrator,
+        "step": audit.step,
+        "control": audit.control,
+        "control_period": audit.script.period,
+        "duration": audit.script.duration,
+        "certified_until": audit.until,
+        "uncertainty": audit.uncertainty,
+        "error": audit.error,
+        "resolved_until": float(audit.script.times[audit.resolved_index]),
+        "resolved": audit.resolved if steps else False,
+        "why": audit.reference.why,
+        "not_smooth": audit.reference.not_smooth,
+        "layer_widths": audit.reference.widths,
+        "events": audit.reference.course.events,
+        "clamped": audit.clamped,
+        "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
+        "to_do": dict(rows(answered(audit)))["to do"],
+        "worst_body": steps.own.worst if steps else None,
+        "order": None if not steps or not steps.order else steps.order.__dict__,
+        "steps": []
+        if steps is None
+        else [
+            {
+                "integrator": s.integrator,
+                "step": s.step,
+                "error": s.at(steps.index),
+                "ns_per_second": s.ns_per_second,
+                "why": s.why,
+                "cost": s.cost and s.cost.__dict__,
+            }
+            for s in steps.steps
+        ],
+        "cheapest": []
+        if steps is None
+        else [{**c.__dict__, **_spread(c.cost)} for c in steps.cheapest],
+        "likely": None if audit.likely is None else audit.likely.__dict__,
+        "balances": [b.__dict__ for b in audit.balances],
+        "trims": []
+        if audit.trims is None
+        else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
+        "trimmed_file": None if audit.written is None else trim(audit.written[1]),
+        "slides": audit.slides or None,
+        **_stability(audit),
+        **_gradient(audit.gradient),
+        "seconds": audit.seconds,
+    }
+
+
+def _stability(audit: Audit) -> dict[str, Any]:
+    """The largest steps that hold [s], and what raises the own integrator's, as plain data."""
+
+    def limit(largest: Limit) -> dict[str, Any]:
+        names = ("integrator", "largest_step", "first", "confirmed", "why", "predicted", "chatters")
+        return {name: getattr(largest, name) for name in names}
+
+    known = audit.stability
+    return {
+        "stability": [limit(largest) for largest in known.limits] if known else [],
+        "unstable": known.unstable if known else None,
+        "remedies": [{"change": r.name, **limit(r.limit), "moved": r.moved} for r in known.remedies]
+        if known
+        else [],
+    }
+
+
+def _gradient(known: Gradients | str | None) -> dict[str, Any]:
+    """Derivatives of the end, their horizon [s] and best eps, as plain data; nothing where they are
+    not asked for."""
+    if known is None:
+        return {}
+    if isinstance(known, str):
+        return {"gradient": [], "gradient_horizon": None, "gradient_why": known}
+    measured = next(way.eps for way in known.ways if way.name == "central")
+    return {
+        "gradient": [entry.__dict__ for entry in known.entries],
+        "gradient_horizon": known.horizon,
+        "gradient_why": known.why,
+        "gradient_ways": {way.name: way.why for way in known.ways},
+        "gradient_left_out": known.left_out,
+        "best_eps": {"predicted": known.predicted_eps, "measured": measured},
+    }
+
+
+def _spread(cost: Ratio | None) -> dict[str, Any]:
+    """A cost in multiples of the model's own, and what its quartiles leave open, as plain data."""
+    if cost is None:
+        return {"cost": None, "spread": None}
+    return {"cost": cost.value, "spread": [cost.low, cost.high]}
+
+
+def _contacts(audit: ContactAudit) -> dict[str, Any]:
+    body = audit.standing
+
+    def run(measured: Measured, predicted: Any = None) -> dict[str, Any]:
+        return {
+            "step": measured.step,
+            "distances": measured.distances,
+            "errors": audit.errors(measured),
+            "predicted_errors": predicted,
+            "direction_dependence": audit.dependence(measured),
+            "turned": measured.turned,
+            "drift": measured.drift,
+            "turn": measured.turning.turn if measured.turning and measured.turning.rests else None,
+        }
+
+    return {
+        "model": audit.name,
+        "integrator": audit.integrator,
+        "step": audit.step,
+        "body": {**body.__dict__, "points": body.points},
+        "speed": audit.speed,
+        "spin": audit.spin,
+        "headings": HEADINGS,
+        "distance": audit.exact,
+        "not_determined": audit.why,
+        "compared_with": audit.distances,
+        "known_to": audit.known,
+        "turn": audit.exact_turn,
+        "turn_not_determined": audit.why_turn,
+        "turn_compared_with": audit.turn,
+        "turn_known_to": audit.turn_known,
+        "own": [run(measured) for measured in audit.own],
+        "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
+        "not_run": audit.failed,
+        "method": audit.method,
+        "stiffness": audit.stiffness,
+        "to_paste": audit.snippet,
+        "notes": audit.notes,
+        "seconds": audit.seconds,
+    }
