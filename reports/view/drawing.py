@@ -23,7 +23,7 @@ LEFT, RIGHT, TOP, BOTTOM = 64, 18, 10, 40  # margins [px]
 LETTER, ROW, SAMPLE = 6.6, 17, 20  # [px]: a letter at most, a line of names, a piece of a curve
 NAMES, LONGEST = 6, 24  # that stand at their lines' ends: so many, of so many letters
 SHADES = 16
-FINE = 2.0  # tenths of a pixel by which a curve may be off
+FINE = 3.0  # tenths of a pixel by which a curve may be off
 STYLE = (
     "<style>text{font:11px Arial,sans-serif;fill:#4d565f}.m{text-anchor:middle}.e{text-anchor:end}"
     ".a{stroke:#b4bcc4}.g{stroke:#e6e9ec}@media(prefers-color-scheme:dark){text{fill:#b4bec7}"
@@ -192,15 +192,17 @@ def _one_scale(axes: Mapping[str, Axis]) -> dict[str, Axis]:
 def _axes(layout: Mapping[str, Any], axes: Mapping[str, Axis], frame: Frame) -> Iterator[str]:
     """Lines, ticks and titles of the axes."""
     bottom, end, middle = frame.bottom, frame.width - frame.right, (TOP + frame.bottom) / 2
-    for x, text in _ticks(layout["xaxis"], axes["x"], frame):
-        yield f'<path class="g" d="M{x:.1f} {TOP}V{bottom:g}"/>'
-        yield f'<text class="m" x="{x:.1f}" y="{bottom + 14:g}">{text}</text>'
-    for y, text in _ticks(layout["yaxis"], axes["y"], frame):
+    xs, ys = (_ticks(layout[f"{k}axis"], axes[k], frame) for k in "xy")
+    grid = [f"M{x:.0f} {TOP}V{bottom:g}" for x, _ in xs]
+    grid += [f"M{frame.left:g} {y:.0f}H{end:g}" for y, _ in ys]
+    yield f'<path class="g" d="{"".join(grid)}"/>'
+    for x, text in xs:
+        yield f'<text class="m" x="{x:.0f}" y="{bottom + 14:g}">{text}</text>'
+    for y, text in ys:
         lines = text.split("&lt;br&gt;")
-        yield f'<path class="g" d="M{frame.left:g} {y:.1f}H{end:g}"/>'
         for k, line in enumerate(lines):
             at = y + 4 + 13 * (k - (len(lines) - 1) / 2)
-            yield f'<text class="e" x="{frame.left - 5:g}" y="{at:.1f}">{line}</text>'
+            yield f'<text class="e" x="{frame.left - 5:g}" y="{at:.0f}">{line}</text>'
     titles = {name: escape(layout[name]["title"]["text"]) for name in layout if "axis" in name}
     yield f'<path class="a" fill="none" d="M{frame.left:g} {TOP}V{bottom:g}H{end:g}"/>'
     x = (frame.left + end) / 2
@@ -243,13 +245,17 @@ def _marks(trace: Trace, axes: Mapping[str, Axis], traces: Sequence[Trace]) -> I
 
 
 def _dots(trace: Trace, places: Array) -> str:
-    """The marks of a trace as one path."""
+    """The marks of a trace as one path; discs are round ends of lines without length."""
     marker, stroke = trace.get("marker", {}), colour(trace)
-    name = marker.get("symbol", "circle")
-    shape = _glyph(name.removesuffix("-open"), 5.0 * marker.get("size", 6))
-    fill = 'stroke-width="13"' if name.endswith("-open") else f'fill="{stroke}"'
+    name, size = marker.get("symbol", "circle"), 5.0 * marker.get("size", 6)
+    look, shape = f'fill="{stroke}"', "h0"
+    if name == "circle":
+        look = f'stroke-width="{2 * size:g}" stroke-linecap="round"'
+    else:
+        shape = _glyph(name.removesuffix("-open"), size)
+        look = 'stroke-width="13"' if name.endswith("-open") else look
     dots = "".join(f"M{x:.0f} {y:.0f}{shape}" for x, y in places if math.isfinite(x + y))
-    return f'<path stroke="{stroke}" {fill} d="{dots}"/>'
+    return f'<path stroke="{stroke}" {look} d="{dots}"/>'
 
 
 def _places(trace: Trace, axes: Mapping[str, Axis]) -> Array:

@@ -9,12 +9,14 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
+
+import numpy as np
 
 from plumbob.reports.view import compiled_templates
 from plumbob.reports.view.content import Figure
@@ -29,16 +31,19 @@ NAME = "index.html"
 UNITS = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmk]?m|rad|N|J|W|°)(?![\w]))")  # no line ends before one
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
+FIRST = 0x1000  # the character that stands for 0, after all that a script may not hold
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
 @dataclass(frozen=True)
 class Plots:
-    """The plots of one page as it is filled: pictures, and the data that plotly draws."""
+    """The parts of one page that its script shows when they are wanted, as it is filled: pictures,
+    the data that plotly draws, folded tables and what a replay moves."""
 
     folder: str | None = None  # where the page finds their files; None: inside the page
     page: str = ""  # its name
     data: list[str] = field(default_factory=list)  # JSON, a figure each
+    tables: list[str] = field(default_factory=list)  # HTML, a table each
     files: dict[str, bytes] = field(default_factory=dict)  # by name
 
     def picture(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
@@ -54,23 +59,45 @@ class Plots:
         self.files[name] = content
         return f"{self.folder}{name}", drawn
 
+    def later(self, table: str) -> int:
+        """The place of a table among those that are shown when they are wanted."""
+        self.tables.append(table)
+        return len(self.tables) - 1
+
     def script(self) -> str:
         """The data compressed: its text, or the address of the script that has it."""
-        text = packed(f"[{','.join(self.data)}]")
+        return self.beside(
+            self.page, f'{{"figures":[{",".join(self.data)}],"tables":{_json(self.tables)}}}'
+        )
+
+    def beside(self, name: str, text: str) -> str:
+        """A text compressed, or the address of the script of a name that has it."""
         if self.folder is None:
-            return text
-        self.files[f"{self.page}.js"] = carried(text)
-        return f"{self.folder}{self.page}.js"
+            return packed(text)
+        self.files[f"{name}.js"] = carried(text)
+        return f"{self.folder}{name}.js"
 
 
 def packed(text: str) -> str:
-    """A text compressed, in base64, which our script unpacks when a plot is wanted."""
-    return base64.b64encode(gzip.compress(text.encode("utf-8"), 6, mtime=0)).decode("ascii")
+    """A text compressed, in base64, which our script unpacks when it is wanted."""
+    return base64.b64encode(compressed(text)).decode("ascii")
 
 
 def carried(text: str) -> bytes:
-    """A script whose element holds a text after it ran: a page in a folder can load no other."""
-    return f'document.currentScript.textContent="{text}"'.encode("ascii")
+    """A script whose element holds a text compressed after it ran: a page in a folder can load no
+    other. It is in UTF-16, which its first bytes say whatever a server says, and holds 15 bits a
+    character, after one that counts the bytes to leave out at the end."""
+    bits = np.unpackbits(np.frombuffer(compressed(text), np.uint8))
+    more = -len(bits) % 15
+    rows = np.pad(bits, (0, more)).reshape(-1, 15)
+    codes = np.packbits(np.pad(rows, ((0, 0), (1, 0))), axis=1).view(">u2").ravel() + FIRST
+    held = np.concatenate([[FIRST + more // 8], codes]).astype("<u2").tobytes().decode("utf-16-le")
+    return f'\ufeffdocument.currentScript.textContent="{held}"'.encode("utf-16-le")
+
+
+def compressed(text: str) -> bytes:
+    """A text compressed, the same bytes for the same text."""
+    return gzip.compress(text.encode("utf-8"), 6, mtime=0)
 
 
 def filled(
@@ -113,23 +140,30 @@ def _kept(text: str) -> Markup:
     return Markup(EXPONENT.sub(r"<span class=nowrap>\g<0></span>", escaped))
 
 
-def shared_files() -> dict[str, bytes]:
+@cache
+def shared_files() -> Mapping[str, bytes]:
     """The style sheet, our script, plotly and the icon, by name: what all pages of a site load."""
-    files = {name: text.encode("utf-8") for name, text in _inside().items()}
-    return {**files, PLOTLY: carried(_inside()[PLOTLY])}
+    from plotly.offline import get_plotlyjs
+
+    files = {name: text.encode("utf-8") for name, text in _ours().items()}
+    return {**files, PLOTLY: carried(get_plotlyjs())}
 
 
 @cache
-def _inside() -> dict[str, str]:
+def _inside() -> Mapping[str, str]:
     """The same for a page that holds them, plotly compressed."""
     from plotly.offline import get_plotlyjs
 
+    return {**_ours(), PLOTLY: packed(get_plotlyjs())}
+
+
+def _ours() -> dict[str, str]:
+    """Our style sheets, our scripts and the icon."""
     styles, scripts = (
         "\n".join(path.read_text("utf-8") for path in sorted(TEMPLATES.glob(f"*.{kind}")))
         for kind in ("css", "js")
     )
-    icon = (TEMPLATES / ICON).read_text("utf-8")
-    return {STYLE: styles, SCRIPT: scripts, PLOTLY: packed(get_plotlyjs()), ICON: icon}
+    return {STYLE: styles, SCRIPT: scripts, ICON: (TEMPLATES / ICON).read_text("utf-8")}
 
 
 def written(text: str | bytes, folder: Path, name: str) -> Path:

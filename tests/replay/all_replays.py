@@ -15,7 +15,7 @@ from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.analyses.replay.runs import requests
 from plumbob.reports.view import notation
-from plumbob.reports.view.page import TEMPLATES
+from plumbob.reports.view.page import TEMPLATES, Plots
 from plumbob.reports.view.records import Replay
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import declared, nothing
@@ -25,7 +25,7 @@ PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html
 <meta http-equiv="Content-Security-Policy"
  content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<style>{{ style | safe }}</style></head><body><main><h1>Replays</h1>
+<style>{{ style | safe }}</style></head><body><main id="page"><h1>Replays</h1>
 {% for one in shown %}<h2>{{ one.scene }}</h2>{{ replays.replay(one) }}{% endfor %}
 </main><script>{{ script | safe }}</script></body></html>"""
 
@@ -75,8 +75,9 @@ def write(shown: Sequence[Replay], folder: Path) -> Path:
         environment.from_string(PAGE).render(
             shown=shown,
             seconds=notation.seconds,
+            plots=Plots(),
             style=text("page.css") + text("replay.css"),
-            script=text("replay.js"),
+            script=text("page.js") + text("replay.js"),
         ),
         "utf-8",
     )

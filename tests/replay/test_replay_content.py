@@ -32,7 +32,7 @@ from plumbob.reports.analyses.replay.runs import (
     shown_runs,
     shown_seconds,
 )
-from plumbob.reports.analyses.replay.samples import COUNTS, coded, decoded, floats, sampled
+from plumbob.reports.analyses.replay.samples import COUNTS, coded, decoded, fine, sampled
 from plumbob.reports.analyses.replay.strip import MOMENTS, at
 from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import plan, recorded, replays
@@ -106,9 +106,9 @@ def test_numbers_survive_their_packing(span: float) -> None:
     values = span * np.sin(np.linspace(0.0, 20.0, 501)) + 0.3 * span
     step = 2.0 * span / 65535  # of a 16-bit number over the range
     assert np.abs(decoded(coded(values), 501) - values).max() <= 0.51 * step
-    assert np.abs(decoded(floats(values), 501) - values).max() <= 1e-7 * span
-    assert "u2" in coded(values, place=False)
-    assert coded(np.full(5, span)) == floats(np.full(5, span)) == span
+    assert np.abs(decoded(fine(values), 501) - values).max() <= 1e-7 * span
+    assert coded(values, place=False)["step"] == pytest.approx(step, rel=1e-3)
+    assert coded(np.full(5, span)) == fine(np.full(5, span)) == span
 
 
 def test_no_run_is_made_for_a_replay() -> None:

@@ -19,7 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay import PICTURES
 from plumbob.reports.analyses.replay.cone import AZIMUTH, ELEVATION
-from plumbob.reports.analyses.replay.samples import decoded, floats
+from plumbob.reports.analyses.replay.samples import decoded, fine
 from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import plan, replays, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
@@ -79,7 +79,7 @@ def _shifted(shown: Replay) -> Replay:
             values = decoded(layer["channels"][name], layer["count"])
             still = 1e-3 if name in ("x", "y") and shown.scene.startswith("capsule-hold") else 0.0
             shift = 0.01 * (float(np.ptp(values)) or still)
-            layer["channels"][name] = floats(values + shift)
+            layer["channels"][name] = fine(values + shift)
     return replace(shown, data=json.dumps(data))
 
 

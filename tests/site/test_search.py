@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.view.site.writing import Content
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.browser import visited
-from plumbob.tests.support.page_document import Document, site_files, unpacked_text
+from plumbob.tests.support.page_document import Document, carried_text, site_files
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -23,8 +24,7 @@ SCENE = "capsule-line-ca1"
 @pytest.fixture(scope="module")
 def entries(index: Path) -> list[list[str]]:
     """Kind, name, text and address of each entry, as the site's pages load them."""
-    text = (site_files(index)[1].parent / "search.js").read_text("ascii")
-    found: list[list[str]] = unpacked_text(text.split('"')[1])
+    found: list[list[str]] = json.loads(carried_text(site_files(index)[1].parent / "search.js"))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,12 +13,13 @@ from plumbob.models.registry import systems
 from plumbob.reports.view.page import written
 from plumbob.reports.view.site.writing import Content, one_file
 from plumbob.tests.support.browser import visited
-from plumbob.tests.support.page_document import site_files
+from plumbob.tests.support.page_document import folded, site_files
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-MEGABYTES = 12.0
+MEGABYTES = 9.0
+OF_SITE = 6.0  # [MB]: of a site to publish
 SIZE_OF_PICTURE = """() => {
   const box = document.querySelector(".model image").getBBox();
   return [box.width, box.height];
@@ -31,6 +33,11 @@ def single(shown: Content, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_is_small(single: Path) -> None:
     assert single.stat().st_size < MEGABYTES * 1e6
+
+
+def test_a_site_is_small(index: Path) -> None:
+    files = [index, *(file for file in site_files(index)[1].parent.iterdir())]
+    assert sum(file.stat().st_size for file in files) < OF_SITE * 1e6
 
 
 def test_nothing_large_is_in_it_twice(single: Path) -> None:
@@ -62,6 +69,25 @@ def _whole(html: str, text: str) -> str:
     return re.sub(r'<(?:figure|image) data-from="([^"]+)"(?:></figure>|/>)', held, html)
 
 
+def _unfolded(file: Path) -> str:
+    """A page of a site with the tables in it that its script would show."""
+    tables, text = folded(file), file.read_text("utf-8")
+    shown = re.sub(
+        r" later\" data-table=(\d+)>(.*?)</details>",
+        lambda place: f'">{place[2]}{tables[int(place[1])]}</details>',
+        text,
+    )
+    return re.sub("<noscript>.*?</noscript>", "", shown)
+
+
+def test_without_a_script_a_file_has_all_folded_tables(index: Path) -> None:
+    _, *others = site_files(index)
+    text = gzip.decompress((others[0].parent / "tables.html.gz").read_bytes()).decode()
+    tables = [(file.stem, table) for file in others for table in folded(file)]
+    assert len(tables) > len(others)
+    assert all(f"<h2>{name}</h2>{table}" in text for name, table in tables)
+
+
 def _text(html: str) -> list[str]:
     """What stands between the tags of a page's main part."""
     main = html.partition("<main")[2].rpartition("</main>")[0]
@@ -74,7 +100,7 @@ def test_it_has_the_content_of_every_page(single: Path, index: Path) -> None:
     first, *others = site_files(index)
     assert set(parts) == {file.stem for file in others}
     for file in others:
-        assert _text(_whole(parts[file.stem], text)) == _text(file.read_text("utf-8")), file.name
+        assert _text(_whole(parts[file.stem], text)) == _text(_unfolded(file)), file.name
     assert _text(text.partition("<template")[0]) == _text(first.read_text("utf-8"))
 
 

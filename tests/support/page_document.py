@@ -14,6 +14,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scene as find_scene
@@ -21,6 +23,7 @@ from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.view.page import FIRST
 
 LOADS = ("src", "srcset", "data", "data-src")  # attributes that name a file
 
@@ -75,22 +78,35 @@ def plotted(file: Path) -> list[dict[str, Any]]:
     holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
     if holder is None:
         return []
-    return unpacked((file.parent / holder[1]).read_text("ascii").split('"')[1])
+    return with_arrays(json.loads(carried_text(file.parent / holder[1]))["figures"])
+
+
+def folded(file: Path) -> list[str]:
+    """The folded tables that a page of a site shows when they are wanted, as HTML."""
+    holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
+    return json.loads(carried_text(file.parent / holder[1]))["tables"] if holder else []
 
 
 def plotted_inside(page: str) -> list[dict[str, Any]]:
     """The same of a page that holds them."""
     (text,) = re.findall(r'class="figures">([^<]+)<', page)
-    return unpacked(text)
+    return with_arrays(unpacked_text(text)["figures"])
 
 
-def unpacked(text: str) -> list[dict[str, Any]]:
-    """Figures from their text as a page has it."""
-    figures: list[dict[str, Any]] = unpacked_text(text)
+def with_arrays(figures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Figures as a page holds them, their arrays in their places."""
     for figure in figures:
         for trace in figure["data"]:
             trace |= {axis: figure["arrays"][trace[axis]] for axis in "xy"}
     return figures
+
+
+def carried_text(file: Path) -> str:
+    """The text that a script beside a page holds compressed."""
+    after, *places = (ord(one) - FIRST for one in file.read_text("utf-16").split('"')[1])
+    rows = np.array(places, ">u2").view(np.uint8).reshape(-1, 2)
+    bits = np.unpackbits(rows, axis=1)[:, 1:].ravel()
+    return gzip.decompress(np.packbits(bits)[: bits.size // 8 - after].tobytes()).decode()
 
 
 def unpacked_text(text: str) -> Any:
@@ -111,7 +127,8 @@ def broken_links(documents: Mapping[Path, Document]) -> list[str]:
         for link in dict.fromkeys(one for one in document.links if one not in outside):
             path, _, place = link.partition("#")
             found = (file.parent / path).resolve() if path else file.resolve()
-            if found not in ids or (place and place not in ids[found]):
+            there = found in ids or (found.is_file() and found.suffix != ".html")
+            if not there or (place and place not in ids[found]):
                 broken.append(f"{file.name}: {link}")
     return broken
 

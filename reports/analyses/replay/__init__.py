@@ -22,7 +22,7 @@ from plumbob.reports.analyses.replay.cone import cone
 from plumbob.reports.analyses.replay.pendulums import companion, pendulum
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import Channels, Samples, coded, floats, sampled
+from plumbob.reports.analyses.replay.samples import Channels, Samples, coded, fine, sampled
 from plumbob.reports.analyses.replay.strip import strip
 from plumbob.reports.view import notation
 from plumbob.reports.view.records import Choice, Layer, Replay
@@ -124,8 +124,8 @@ def _exact(role: str, samples: Samples, picture: Picture) -> dict[str, Any]:
 
 
 def _deviating(role: str, samples: Samples) -> dict[str, Any]:
-    channels = {name: floats(values) for name, values in samples.channels.items()}
-    times = floats(samples.times)
+    channels = {name: fine(values) for name, values in samples.channels.items()}
+    times = fine(samples.times)
     return {"role": role, "count": len(samples.times), "times": times, "channels": channels}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +13,7 @@ from plumbob.analytic.reference import Array
 COUNTS = (201, 401, 801, 1601, 3201)  # samples of the exact answer over the whole replay
 WITHIN = 1e-3  # of a channel's range: 0.2 pixel of 200
 TURN = 1e-3  # [rad] of an angle, whose range may be many turns: the same
-STEPS = 65535  # of a 16-bit number
+STEPS, FINE = 2**16 - 1, 2**24 - 1  # over the range of a channel
 Channels = Mapping[str, Array]
 
 
@@ -66,30 +65,35 @@ def _departure(coarse: Array, fine: Array, cubic: bool) -> float:
 
 
 def coded(values: Array, place: bool = True) -> Any:
-    """An array, shape (n,), as JSON: a number where it is constant, else 16-bit numbers over its
-    range; 32-bit floats for a `place`, an angle or a length, that these would not resolve to a
-    tenth of what it may depart by. Both little-endian, in base64."""
+    """An array, shape (n,), as JSON: a number where it is constant, else whole numbers of 65535
+    steps over its range; of finer ones for a `place`, an angle or a length, that these would not
+    resolve to a tenth of what it may depart by."""
+    coarse = not place or float(np.ptp(values)) <= 0.1 * TURN * STEPS
+    return _stepped(values, STEPS if coarse else FINE)
+
+
+def fine(values: Array) -> Any:
+    """The same in steps of 6e-8 of the range: errors are drawn many times as large."""
+    return _stepped(values, FINE)
+
+
+def _stepped(values: Array, steps: int) -> Any:
+    """Third differences of the numbers of steps: of a smooth motion they are small, and compress
+    to a third."""
     low, high = float(values.min()), float(values.max())
     if low == high:
         return low
-    if place and high - low > 0.1 * TURN * STEPS:
-        return floats(values)
-    scaled = np.rint((values - low) * (STEPS / (high - low))).astype("<u2")
-    return {"low": low, "high": high, "u2": base64.b64encode(scaled.tobytes()).decode()}
-
-
-def floats(values: Array) -> Any:
-    """An array, shape (n,), as JSON: a number where it is constant, else 32-bit floats."""
-    if float(np.ptp(values)) == 0.0:
-        return float(values[0])
-    return {"f4": base64.b64encode(values.astype("<f4").tobytes()).decode()}
+    numbers = np.rint((values - low) * (steps / (high - low))).astype(np.int64)
+    for _ in range(3):
+        numbers = np.diff(numbers, prepend=0)
+    return {"low": low, "step": (high - low) / steps, "differences": numbers.tolist()}
 
 
 def decoded(coded: Any, count: int) -> Array:
-    """The array of `count` values that `coded` or `floats` made this of."""
+    """The array of `count` values that `coded` or `fine` made this of."""
     if isinstance(coded, float | int):
         return np.full(count, float(coded))
-    if "f4" in coded:
-        return np.frombuffer(base64.b64decode(coded["f4"]), "<f4").astype(np.float64)
-    numbers = np.frombuffer(base64.b64decode(coded["u2"]), "<u2").astype(np.float64)
-    return np.asarray(coded["low"] + numbers * ((coded["high"] - coded["low"]) / STEPS))
+    numbers = np.array(coded["differences"])
+    for _ in range(3):
+        numbers = np.cumsum(numbers)
+    return np.asarray(coded["low"] + coded["step"] * numbers)

@@ -34,7 +34,7 @@ def strip(
 
     def shape(role: str, state: State, time: float) -> Shape:
         x, y = picture.mark(state, time)
-        path = " ".join(_path(line, left, top, scale) for line in picture.outline(state, time))
+        path = "".join(_path(line, left, top, scale) for line in picture.outline(state, time))
         return Shape(
             role, path, round(scale * (x - left), 1), round(scale * (top - y), 1), RADII[role]
         )
@@ -77,6 +77,8 @@ def _moved(state: State, deviation: Mapping[str, float], factor: int) -> dict[st
 
 
 def _path(line: Line, left: float, top: float, scale: float) -> str:
-    """A line as an SVG path, y down."""
-    places = [f"{scale * (x - left):.1f} {scale * (top - y):.1f}" for x, y in line.places]
-    return f"M{' L'.join(places)}{'Z' if line.closed else ''}"
+    """A line as an SVG path, y down, by differences of tenths of a unit, which are short."""
+    tenths = np.rint(10.0 * scale * (np.array(line.places) - (left, top)) * (1.0, -1.0))
+    (x, y), *moves = (tenths - np.concatenate([np.zeros((1, 2)), tenths[:-1]])).tolist()
+    steps = " ".join(f"{dx / 10:g} {dy / 10:g}" for dx, dy in moves).replace(" -", "-")
+    return f"M{x / 10:g} {y / 10:g}l{steps}{'z' if line.closed else ''}"

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from plumbob.reports.view.page import packed
 from plumbob.reports.view.site.views import SystemView
 from plumbob.reports.view.tables import paragraphs
 
@@ -19,11 +18,11 @@ def defined(template: str) -> Terms:
     return [(term, meaning) for term, _, meaning in parted]
 
 
-def packed_entries(
+def entries_text(
     views: Sequence[SystemView], common: Mapping[str, Any], href: Callable[[str], str]
 ) -> str:
-    """Kind, name, text and address of each entry as JSON, compressed."""
-    return packed(json.dumps(list(_entries(views, common, href)), ensure_ascii=False))
+    """Kind, name, text and address of each entry as JSON."""
+    return json.dumps(list(_entries(views, common, href)), ensure_ascii=False)
 
 
 def place_of(term: str) -> str:

@@ -18,7 +18,17 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, top_tables
 from plumbob.reports.view.drawing import DASHES
-from plumbob.reports.view.page import NAME, STYLE, Plots, carried, filled, shared_files, written
+from plumbob.reports.view.page import (
+    NAME,
+    STYLE,
+    Plots,
+    carried,
+    compressed,
+    filled,
+    packed,
+    shared_files,
+    written,
+)
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.records import Records, records_of
 from plumbob.reports.view.settings import pasted
@@ -35,6 +45,8 @@ FOLDER = re.compile(r"site-[0-9a-f]{12}")
 SOURCES, TOLERANCES, GLOSSARY = "sources", "tolerances", "glossary"  # names of pages
 SEARCH = "search.js"
 PREVIEW = "preview.png"
+TABLES = "tables.html.gz"  # the folded tables of all pages, for those who read without a script
+TABLES_HEAD = '<!DOCTYPE html><meta charset="utf-8"><title>Tables of all scenes</title>'
 PAGES = "pages"  # folder of a published site: links from elsewhere outlive a study
 NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
@@ -101,7 +113,7 @@ def one_file(content: Content) -> str:
         (name, filled(template, shared="", frame=BARE, href=links, **content.common, **values))
         for name, template, values in content.pages
     ]
-    entries = search.packed_entries(content.views, content.common, links)
+    entries = packed(search.entries_text(content.views, content.common, links))
     return filled(
         "index.html.jinja", href=links, inside_pages=inside, search=entries, **content.common
     )
@@ -110,18 +122,23 @@ def one_file(content: Content) -> str:
 def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
     """The files of a site's folder by name, and its index as a function of the folder's name."""
     places, common = _places(content), content.common
-    files = shared_files()
+    files = dict(shared_files())
     for name in {view.system.picture for view in content.views} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
     if common["preview"]:
         files[PREVIEW] = preview(common["preview"])
     links = Links(places, SEARCH, "", single=False)
-    files[SEARCH] = carried(search.packed_entries(content.views, common, links))
+    files[SEARCH] = carried(search.entries_text(content.views, common, links))
+    tables: list[tuple[int, str]] = []
     for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
         plots = Plots("", name)
         text = filled(template, shared="", href=links, plots=plots, search="", **common, **values)
         files |= {**plots.files, page_file(name): text.encode("utf-8")}
+        tables += [(k, f"<h2>{name}</h2>{table}") for k, table in enumerate(plots.tables)]
+    # Those of a kind are much alike, and compress to two thirds where they stand together.
+    together = [text for _, text in sorted(tables, key=lambda table: table[0])]
+    files[TABLES] = compressed("\n".join([TABLES_HEAD, *together]))
 
     def index(folder: str) -> str:
         links = Links(places, "", folder, single=False)

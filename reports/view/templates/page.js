@@ -15,8 +15,21 @@
     script.onerror = () => failed(new Error(`${holder.dataset.src} is missing`));
     document.head.append(script);
   }));
+  // Base64 inside a page; 15 bits a character beside it, after a count of bytes that are none.
+  const FIRST = 0x1000;
+  const bytes_of = (text) => {
+    if (text.charCodeAt(0) < FIRST) return Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+    const bytes = new Uint8Array(((text.length - 1) * 15 >> 3) - (text.charCodeAt(0) - FIRST));
+    let held = 0, bits = 0, at = 0;
+    for (let i = 1; i < text.length; i += 1) {
+      held = (held << 15) | (text.charCodeAt(i) - FIRST);
+      for (bits += 15; bits >= 8; bits -= 8) bytes[at++] = held >> (bits - 8);
+      held &= (1 << bits) - 1;
+    }
+    return bytes;
+  };
   const unpacked = (text) => {
-    const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+    const bytes = bytes_of(text);
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     return new Response(stream).text();
   };
@@ -31,7 +44,7 @@
   };
   window.plumbob = {once};
   const plotly = () => once(document.getElementById("plotly"), run);
-  const figures = () => once(page.querySelector(".figures"), JSON.parse);
+  const held = () => once(page.querySelector(".figures"), JSON.parse);
 
   const axis = (given) => ({
     gridcolor: colour("--grid"), linecolor: colour("--rule"), zerolinecolor: colour("--rule"),
@@ -73,7 +86,7 @@
   });
 
   const read = async (area) => {
-    const figure = (await figures())[area.dataset.figure];
+    const figure = (await held()).figures[area.dataset.figure];
     const place = (found) => (typeof found === "number" ? figure.arrays[found] : found);
     return {...figure, data: fronted(figure.data.map((trace) => ({...trace, visible: shown(trace),
       x: place(trace.x), y: place(trace.y)})))};
@@ -285,9 +298,23 @@
     hidden = new Set(buttons.filter((one) => !pressed(one)).map((one) => one.dataset.method));
   };
 
+  const readied = (root) => {
+    scrolls(root);
+    for (const table of root.querySelectorAll("table")) {
+      const first = table.querySelector(".hint");
+      if (first) first.tabIndex = 0;
+    }
+  };
+
   const foldings = (root) => {
     for (const details of root.querySelectorAll("details")) {
-      details.addEventListener("toggle", () => {
+      details.addEventListener("toggle", async () => {
+        const place = details.dataset.table;
+        if (place && details.open) {
+          delete details.dataset.table;
+          details.insertAdjacentHTML("beforeend", (await held()).tables[place]);
+          readied(details);
+        }
         if (details.classList.contains("data")) {
           details.querySelector(".scroll")?.remove();
           if (!details.open) return;
@@ -312,11 +339,7 @@
     legends(root);
     foldings(root);
     copies(root);
-    scrolls(root);
-    for (const table of root.querySelectorAll("table")) {
-      const first = table.querySelector(".hint");
-      if (first) first.tabIndex = 0;
-    }
+    readied(root);
     watch(root);
   };
 

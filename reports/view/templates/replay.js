@@ -12,12 +12,11 @@
   const RATES = ["x", "y", "z"].map((axis) => `angular_velocity_${axis}`);
   let playing = null;  // one replay at a time
 
-  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+  // Third differences of whole numbers of steps.
   const decoded = (given, count) => {
     if (typeof given === "number") return new Float64Array(count).fill(given);
-    if (given.f4) return Float64Array.from(new Float32Array(bytes(given.f4)));
-    const step = (given.high - given.low) / 65535;
-    return Float64Array.from(new Uint16Array(bytes(given.u2)), (v) => given.low + v * step);
+    let [first, second, steps] = [0, 0, 0];
+    return Float64Array.from(given.differences, (third) => given.low + given.step * (steps += first += second += third));
   };
 
   const number = (value, digits = 3) => {
@@ -97,8 +96,7 @@
     return [...half(sorted), ...half(sorted.reverse())];
   };
 
-  const replay = (figure) => {
-    const data = JSON.parse(figure.querySelector("script").textContent);
+  const replay = (figure, data) => {
     const canvas = figure.querySelector("canvas"), front = canvas.getContext("2d");
     const range = figure.querySelector("input[type=range]"), now = figure.querySelector(".now");
     const button = figure.querySelector(".play"), said = figure.querySelector(".said");
@@ -781,7 +779,7 @@
     for (const {isIntersecting, target} of entries) {
       if (!isIntersecting) continue;
       near.unobserve(target);
-      replay(target);
+      plumbob.once(target.querySelector("script"), JSON.parse).then((data) => replay(target, data));
     }
   }, {rootMargin: "300px"});
   const begin = (root) => { for (const figure of root.querySelectorAll(".replay")) near.observe(figure); };
