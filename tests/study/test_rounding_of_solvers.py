@@ -1,5 +1,5 @@
 """Rounding decides the steps of solvers that choose them: one ulp of the start moves their errors
-at loose tolerances by more than 2 % and by less than the factor of two within which they are known."""
+at loose tolerances by more than 2 % and less than the factor of two within which they are known."""
 
 from __future__ import annotations
 
