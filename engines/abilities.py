@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,12 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
+
+
+def later(function: str) -> Callable[..., Any]:
+    """A function by its dotted name, whose module is imported when it is called."""
+    module, _, name = function.rpartition(".")
+    return lambda *about: getattr(import_module(module), name)(*about)
 
 
 @dataclass(frozen=True)

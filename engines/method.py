@@ -93,7 +93,6 @@ class Simulation(Timed, Protocol):
 
     def run(self) -> Trajectory:
         """Run from the start to the end; the trajectory's `seconds` count the stepping alone."""
-        ...
 
 
 LIMITS = (

@@ -16,10 +16,10 @@ from types import ModuleType
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines import added
 from plumbob.engines.known_limits import Limits, declared_by
-from plumbob.engines.method import Engine, Method, Unsupported
+from plumbob.engines.method import Engine, Method, ModelError, Unsupported
 from plumbob.models import entry_points
 from plumbob.models.registry import unknown
-from plumbob.models.scene import System
+from plumbob.models.scene import Case, System
 
 _ADAPTERS = "plumbob.engines.adapters"
 
@@ -164,3 +164,10 @@ def find_builder(engine: str, system: System) -> ModuleType:
         if error.name != name:
             raise
         raise Unsupported(f"{engine} has no builder for {system.name}") from None
+
+
+def model_error(case: Case, method: Method, step: float) -> ModelError:
+    """Bounds on what a builder's model adds to each observable, by reason; raises Unsupported."""
+    builder = find_builder(method.engine, case.system)
+    bounds: ModelError = builder.model_error(case.problem, case.scene.duration, method, step)
+    return bounds

@@ -39,12 +39,10 @@ class Timed(Protocol):
     @property
     def compile_seconds(self) -> float:
         """[s]"""
-        ...
 
     def stepped(self, fraction: float) -> Stepping:
         """Take the steps of the first `fraction` of the duration, 0 to 1, and read nothing; no step
         counts where they fail."""
-        ...
 
 
 def last_sample(run: Trajectory) -> Trajectory:

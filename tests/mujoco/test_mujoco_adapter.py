@@ -11,7 +11,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.analytic.systems.cone_pendulum import cone
-from plumbob.engines.adapters.mujoco import ENGINE, model_error, prepare
+from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.cone_pendulum import armature as model_armature
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
 from plumbob.engines.adapters.mujoco.simulation import compiled
@@ -35,7 +35,7 @@ def run(
     method: Method = RK4, step: float = 1e-4, duration: float = 0.5, **given: Any
 ) -> Trajectory:
     """Run the default scene, with some of its fields changed."""
-    return prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
+    return ENGINE.prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 
 
 WIDE = cone(8000.0, 0.1, 2.6)
@@ -97,7 +97,7 @@ def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: f
 def test_armature_of_the_model_adds_less_than_round_off() -> None:
     # below one unit in the last place of theta (3.6e-15 at 20 rad), whatever the body's size
     for body in (DEFAULT.body, cone(8000.0, 5.0, 0.5), cone(100.0, 0.01, 0.5)):
-        bounds = model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
+        bounds = ENGINE.model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
         assert bounds["theta"]["armature"] < 3.6e-15
 
 

@@ -43,7 +43,7 @@ def advance(method: Method) -> Advance:
 
 def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Trajectory:
     """Run the default scene, with some of its fields changed."""
-    return prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
+    return ENGINE.prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 
 
 def error(method: Method, step: float, **given: Any) -> float:

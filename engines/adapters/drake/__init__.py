@@ -7,11 +7,10 @@ that of a reflected inertia so large that no load moves it.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
-from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase, SecondRun
+from plumbob.engines.abilities import ModelReader, SchemeOfCase, SecondRun, later
 from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error_on_platform
 from plumbob.engines.adapters.three_feet import CAPSULE, scheme
 from plumbob.engines.method import Engine, Method, Simulation
@@ -79,13 +78,6 @@ def confirming(method: Method) -> tuple[Method, float]:
     return method, SMALLEST
 
 
-def model_fields(path: Path) -> ModelFields:
-    """The numbers that Drake reads from a model file; raises RuntimeError where it refuses it."""
-    from plumbob.engines.adapters.drake.model_fields import model_fields as read
-
-    return read(path)
-
-
 ENGINE = Engine(
     "drake",
     "pydrake",
@@ -93,5 +85,9 @@ ENGINE = Engine(
     prepare,
     model_error_on_platform,
     optional=True,
-    abilities=(SchemeOfCase(scheme), SecondRun(confirming), ModelReader(model_fields)),
+    abilities=(
+        SchemeOfCase(scheme),
+        SecondRun(confirming),
+        ModelReader(later(f"{__name__}.model_fields.model_fields")),
+    ),
 )

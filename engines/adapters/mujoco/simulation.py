@@ -21,9 +21,9 @@ from plumbob.engines.adapters.mujoco.translation import (
     Named,
     Probe,
     Translation,
-    builder,
 )
 from plumbob.engines.method import Method, Stepping, Unsupported
+from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -108,10 +108,10 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
     """Translate and compile `case` for `method` at `step` [s]; raises Unsupported and
     ParameterError."""
     steps = sampling.step_count(case.scene.duration, step)
-    problem = case.problem
-    chosen = builder(case.system)
     with options.collected() as logged:
-        translation = chosen.build(case.system.mjcf, problem, method, step)
+        translation: Translation = find_builder("mujoco", case.system).build(
+            case.system.mjcf, case.problem, method, step
+        )
         if translation.control is None and "control_at" in method.settings:
             same = method.name.partition("+")[0]
             raise Unsupported(f"nothing is controlled in {case.scene.name}: the same as {same}")

@@ -1,4 +1,4 @@
-"""The translation of a scene that a builder returns, and how a system's builder is found."""
+"""The translation of a scene that a builder returns, and the reading of its model's file."""
 
 from __future__ import annotations
 
@@ -6,15 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol, cast
 
 import mujoco
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.method import Method, ModelError
-from plumbob.engines.registry import find_builder
-from plumbob.models.scene import System
 
 Named = Mapping[str, Array]
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
@@ -54,27 +50,6 @@ class Translation:
     """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
-
-
-class Builder(Protocol):
-    """The interface of a module `adapters/mujoco/<family>.py`, one for a family of systems."""
-
-    def build(self, mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-        """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
-        ...
-
-    def whole(self, mjcf: Path, problem: Any) -> mujoco.MjSpec:
-        """The model with everything that `mjcf` has, visual parts included."""
-        ...
-
-    def model_error(self, problem: Any, duration: float, method: Method, step: float) -> ModelError:
-        """Bounds on what the model adds to each observable over `duration` [s], by reason."""
-        ...
-
-
-def builder(system: System) -> Builder:
-    """The builder of `system`; raises Unsupported when there is none."""
-    return cast(Builder, find_builder("mujoco", system))
 
 
 def read(mjcf: Path) -> mujoco.MjSpec:

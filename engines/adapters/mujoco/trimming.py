@@ -13,8 +13,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.adapters.mujoco.translation import Translation, builder
+from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
+from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
 
 # Relative: on a machine that others use, savings then scatter by 1.7 per cent of the whole, after
@@ -31,7 +32,7 @@ def trimming(
     ParameterError."""
     simulation = compiled(case, method, step)
     trimmed, translation = simulation.model, simulation.translation
-    complete = builder(case.system).whole(case.system.mjcf, case.problem)
+    complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
     parts = tuple(_parts_left_out(complete, translation.spec))
     models = _versions(translation, translation.whole or complete, trimmed, method, step)
     seconds, states = _timed_in_turn(models, translation, steps, repeats)

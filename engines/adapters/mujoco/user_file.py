@@ -14,6 +14,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method, time_step
+from plumbob.engines.own_motion import Start
 
 LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
 HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
@@ -93,6 +94,32 @@ def compiled_model(path: Path, name: str) -> Any:
     except (ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
         raise ParameterError(name, str(path), f"a model that compiles ({reason})") from None
+
+
+def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
+    """A user's model, from a file, compiled or with its data, as a compiled one; what it is called;
+    and where it starts, which an mjData says too. Raises ParameterError."""
+    import mujoco
+
+    if isinstance(model, (str, Path)):
+        return compiled_model(Path(model), "model"), str(model), start
+    if isinstance(model, mujoco.MjData):
+        of_data = {name: tuple(map(float, getattr(model, name))) for name in ("qpos", "qvel")}
+        asked = {name: state for name in of_data if (state := getattr(start, name)) is not None}
+        return model.model, "model", replace(start, **{**of_data, **asked})
+    if isinstance(model, mujoco.MjSpec):
+        try:
+            return model.copy().compile(), "model", start
+        except ValueError as error:
+            reason = " ".join(str(error).split())
+            raise ParameterError("model", "MjSpec", f"one that compiles ({reason})") from None
+    if not isinstance(model, mujoco.MjModel):
+        what = (
+            "a path to a MuJoCo model file, a mujoco.MjModel, a mujoco.MjSpec, or a mujoco.MjData, "
+            "which is the start too"
+        )
+        raise ParameterError("model", type(model).__name__, what)
+    return model, "model", start
 
 
 def _read(path: str | Path) -> Any:

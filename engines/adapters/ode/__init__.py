@@ -3,29 +3,16 @@ three of scipy's adaptive ones."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
-from plumbob.engines.abilities import OwnDerivative, SecondRun
+from plumbob.engines.abilities import OwnDerivative, SecondRun, later
 from plumbob.engines.adapters.stepping import no_error
-from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
-
-if TYPE_CHECKING:
-    from plumbob.models.gradient import Number
+from plumbob.engines.method import Engine, Method
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
 KINDS = (ONE_SMOOTH, FREE_ROTATION)  # dry friction has no equation of motion that they could follow
-
-
-def prepare(case: Case, method: Method, step: float) -> Simulation:
-    """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
-    Unsupported and ParameterError."""
-    from plumbob.engines.adapters.ode.simulation import prepared
-
-    return prepared(case, method, step)
+prepare = later(f"{__name__}.simulation.prepared")
 
 
 def confirming(method: Method) -> tuple[Method, float]:
@@ -33,13 +20,6 @@ def confirming(method: Method) -> tuple[Method, float]:
     from plumbob.engines.adapters.ode.simulation import SMALLEST
 
     return next(m for m in METHODS if m.settings.get("method") == "DOP853"), SMALLEST
-
-
-def variational(number: Number, method: Method, step: float) -> Mapping[str, float]:
-    """Derivatives by forward sensitivities through the steps; raises Unsupported."""
-    from plumbob.engines.adapters.ode.forward import forward as stepped
-
-    return stepped(number, method, step)
 
 
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
@@ -62,5 +42,8 @@ ENGINE = Engine(
     METHODS,
     prepare,
     no_error,
-    abilities=(SecondRun(confirming), OwnDerivative("variational", variational)),
+    abilities=(
+        SecondRun(confirming),
+        OwnDerivative("variational", later(f"{__name__}.forward.forward")),
+    ),
 )

@@ -1,17 +1,14 @@
-"""A scene as an equation of motion in one coordinate or several, and how its builder is found."""
+"""A scene as an equation of motion in one coordinate or several."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, cast
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.method import Method
-from plumbob.engines.registry import find_builder
-from plumbob.models.scene import System
 
 State = tuple[Any, Any]
 """Coordinates and rates: floats where there is one coordinate, arrays of shape (n,) for several."""
@@ -53,16 +50,3 @@ class Equation:
         )
         observables = dict(zip(self.names, positions, strict=True))
         return observables | dict(zip(self.rate_names, rates, strict=True))
-
-
-class Builder(Protocol):
-    """The interface of a module `adapters/ode/<family>.py`, one for a family of systems."""
-
-    def build(self, problem: Any, method: Method) -> Equation:
-        """Write `problem` as an equation of motion; raises Unsupported."""
-        ...
-
-
-def builder(system: System) -> Builder:
-    """The builder of `system`; raises Unsupported when there is none."""
-    return cast(Builder, find_builder("ode", system))

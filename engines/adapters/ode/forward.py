@@ -16,10 +16,11 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
-from plumbob.engines.adapters.ode.equation import Equation, builder
+from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.adapters.ode.simulation import of_equation
 from plumbob.engines.adapters.ode.turning import TurningEquation
 from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.registry import find_builder
 from plumbob.models.gradient import STEP, Number
 
 ALONG = 5e-3  # of a unit of the state, from one point of the stencil to the next
@@ -28,7 +29,7 @@ OFFSETS = np.array(CENTRAL, dtype=np.float64)
 
 def forward(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """Derivatives of the angle and its rate at the end; raises Unsupported and ParameterError."""
-    build, moved = builder(number.case.system).build, OFFSETS * STEP * number.size
+    build, moved = find_builder("ode", number.case.system).build, OFFSETS * STEP * number.size
     try:
         problems = tuple(number.problem(number.value + float(offset)) for offset in moved)
     except ParameterError as error:

@@ -18,10 +18,11 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.ode.equation import Equation, State, builder
+from plumbob.engines.adapters.ode.equation import Equation, State
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
 from plumbob.engines.method import Method, Stepping
+from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -34,7 +35,7 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
     """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
-    equation = builder(case.system).build(case.problem, method)
+    equation = find_builder("ode", case.system).build(case.problem, method)
     made = of_equation(equation, method, step, case.scene.duration)
     made.compile_seconds = time.perf_counter() - begin
     return made

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, cast
 
 import pymunk
 
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation, stepped
-from plumbob.engines.method import Method, ModelError
+from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
-from plumbob.models.scene import Case, System
+from plumbob.models.scene import Case
 
 
 @dataclass(frozen=True)
@@ -31,26 +30,9 @@ class Translation:
     """Called with the time [s] before the step that ends at a sample."""
 
 
-class Builder(Protocol):
-    """The interface of a module `adapters/pymunk/<family>.py`, one for a family of systems."""
-
-    def build(self, problem: Any, method: Method, step: float) -> Translation:
-        """Translate `problem` for `method` at `step` [s]; raises Unsupported."""
-        ...
-
-    def model_error(self, problem: Any, duration: float, method: Method, step: float) -> ModelError:
-        """Bounds on what the model adds to each observable over `duration` [s], by reason."""
-        ...
-
-
-def builder(system: System) -> Builder:
-    """The builder of `system`; raises Unsupported when there is none."""
-    return cast(Builder, find_builder("pymunk", system))
-
-
 def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    build = builder(case.system).build
+    build = find_builder("pymunk", case.system).build
     return stepped(case, step, lambda: _built(build(case.problem, method, step), step))
 
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco import user_contacts
-from plumbob.engines.adapters.mujoco.own_model import rigid_piece
+from plumbob.engines.adapters.mujoco.own_model import rigid_piece, user_contacts
 from plumbob.engines.audit import contacts
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
 from plumbob.reports.judge.audit_from_python import audit_contacts

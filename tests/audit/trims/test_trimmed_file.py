@@ -14,7 +14,7 @@ import pytest
 
 import plumbob
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import write_trimmed
+from plumbob.engines.adapters.mujoco.own_model.file_text import write as write_trimmed
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import Ratio

@@ -16,6 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
@@ -31,6 +32,7 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     rate_after,
 )
 from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
+from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
     AS_IT_STANDS,
@@ -338,9 +340,16 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)
     tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n in stepped)
     refsafe = not model.opt.disableflags & REFSAFE
+    idle = needless_stages(effective)
     return MujocoModel(
-        name, effective, data, step, integrator, tried, stepped, clamped, notes, refsafe
+        name, effective, data, step, integrator, tried, stepped, clamped, notes, refsafe, idle
     )
+
+
+def model_of_own(model: Any, start: Start) -> MujocoModel:
+    """A user's model, from a file, compiled or with its data, as an audit needs it; raises
+    ParameterError and NotCertifiable."""
+    return own_model(*user_model(model, start))
 
 
 def started(model: Any, start: Start = AS_IT_STANDS) -> Any:

@@ -10,13 +10,15 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.model import silent, started
+from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.own_motion import Policy, Start
 
 
 def recorded(model: Any, start: Start, policy: Policy, period: float, duration: float) -> Array:
-    """Controls of the compiled `model`, shape (periods, actuators), from its `start` on: `policy`
+    """Controls of a user's `model`, shape (periods, actuators), from its `start` on: `policy`
     is called with time [s], positions and velocities at the beginning of each `period` [s], the
     multiple of the model's step that is nearest. Raises ParameterError."""
+    model, _, start = user_model(model, start)
     step = float(model.opt.timestep)
     held = max(1, round(period / step))
     with silent():

@@ -31,6 +31,7 @@ from plumbob.engines.adapters.mujoco.settings_to_paste import (
     own_pair,
     settings,
 )
+from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_contacts import Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable, Start
@@ -145,11 +146,12 @@ class SettledFloor:
 
 
 def own_contacts(
-    model: Any, name: str, start: Start, body: str | None, friction: float | None
+    model: Any, start: Start, body: str | None, friction: float | None
 ) -> MujocoContacts:
-    """The free body `body`, or the heaviest, of the compiled `model` on its plane, in the posture
+    """The free body `body`, or the heaviest, of a user's `model` on its plane, in the posture
     of its `start`, with sliding `friction` in place of its own; raises ParameterError and
     NotCertifiable."""
+    model, name, start = user_model(model, start)
     time_step("model", model.opt.timestep, name)
     with silent():
         data = started(model, start)
