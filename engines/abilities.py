@@ -3,7 +3,7 @@ has it. None imports the engine's package before it is called."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -154,10 +154,11 @@ class UserModels:
 
 @dataclass(frozen=True)
 class ModelReader:
-    """A model file (MJCF) -> what the engine's own reader takes from it; raises what that raises
-    where it refuses the file."""
+    """A model file (MJCF) -> what the engine's own reader takes from it, SI: field, name of the
+    body, joint, geom or actuator, and its numbers; raises what that raises where it refuses the
+    file."""
 
-    read: Callable[[Path], ModelFields]
+    read: Callable[[Path], Iterator[tuple[str, str, Any]]]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
+from plumbob.engines.abilities import ModelReader, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
@@ -227,37 +227,28 @@ def _pose(shell: Any, joints: list[Any]) -> Pose:
     )
 
 
-def model_fields(path: Path) -> ModelFields:
+def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
     """The numbers that DART reads from a model file; raises RuntimeError where it refuses it."""
     import dartpy
 
     world = dartpy.utils.MjcfParser.readWorld(str(path.resolve()))
     if world is None:
         raise RuntimeError("no world is made of it")
-    fields: dict[tuple[str, str], tuple[float, ...]] = {
-        ("gravity", ""): tuple(np.ravel(world.getGravity()).tolist()),
-        ("timestep", ""): (float(world.getTimeStep()),),
-    }
-    for s in range(world.getNumSkeletons()):
-        skeleton = world.getSkeleton(s)
-        for n in range(skeleton.getNumBodyNodes()):
-            body = skeleton.getBodyNode(n)
-            fields["mass", body.getName()] = (float(body.getMass()),)
-            moments = np.linalg.eigvalsh(body.getInertia().getMoment())
-            fields["inertia", body.getName()] = tuple(moments.tolist())
-            for k in range(body.getNumShapeNodes()):
-                shape = body.getShapeNode(k)
+    yield "gravity", "", world.getGravity()
+    yield "timestep", "", world.getTimeStep()
+    for skeleton in map(world.getSkeleton, range(world.getNumSkeletons())):
+        for body in map(skeleton.getBodyNode, range(skeleton.getNumBodyNodes())):
+            yield "mass", body.getName(), body.getMass()
+            yield "inertia", body.getName(), np.linalg.eigvalsh(body.getInertia().getMoment())
+            for shape in map(body.getShapeNode, range(body.getNumShapeNodes())):
                 if shape.hasDynamicsAspect():
-                    friction = float(shape.getDynamicsAspect().getFrictionCoeff())
                     of_world = skeleton.getName().removeprefix("__geom_skel__")
                     name = of_world if "ShapeNode" in shape.getName() else shape.getName()
-                    fields["friction", name] = (friction,)
-        for d in range(skeleton.getNumDofs()):
-            dof = skeleton.getDof(d)
-            fields["damping", dof.getName()] = (float(dof.getDampingCoefficient()),)
-            fields["stiffness", dof.getName()] = (float(dof.getSpringStiffness()),)
-            fields["frictionloss", dof.getName()] = (float(dof.getCoulombFriction()),)
-    return fields
+                    yield "friction", name, shape.getDynamicsAspect().getFrictionCoeff()
+        for dof in map(skeleton.getDof, range(skeleton.getNumDofs())):
+            yield "damping", dof.getName(), dof.getDampingCoefficient()
+            yield "stiffness", dof.getName(), dof.getSpringStiffness()
+            yield "frictionloss", dof.getName(), dof.getCoulombFriction()
 
 
 ENGINE = Engine(

@@ -5,14 +5,14 @@ alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.abilities import ModelFields, ModelReader
+from plumbob.engines.abilities import ModelReader
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
@@ -122,27 +122,24 @@ def _rk4(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float
     return x + h / 6 * (v + 2 * (v2 + v3) + v4), v + h / 6 * (a1 + 2 * (a2 + a3) + a4)
 
 
-def model_fields(path: Path) -> ModelFields:
+def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
     """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
     Raises ValueError where it refuses the file."""
     import pinocchio
 
     model = pinocchio.buildModelFromMJCF(str(path))
-    fields: dict[tuple[str, str], tuple[float, ...]] = {
-        ("gravity", ""): tuple(model.gravity.linear.tolist())
-    }
+    yield "gravity", "", model.gravity.linear
     for frame in model.frames:
         inertia = model.inertias[frame.parentJoint]
         if frame.type == pinocchio.FrameType.BODY and frame.parentJoint:
-            fields["mass", frame.name] = (float(inertia.mass),)
-            fields["inertia", frame.name] = tuple(np.linalg.eigvalsh(inertia.inertia).tolist())
+            yield "mass", frame.name, inertia.mass
+            yield "inertia", frame.name, np.linalg.eigvalsh(inertia.inertia)
     for i in range(1, model.njoints):
         if model.nvs[i] == 1:
             dof, name = model.idx_vs[i], model.names[i]
-            fields["armature", name] = (float(model.armature[dof]),)
-            fields["damping", name] = (float(model.damping[dof]),)
-            fields["frictionloss", name] = (float(model.upperDryFrictionLimit[dof]),)
-    return fields
+            yield "armature", name, model.armature[dof]
+            yield "damping", name, model.damping[dof]
+            yield "frictionloss", name, model.upperDryFrictionLimit[dof]
 
 
 ENGINE = Engine(

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelFields, ModelReader, SchemeOfCase
+from plumbob.engines.abilities import ModelReader, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -292,36 +292,30 @@ def _pose(client: Any, shell: int, driven: bool) -> Pose:
     return Pose((x, y), (vx, vy), _heading(*attitude), rate, z, slid, pace)
 
 
-def model_fields(path: Path) -> ModelFields:
+def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
     """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
     Raises pybullet.error where it refuses the file."""
     import pybullet
+    from pybullet_utils.bullet_client import BulletClient
 
-    client = pybullet.connect(pybullet.DIRECT)
-    try:
-        bodies = pybullet.loadMJCF(str(path), physicsClientId=client)
-        options = pybullet.getPhysicsEngineParameters(physicsClientId=client)
-        gravity = tuple(float(options[f"gravityAcceleration{axis}"]) for axis in "XYZ")
-        fields: dict[tuple[str, str], tuple[float, ...]] = {
-            ("gravity", ""): gravity,
-            ("timestep", ""): (float(options["fixedTimeStep"]),),
-        }
-        for body in bodies:
-            for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client)):
-                dynamics = pybullet.getDynamicsInfo(body, link, physicsClientId=client)
-                if link < 0:
-                    name = pybullet.getBodyInfo(body, physicsClientId=client)[0].decode()
-                else:
-                    joint = pybullet.getJointInfo(body, link, physicsClientId=client)
-                    fields["damping", joint[1].decode()] = (float(joint[6]),)
-                    fields["frictionloss", joint[1].decode()] = (float(joint[7]),)
-                    name = joint[12].decode()
-                fields["mass", name] = (float(dynamics[0]),)
-                fields["inertia", name] = tuple(sorted(float(moment) for moment in dynamics[2]))
-                fields["friction", name] = (float(dynamics[1]),)
-    finally:
-        pybullet.disconnect(client)
-    return fields
+    client = BulletClient(connection_mode=pybullet.DIRECT)
+    bodies = client.loadMJCF(str(path))
+    options = client.getPhysicsEngineParameters()
+    yield "gravity", "", [options[f"gravityAcceleration{axis}"] for axis in "XYZ"]
+    yield "timestep", "", options["fixedTimeStep"]
+    for body in bodies:
+        for link in range(-1, client.getNumJoints(body)):
+            if link < 0:
+                name = client.getBodyInfo(body)[0].decode()
+            else:
+                joint = client.getJointInfo(body, link)
+                yield "damping", joint[1].decode(), joint[6]
+                yield "frictionloss", joint[1].decode(), joint[7]
+                name = joint[12].decode()
+            mass, friction, moments, *_ = client.getDynamicsInfo(body, link)
+            yield "mass", name, mass
+            yield "inertia", name, sorted(moments)
+            yield "friction", name, friction
 
 
 ENGINE = Engine(

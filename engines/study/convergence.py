@@ -6,7 +6,6 @@ import math
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
 
 import numpy as np
 
@@ -15,8 +14,6 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import (
     REFERENCE_STEP,
     Measurement,
-    Second,
-    confirming,
     floor,
     measure,
     reference_run,
@@ -78,8 +75,7 @@ def convergence_study(
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
     beside = () if step_sizes else steps_beside(scene, method, most_steps)
-    second = cache(partial(confirming, case, method))  # of every tolerance the same
-    measurements, finest, at_floor = _measured(case, method, chosen, beside, second, keep)
+    measurements, finest, at_floor = _measured(case, method, chosen, beside, keep)
     cut = at_floor <= 2 and len(chosen) < len(
         chosen_step_sizes(scene, method, math.inf, step_sizes)
     )
@@ -87,7 +83,7 @@ def convergence_study(
     measurements.sort(key=lambda m: -m.step)
     listed = [m for m in measurements if m.step not in beside]
     another = None if seed is None else drawn_step(listed, scene, method, seed)
-    drawn = None if another is None else measure(case, method, another, second)[0]
+    drawn = None if another is None else measure(case, method, another)[0]
     orders = _orders(listed, leading, method)
     return ConvergenceStudy(
         scene.name, method.name, tuple(measurements), *orders, trace, cut, drawn, beside
@@ -99,7 +95,6 @@ def _measured(
     method: Method,
     chosen: tuple[float, ...],
     beside: tuple[float, ...],
-    second: Second,
     keep: Callable[[float, Trajectory], None],
 ) -> tuple[list[Measurement], tuple[float, Trajectory] | None, int]:
     """The measurements, the finest run with an error of the leading observable, and how many of
@@ -111,7 +106,7 @@ def _measured(
     waiting = sorted((*chosen, *beside), reverse=True) if beside else list(chosen)
     while waiting:
         step = waiting.pop(0)
-        measurement, run = measure(case, method, step, second)
+        measurement, run = measure(case, method, step)
         measurements.append(measurement)
         if run is not None:
             keep(step, run)

@@ -8,7 +8,6 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import cast
 
 from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
@@ -17,13 +16,11 @@ from plumbob.engines.trajectory import Timed
 from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
-TRIAL = 200  # steps of a trial, and the least that are timed
-PIECES = 64  # of a scene, one of which is an adaptive solver's first trial
+LEAST = 200  # steps that are timed
 BESIDE = 100  # reference steps before and after each timing
 # Ratios about the median that are enough where they differ by no more: on a machine that others
 # use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
 ENOUGH, CLOSE = 3, 0.08
-NO_RUNS: Mapping[Key, Stepping] = MappingProxyType({})
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 # What is timed may differ so much from what a whole run takes a step: to begin those of each sample
 # makes steps of half a microsecond up to twice as long. Medians of three pairs were beyond a factor
@@ -85,27 +82,25 @@ class Cost:
 
 
 def costs(
-    tasks: Sequence[tuple[Case, Method, float]],
+    tasks: Sequence[tuple[Case, Method, float, Stepping]],
     repeats: int = 5,
     budget: float = 0.05,
-    progress: Callable[[str], None] = lambda _: None,
-    runs: Mapping[Key, Stepping] = NO_RUNS,
 ) -> tuple[Mapping[Key, Cost], float]:
-    """Cost of each task (a scene, a method and a step), and the reference step's [ns per step].
-    `budget` [s] limits how much of a long scene one round runs, by a trial unless a whole run of it
-    is known in `runs`."""
+    """Cost of each task (a scene, a method, a step, and what a whole run took), and the reference
+    step's [ns per step]. `budget` [s] limits how much of a long scene one round runs."""
     ready: dict[Key, TimedSteps] = {}
-    for case, method, step in tasks:
+    runs: dict[Key, Stepping] = {}
+    for case, method, step, run in tasks:
         if not installed(engine_of(method)):
             continue
         name = case.scene.name, method.name
         try:
-            ready[name] = _sized(case, method, step, budget, runs.get(name))
+            runs[name], ready[name] = run, _sized(case, method, step, budget, run)
         except Unsupported:
             continue
-    found, unit = in_turns(ready, repeats, budget, progress)
+    found, unit = in_turns(ready, repeats, budget)
     return {
-        name: replace(cost, whole_run=_whole_run(ready[name], cost.ns_per_step, runs.get(name)))
+        name: replace(cost, whole_run=_whole_run(ready[name], cost.ns_per_step, runs[name]))
         for name, cost in found.items()
     }, unit
 
@@ -114,7 +109,6 @@ def in_turns(
     pieces: Mapping[Key, TimedSteps],
     repeats: int = 5,
     budget: float = 0.05,
-    progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[Mapping[Key, Cost], float]:
     """Cost of each piece, and the reference step's [ns per step]. Every round times each once, in
     turn, but for those whose times are close to each other already. Each time is divided by that of
@@ -128,7 +122,6 @@ def in_turns(
         for key in ready:
             if _agree(ratios[key]):
                 continue
-            progress(" ".join(key))
             run = ready[key].stepped()
             while longer := ready[key].longer(run, budget):
                 ready[key], run = longer, longer.stepped()
@@ -144,12 +137,10 @@ def in_turns(
     }, unit
 
 
-def _whole_run(piece: TimedSteps, ns_per_step: float, known: Stepping | None) -> float:
+def _whole_run(piece: TimedSteps, ns_per_step: float, known: Stepping) -> float:
     """Time of a step in a whole run over `ns_per_step` [ns], that of a step of a `piece`: where the
     run that is `known` says that they are APART, of HELD pairs of both, in turn, that nearest to 1,
     a whole run's at most what it computes for; else 1."""
-    if known is None or not known.steps:
-        return 1.0
     if 1.0 / APART <= 1e9 * known.seconds / known.steps / max(ns_per_step, 1e-3) <= APART:
         return 1.0
     ratios, simulation = [], cast(Simulation, piece.simulation)
@@ -182,30 +173,14 @@ def reference_step(steps: int = 2_000) -> Callable[[], float]:
     return once
 
 
-def _sized(
-    case: Case, method: Method, step: float, budget: float, known: Stepping | None = None
-) -> TimedSteps:
-    """The scene, compiled, and the fraction of it that takes about `budget` seconds to step, found
-    from what is `known` of a whole run, or else by a trial, or for an adaptive method by trials of
-    longer and longer pieces; raises Unsupported."""
-    adaptive, duration = method.control == "tolerance", case.scene.duration
+def _sized(case: Case, method: Method, step: float, budget: float, known: Stepping) -> TimedSteps:
+    """The scene, compiled, and the fraction of it that takes about `budget` seconds to step, by
+    what is `known` of a whole run; raises Unsupported."""
+    adaptive = method.control == "tolerance"
+    least = EVALUATIONS if adaptive else LEAST
+    steps = max(least, budget / max(known.seconds, 1e-9) * known.steps)
     simulation = engine_of(method).prepare(case, method, step)
-    if known is not None and known.steps:
-        least = EVALUATIONS if adaptive else TRIAL
-        steps = max(least, budget / max(known.seconds, 1e-9) * known.steps)
-        return TimedSteps(simulation, min(1.0, steps / known.steps), least if adaptive else 1)
-    if not adaptive:
-        fraction = min(1.0, TRIAL * step / duration)
-        trial = simulation.stepped(fraction)
-        pace = max(trial.seconds / max(trial.steps, 1), 1e-9)
-        return TimedSteps(simulation, min(1.0, max(fraction, budget / pace * step / duration)))
-    fraction = 1.0 / PIECES
-    while fraction < 1.0:
-        run = simulation.stepped(fraction)
-        if run.seconds >= budget and run.steps >= EVALUATIONS:
-            break
-        fraction = min(2.0 * fraction, 1.0)
-    return TimedSteps(simulation, fraction)
+    return TimedSteps(simulation, min(1.0, steps / known.steps), least if adaptive else 1)
 
 
 def _agree(values: Sequence[float]) -> bool:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -102,16 +102,13 @@ class Measurement:
     note: str = ""  # why there is no prediction, where theory knows nothing of the scheme
 
 
-Second = Callable[[], Trajectory | None]
-
-
 def measure(
-    case: Case, method: Method, step: float, second: Second | None = None, theory: bool = True
+    case: Case, method: Method, step: float, theory: bool = True
 ) -> tuple[Measurement, Trajectory | None]:
     """Run once and measure; the trajectory too, for those who plot it. A method that controls its
-    local error is held to a `second` run, made here if none is given. Without `theory` its errors
-    alone are measured, without bounds on them, which take longer than a run. Raises ParameterError,
-    and NoAnswer where double precision does not hold the exact solution."""
+    local error is held to a second run. Without `theory` its errors alone are measured, without
+    bounds on them, which take longer than a run. Raises ParameterError, and NoAnswer where double
+    precision does not hold the exact solution."""
     engine = engine_of(method)
     blank = Measurement(case.scene.name, method.name, step, "unsupported")
     if not installed(engine):
@@ -139,11 +136,8 @@ def measure(
     if short := not_asked_for(case, method, step, run):
         return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     if theory:
-        second = second or partial(confirming, case, method)
-        errors, drifts = (
-            _errors(case, method, step, run, model, second),
-            invariant_drifts(case, run),
-        )
+        errors = _errors(case, method, step, run, model)
+        drifts = invariant_drifts(case, run)
     else:
         errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
@@ -203,7 +197,6 @@ def _errors(
     step: float,
     run: Trajectory,
     model: Mapping[str, Mapping[str, float]],
-    second: Second,
 ) -> Mapping[str, ObservedError]:
     forces = {o.name for o in case.system.observables if o.force}
     times, scheme = run.times.tobytes(), scheme_of(case, method)
@@ -219,7 +212,7 @@ def _errors(
     roundings = stepped.uncertainty or {}
     controlled: Mapping[str, Controlled] = {}
     if scheme.integrator == ADAPTIVE:
-        controlled = _controlled(case.reference, run, errors, doubt, second())
+        controlled = _controlled(case.reference, run, errors, doubt, confirming(case, method))
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -265,28 +258,18 @@ def confirming(case: Case, method: Method) -> Trajectory | None:
     if second is None:
         return None
     other, tolerance = second.of(method)
-    return _confirmed(_Second(case, other, tolerance))
+    key = Same(case.problem), case.scene.duration, other.name, tolerance
+    return _confirmed(_Second(key, case, other, tolerance))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Second:
     """A run to hold others to: of a problem the same, whichever method asks for it."""
 
-    case: Case
-    method: Method
-    tolerance: float
-
-    def __eq__(self, other: object) -> bool:
-        return (
-            isinstance(other, _Second)
-            and self.case.problem is other.case.problem
-            and self.case.scene.duration == other.case.scene.duration
-            and self.method is other.method
-            and self.tolerance == other.tolerance
-        )
-
-    def __hash__(self) -> int:
-        return hash((id(self.case.problem), self.method.name, self.tolerance))
+    key: tuple[Same, float, str, float]
+    case: Case = field(compare=False)
+    method: Method = field(compare=False)
+    tolerance: float = field(compare=False)
 
 
 @lru_cache(maxsize=4)

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 import plumbob.models
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
@@ -100,7 +102,8 @@ def fields_of(engine: str, file: Path) -> tuple[str, ModelFields]:
     assert reader is not None
     try:
         with captured():
-            return "", dict(reader.read(file))
+            rows = list(reader.read(file))
+        return "", {(field, name): tuple(np.ravel(v).tolist()) for field, name, v in rows}
     except ParameterError as error:
         return error.requirement, {}
     except Exception as error:

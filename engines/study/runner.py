@@ -237,9 +237,8 @@ def _timed_by(
 def _timed(timings: Mapping[str, _Timing], repeats: int, budget: float) -> dict[str, TaskResult]:
     """The costs of methods on scenes, each at its step; no cost where the engine runs it not."""
     pairs = {key: (t.scene.name, t.method.name) for key, t in timings.items()}
-    runs = {pairs[key]: t.run for key, t in timings.items()}
-    tasks = [(case_of(t.scene), t.method, t.step) for t in timings.values()]
-    found, unit = costs(tasks, repeats, budget, runs=runs)
+    tasks = [(case_of(t.scene), t.method, t.step, t.run) for t in timings.values()]
+    found, unit = costs(tasks, repeats, budget)
     return {
         key: TaskResult(cost=found.get(pair), reference_step=unit, pair=pair)
         for key, pair in pairs.items()

@@ -175,19 +175,17 @@ def stability(problem: ConePendulum) -> StabilityTheory:
     )
 
 
-def _scene(case: str, summary: str, duration: float, hard: str = "", **values: Any) -> Scene:
-    profile = values.pop("profile", "full")
-    steps = values.pop("steps", step_sizes(5e-3, 2.5e-6))
-    return Scene(
-        f"cone-pendulum/{case}",
-        summary,
-        change(_STEEL, values),
-        duration,
-        steps,
-        SOURCE,
-        profile,
-        hard,
-    )
+def _scene(
+    case: str,
+    summary: str,
+    duration: float,
+    hard: str = "",
+    profile: Any = "full",
+    steps: tuple[float, ...] = step_sizes(5e-3, 2.5e-6),
+    **values: Any,
+) -> Scene:
+    name, parameters = f"cone-pendulum/{case}", change(_STEEL, values)
+    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
 
 
 def _near(side: str, k: int, theta_dot: float) -> Scene:

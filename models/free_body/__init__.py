@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.numerics.quad import double
@@ -31,19 +30,12 @@ from plumbob.models.scene import (
 PARAMETERS = (*MOMENTS, "angular_velocity")
 SOURCE = "Whittaker 1937, Analytical Dynamics, 69; the numbers are ours"
 HALF = 0.5  # an error of 1 rad of the attitude is one of 0.5 of its quaternion
-_STEPS = step_sizes(5e-2, 2e-4)
 
 
 def problem(parameters: Parameters) -> FreeBody:
     """The body that parameters describe; raises ParameterError."""
     known(parameters, PARAMETERS)
     return FreeBody(**parameters)
-
-
-def invariants(body: FreeBody, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Relative drifts of the energy and of the angular momentum: its magnitude, and its direction
-    in the world."""
-    return body.invariants(observed)
 
 
 def errors(body: FreeBody) -> ErrorTheory:
@@ -95,18 +87,13 @@ def _scene(
     rates: tuple[float, float, float],
     inertia: tuple[float, float, float] = (1.0, 2.0, 2.25),
     duration: float = 10.0,
-    **values: Any,
+    steps: tuple[float, ...] = step_sizes(5e-2, 2e-4),
+    profile: Any = "full",
+    hard: str = "",
 ) -> Scene:
     parameters = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
-    return Scene(
-        f"free-body/{case}",
-        summary,
-        MappingProxyType(parameters),
-        duration,
-        values.pop("steps", _STEPS),
-        SOURCE,
-        **values,
-    )
+    name = f"free-body/{case}"
+    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
 
 
 def _near_separatrix(k: int) -> Scene:
@@ -191,7 +178,7 @@ SYSTEM = System(
     errors=errors,
     stability=stability,
     start=("angular_velocity",),
-    invariants=invariants,
+    invariants=FreeBody.invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "free_body.xml",
     family="free_body",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
@@ -58,7 +58,6 @@ _REST: Parameters = MappingProxyType(
         "theta_dot": 0.0,
     }
 )
-_STEPS = step_sizes(1e-1, 1e-5)  # the notebook's 0.05 s among them
 _DEGREE = math.pi / 180
 
 
@@ -181,23 +180,36 @@ def _kind(problem: SimplePendulum) -> str:
     return ", ".join(words) or "oscillation"
 
 
-def _scene(name: str, summary: str, **values: Any) -> Scene:
-    profile: Literal["quick", "full"] = values.pop("profile", "full")
-    hard, duration = values.pop("hard", ""), values.pop("duration", 50.0)
-    steps = values.pop("steps", _STEPS)
-    parameters = change(_REST, values)
-    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
+def _scene(
+    name: str,
+    summary: str,
+    profile: Any = "full",
+    hard: str = "",
+    duration: float = 50.0,
+    steps: tuple[float, ...] = step_sizes(1e-1, 1e-5),  # the notebook's 0.05 s among them
+    **values: Any,
+) -> Scene:
+    return Scene(name, summary, change(_REST, values), duration, steps, SOURCE, profile, hard)
 
 
 def _both(
-    case: str, summary: str, linear: str, *, linear_profile: str = "full", **values: Any
+    case: str,
+    summary: str,
+    linear: str,
+    linear_profile: str = "full",
+    profile: str = "full",
+    hard: str = "",
+    **values: Any,
 ) -> tuple[Scene, Scene]:
     """A scene of the simple pendulum, and the same start of the linear one."""
-    shared = {name: value for name, value in values.items() if name not in ("profile", "hard")}
-    shared.setdefault("steps", step_sizes(1e-1, 1e-4))
     return (
-        _scene(f"simple-pendulum/{case}", summary, **values),
-        _scene(f"linear-pendulum/{case}", linear, profile=linear_profile, **shared),
+        _scene(f"simple-pendulum/{case}", summary, profile, hard, **values),
+        _scene(
+            f"linear-pendulum/{case}",
+            linear,
+            linear_profile,
+            **{"steps": step_sizes(1e-1, 1e-4), **values},
+        ),
     )
 
 

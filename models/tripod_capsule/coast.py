@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite
+from plumbob.analytic.parameters import ParameterError, finite, known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -30,7 +30,6 @@ from plumbob.models.tripod_capsule.parameters import (
     UNLOADING,
     capsule,
     capsule_system,
-    check_names,
     heading,
     place,
 )
@@ -52,7 +51,7 @@ _ROUND = tuple((_ARM * math.cos(a), _ARM * math.sin(a)) for a in (0.3, 2.2, 4.6)
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Residual motion that parameters describe, by its formula where it has one; raises
     ParameterError."""
-    check_names(parameters, NAMES)
+    known(parameters, NAMES)
     body, slider, turned = capsule(parameters), place(parameters), heading(parameters)
     vx, vy = (finite(name, parameters[name]) for name in ("velocity_x", "velocity_y"))
     rate = finite("heading_rate", parameters["heading_rate"])
@@ -140,18 +139,17 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     return {"t_rest": lasting, "rest": pose, **about}
 
 
-def _scene(case: str, summary: str, duration: float, profile: Any, **values: Any) -> Scene:
-    steps, hard = values.pop("steps", step_sizes(1e-3, 1e-5)), values.pop("hard", "")
-    return Scene(
-        f"capsule-coast/{case}",
-        summary,
-        {**_CHECK, **values},
-        duration,
-        steps,
-        SOURCE,
-        profile,
-        hard,
-    )
+def _scene(
+    case: str,
+    summary: str,
+    duration: float,
+    profile: Any,
+    hard: str = "",
+    steps: tuple[float, ...] = step_sizes(1e-3, 1e-5),
+    **values: Any,
+) -> Scene:
+    name, parameters = f"capsule-coast/{case}", {**_CHECK, **values}
+    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
 
 
 SCENES = (
@@ -195,8 +193,8 @@ SCENES = (
 )
 
 SYSTEM = capsule_system(
-    "capsule-coast",
-    "Capsule coasting to rest",
+    name="capsule-coast",
+    title="Capsule coasting to rest",
     observables=(
         Observable("x", "m"),
         Observable("y", "m"),
@@ -214,4 +212,5 @@ SYSTEM = capsule_system(
     invariants=invariants,
     facts=facts,
     interest=pose,
+    start=("velocity_x", "velocity_y", "heading_rate", "heading"),
 )

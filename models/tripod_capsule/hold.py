@@ -8,7 +8,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.parameters import finite
+from plumbob.analytic.parameters import finite, known
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
@@ -24,7 +24,6 @@ from plumbob.models.tripod_capsule.parameters import (
     capsule,
     capsule_system,
     change_line,
-    check_names,
     heading,
     place,
 )
@@ -36,7 +35,7 @@ _TILTED: Parameters = MappingProxyType({**CHECK, "direction": 0.7, "slider": (0.
 def problem(parameters: Parameters) -> CapsuleProblem:
     """Body under tilted gravity, or if a `length` is given in a slow motion; raises
     ParameterError."""
-    check_names(parameters, NAMES)
+    known(parameters, NAMES)
     if "length" in parameters:
         return _stroke(parameters)
     body, turned = capsule(parameters), heading(parameters)
@@ -98,28 +97,15 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     }
 
 
-def _scene(case: str, summary: str, duration: float, **values: Any) -> Scene:
-    profile, hard = values.pop("profile", "full"), values.pop("hard", "")
-    steps = values.pop("steps", step_sizes(5e-3, 1e-4))
-    return Scene(
-        f"capsule-hold/{case}",
-        summary,
-        change_line(_TILTED, values),
-        duration,
-        steps,
-        SOURCE,
-        profile,
-        hard,
-    )
-
-
 SCENES = (
     *(
-        _scene(
-            str(fraction),
+        Scene(
+            f"capsule-hold/{fraction}",
             f"10 s at {fraction} of the tilt that friction holds",
+            {**_TILTED, "fraction": fraction},
             10.0,
-            fraction=fraction,
+            step_sizes(5e-3, 1e-4),
+            SOURCE,
             profile="quick" if fraction == 0.999 else "full",
             hard=f"friction used up but for {1 - fraction:.0e} of it" if fraction >= 0.999 else "",
         )
@@ -145,8 +131,8 @@ SCENES = (
 )
 
 SYSTEM = capsule_system(
-    "capsule-hold",
-    "Capsule held by friction",
+    name="capsule-hold",
+    title="Capsule held by friction",
     parameters=NAMES,
     scenes=SCENES,
     default="0.999",

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -26,7 +27,6 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
-    check_names,
     heading,
     manoeuvre,
     threshold,
@@ -47,7 +47,7 @@ _LINE: Parameters = MappingProxyType(
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The line manoeuvre that parameters describe; raises ParameterError."""
-    check_names(parameters, NAMES)
+    known(parameters, NAMES)
     line, turned = manoeuvre(parameters), heading(parameters)
     x, y = line.segment.start
     return CapsuleProblem(
@@ -113,19 +113,17 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     }
 
 
-def _scene(case: str, summary: str, hard: str = "", **values: Any) -> Scene:
-    profile, duration = values.pop("profile", "full"), values.pop("duration", 0.15)
-    steps = values.pop("steps", step_sizes(1e-3, 1e-5))
-    return Scene(
-        f"capsule-line/{case}",
-        summary,
-        change_line(_LINE, values),
-        duration,
-        steps,
-        SOURCE,
-        profile,
-        hard,
-    )
+def _scene(
+    case: str,
+    summary: str,
+    hard: str = "",
+    profile: Any = "full",
+    duration: float = 0.15,
+    steps: tuple[float, ...] = step_sizes(1e-3, 1e-5),
+    **values: Any,
+) -> Scene:
+    name, parameters = f"capsule-line/{case}", change_line(_LINE, values)
+    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
 
 
 def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
@@ -231,8 +229,8 @@ SCENES = (
 )
 
 SYSTEM = capsule_system(
-    "capsule-line",
-    "Capsule on a line",
+    name="capsule-line",
+    title="Capsule on a line",
     parameters=NAMES,
     scenes=SCENES,
     default="ca1",

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.parameters import ParameterError, finite, known
+from plumbob.analytic.parameters import ParameterError, finite
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.systems.capsule import Capsule, direction_to
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.quantities import displaced
 from plumbob.models.scene import (
     ON_SUPPORTS,
-    Case,
     Observable,
     Parameters,
-    Quantity,
-    Scene,
     System,
-    no_structure,
     replaced,
 )
 
@@ -46,7 +42,6 @@ CHECK: Parameters = MappingProxyType(
         "gravity": 9.81,
     }
 )
-START = ("velocity_x", "velocity_y", "heading_rate", "heading")
 LOADS = tuple(Observable(f"normal_force_{i}", "N") for i in (1, 2, 3))
 ALONG = (
     Observable("displacement", "m"),
@@ -73,49 +68,20 @@ def sensitivity(problems: Sequence[Neighbours[CapsuleProblem]], times: Array) ->
     return capsule_gradients(problems, times)
 
 
-def capsule_system(
-    name: str,
-    title: str,
-    *,
-    parameters: tuple[str, ...],
-    scenes: tuple[Scene, ...],
-    default: str,
-    problem: Callable[[Parameters], CapsuleProblem],
-    errors: Callable[[Any], ErrorTheory],
-    facts: Callable[[CapsuleProblem], Mapping[str, Any]],
-    observables: tuple[Observable, ...] = ALONG,
-    invariants: Callable[
-        [CapsuleProblem, Mapping[str, Array]], Mapping[str, Array]
-    ] = no_invariants,
-    change: Callable[[Parameters, Parameters], Parameters] = replaced,
-    interest: Callable[[Case], tuple[Quantity, ...]] = displaced,
-    structure: Callable[[CapsuleProblem], Any] = no_structure,
-    left_out: Parameters = MappingProxyType({}),
-) -> System:
-    """A system that has the capsule's model and family; the arguments as in `System`."""
-    return System(
-        name=name,
-        title=title,
-        observables=observables,
-        parameters=parameters,
-        scenes=scenes,
-        default=default,
-        problem=problem,
-        reference=lambda found: found.in_world,
-        errors=errors,
-        start=tuple(name for name in START if name in parameters),
-        invariants=invariants,
-        facts=facts,
-        mjcf=MJCF,
-        family="capsule",
-        kind=ON_SUPPORTS,
-        change=change,
-        weight=CONTACTS,
-        interest=interest,
-        sensitivity=sensitivity,
-        structure=structure,
-        left_out=left_out,
-    )
+capsule_system = partial(
+    System,
+    reference=lambda problem: problem.in_world,
+    observables=ALONG,
+    invariants=no_invariants,
+    start=("heading",),
+    mjcf=MJCF,
+    family="capsule",
+    kind=ON_SUPPORTS,
+    weight=CONTACTS,
+    interest=displaced,
+    sensitivity=sensitivity,
+)
+"""A system that has the capsule's model and family; the arguments as in `System`."""
 
 
 def capsule(parameters: Parameters) -> Capsule:
@@ -175,8 +141,3 @@ def place(parameters: Parameters) -> tuple[float, float]:
     except (TypeError, ValueError):
         raise ParameterError("slider", slider, "a point (x, y)") from None
     return finite("slider", x), finite("slider", y)
-
-
-def check_names(parameters: Parameters, names: tuple[str, ...]) -> None:
-    """Raise ParameterError for a name that is unknown."""
-    known(parameters, names)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
@@ -26,7 +26,6 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule,
     capsule_system,
-    check_names,
 )
 from plumbob.models.tripod_capsule.turn import OBSERVED
 
@@ -89,7 +88,7 @@ def planned(parameters: Parameters) -> Plan:
     """The plan that parameters ask for, found once; raises ParameterError."""
     from plumbob.analytic.systems.planner.tracks import check_curve
 
-    check_names(parameters, NAMES)
+    known(parameters, NAMES)
     if "to" not in parameters:
         raise ParameterError("to", None, "a pose [x, y, psi]")
     slider = _point(parameters.get("slider", (0.0, 0.0)))
@@ -161,7 +160,7 @@ def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
     return Scene(
         f"capsule-plan/{case}-{track}",
         f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half}, the slider {where}",
-        MappingProxyType({**CHECK, "to": to, "track": track}),
+        {**CHECK, "to": to, "track": track},
         lasting,
         STEPS if lasting <= LONG else STEPS[:-1],
         SOURCE,
@@ -177,7 +176,7 @@ def _beside(
         f"capsule-plan/beside-curve-{case}",
         f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad, the slider along C-A{i}, "
         f"the {arc} arc and C-A{j}",
-        MappingProxyType({**CHECK, "to": to, "track": "curve", "legs": legs, "arc": arc}),
+        {**CHECK, "to": to, "track": "curve", "legs": legs, "arc": arc},
         lasting,
         STEPS,
         SOURCE,
@@ -194,7 +193,7 @@ def _turned(angle: float) -> Scene:
         f"capsule-plan/heading-{angle:03.0f}",
         f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad on a free plane, all of it "
         f"turned by {angle:g} degrees",
-        MappingProxyType({**CHECK, "start": (0.0, 0.0, turn), "to": (x, y, turn + BESIDE.heading)}),
+        {**CHECK, "start": (0.0, 0.0, turn), "to": (x, y, turn + BESIDE.heading)},
         TURNED,
         STEPS,
         SOURCE,
@@ -207,7 +206,7 @@ def _mass_ratio(
     return Scene(
         f"capsule-plan/{case}",
         summary,
-        MappingProxyType({**CHECK, **values}),
+        {**CHECK, **values},
         lasting,
         steps,
         SOURCE,
@@ -241,8 +240,8 @@ SCENES = (
 )
 
 SYSTEM = capsule_system(
-    "capsule-plan",
-    "Capsule brought to a pose",
+    name="capsule-plan",
+    title="Capsule brought to a pose",
     # A place first: a plan of lines alone keeps its heading.
     observables=(*OBSERVED[:2], Observable("heading", "rad"), *OBSERVED[2:]),
     parameters=NAMES,
@@ -252,6 +251,7 @@ SYSTEM = capsule_system(
     errors=errors,
     facts=facts,
     interest=pose,
+    start=(),
     structure=structure,
     left_out=asdict(Limits()),
 )

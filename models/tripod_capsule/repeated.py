@@ -8,6 +8,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from plumbob.analytic.parameters import known
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -21,7 +22,6 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
-    check_names,
     heading,
     manoeuvre,
     threshold,
@@ -47,7 +47,7 @@ def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The repeated manoeuvres that parameters describe; raises ParameterError."""
-    check_names(parameters, NAMES)
+    known(parameters, NAMES)
     repeated = _repeated(parameters, parameters["count"], parameters["pause"])
     manoeuvre = repeated.manoeuvre
     return CapsuleProblem(
@@ -114,8 +114,8 @@ SCENES = (
 )
 
 SYSTEM = capsule_system(
-    "capsule-train",
-    "Capsule on repeated manoeuvres",
+    name="capsule-train",
+    title="Capsule on repeated manoeuvres",
     parameters=NAMES,
     scenes=SCENES,
     default="thousand",

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
-from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 
+from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -27,7 +27,6 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule,
     capsule_system,
-    check_names,
     heading,
 )
 
@@ -48,7 +47,7 @@ OBSERVED = (
 
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The turn manoeuvre, or a repeated one, that parameters describe; raises ParameterError."""
-    check_names(parameters, NAMES)
+    known(parameters, NAMES)
     turn = TurnManoeuvre(
         capsule(parameters),
         parameters["radius"],
@@ -134,21 +133,18 @@ def _parameters(epsilon: float, body_angle: float, **values: Any) -> dict[str, A
     return parameters | drive
 
 
-def _scene(case: str, summary: str, parameters: Parameters, hard: str = "", **values: Any) -> Scene:
-    tau, profile = parameters["half_time"], values.pop("profile", "full")
-    parts, lasting = values.pop("parts", PARTS), values.pop("lasting", LASTING)
+def _scene(
+    case: str,
+    summary: str,
+    parameters: Parameters,
+    hard: str = "",
+    profile: Any = "full",
+    parts: tuple[int, ...] = PARTS,
+    lasting: float = LASTING,
+) -> Scene:
+    name, tau = f"capsule-turn/{case}", parameters["half_time"]
     steps = tuple(tau / part for part in parts)
-    duration = lasting * tau
-    return Scene(
-        f"capsule-turn/{case}",
-        summary,
-        MappingProxyType(dict(parameters)),
-        duration,
-        steps,
-        SOURCE,
-        profile,
-        hard,
-    )
+    return Scene(name, summary, parameters, lasting * tau, steps, SOURCE, profile, hard)
 
 
 def _epsilon(epsilon: float, *, stop: bool) -> Scene:
@@ -250,8 +246,8 @@ SCENES = (
 )
 
 SYSTEM = capsule_system(
-    "capsule-turn",
-    "Capsule on a turn manoeuvre",
+    name="capsule-turn",
+    title="Capsule on a turn manoeuvre",
     observables=(Observable("body_angle", "rad"), *OBSERVED, Observable("heading", "rad")),
     parameters=NAMES,
     scenes=SCENES,

@@ -9,9 +9,11 @@ import pytest
 
 from plumbob.analytic.answer_cache import Same, exactly
 from plumbob.engines.registry import engine_of, installed, method
+from plumbob.engines.study import measurement
 from plumbob.engines.study.measurement import confirming, measure
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.verdict import judge
+from plumbob.tests.support.fixture_types import Patch
 
 SWING = "simple-pendulum/free-large"
 
@@ -25,12 +27,14 @@ def test_bounds_are_near_the_errors(solver: str) -> None:
         assert error.largest <= error.controlled.largest < 3.0 * error.largest
 
 
-def test_a_second_run_that_is_no_better_bounds_nothing() -> None:
+def test_a_second_run_that_is_no_better_bounds_nothing(monkeypatch: Patch) -> None:
     case, how = case_of(scene(SWING)), method("ode/dop853")
     same = measure(case, how, 1e-8)[1]
-    held, _ = measure(case, how, 1e-8, lambda: same)
+    monkeypatch.setattr(measurement, "confirming", lambda *_: same)
+    held, _ = measure(case, how, 1e-8)
     assert judge(held, case.system, how).verdict == "off-prediction"
-    left, _ = measure(case, how, 1e-8, lambda: None)
+    monkeypatch.setattr(measurement, "confirming", lambda *_: None)
+    left, _ = measure(case, how, 1e-8)
     assert judge(left, case.system, how).verdict == "pre-asymptotic"
 
 

@@ -13,12 +13,11 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
 
 from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.study.convergence import convergence_study, drawn_step
-from plumbob.engines.study.measurement import confirming, measure
+from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
@@ -41,11 +40,10 @@ def drawn(scene: Scene, method: Method, seeds: range) -> Iterator[Drawn]:
     """The runs of a pair at the steps that these seeds draw."""
     case, about = case_of(scene), system_of(scene).quantities(case_of(scene))
     found = convergence_study(scene, method, most_steps(scene, "quick"))
-    second = cache(partial(confirming, case, method))
     for seed in seeds:
         if (step := drawn_step(found.measurements, scene, method, seed)) is None:
             return
-        more = replace(found, drawn=measure(case, method, step, second)[0])
+        more = replace(found, drawn=measure(case, method, step)[0])
         whole = judged(more, case.system, method, about).whole
         held = held_to(scene, method, whole, step)
         assert whole.drawn is not None

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from plumbob.engines.abilities import ModelFields
 
-
-def model_fields(path: Path) -> ModelFields:
+def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
     """The numbers of the file `path` in a plant that is not given a step: see the adapter for
     MuJoCo. Raises RuntimeError where Drake refuses the file."""
     from pydrake.multibody.parsing import Parser
@@ -21,37 +20,24 @@ def model_fields(path: Path) -> ModelFields:
     plant, graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     Parser(plant).AddModels(str(path))
     plant.Finalize()
-    gravity = plant.gravity_field().gravity_vector()
-    fields: dict[tuple[str, str], tuple[float, ...]] = {("gravity", ""): tuple(gravity.tolist())}
+    yield "gravity", "", plant.gravity_field().gravity_vector()
     for i in range(1, plant.num_bodies()):
         body = plant.get_body(BodyIndex(i))
-        fields["mass", body.name()] = (float(body.default_mass()),)
-        fields["inertia", body.name()] = _principal_moments(body.default_spatial_inertia())
-    for j in plant.GetJointIndices():
-        joint = plant.get_joint(j)
+        inertia = body.default_spatial_inertia()
+        about = inertia.Shift(inertia.get_com()).CalcRotationalInertia()
+        yield "mass", body.name(), body.default_mass()
+        yield "inertia", body.name(), np.sort(np.ravel(about.CalcPrincipalMomentsOfInertia()))
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
         if joint.num_velocities() == 1:
-            fields["damping", joint.name()] = (float(joint.default_damping_vector()[0]),)
-    for a in plant.GetJointActuatorIndices():
-        actuator = plant.get_joint_actuator(a)
-        ratio = float(actuator.default_gear_ratio())
-        fields["gear", actuator.name()] = (ratio,)
-        reflected = ratio**2 * float(actuator.default_rotor_inertia())
-        fields["armature", actuator.joint().name()] = (reflected,)
-    return fields | _frictions(graph.model_inspector())
-
-
-def _principal_moments(inertia: Any) -> tuple[float, ...]:
-    """Of a spatial inertia, about the centre of mass, in order."""
-    about = inertia.Shift(inertia.get_com()).CalcRotationalInertia()
-    return tuple(np.sort(np.ravel(about.CalcPrincipalMomentsOfInertia())).tolist())
-
-
-def _frictions(inspector: Any) -> dict[tuple[str, str], tuple[float, ...]]:
-    fields: dict[tuple[str, str], tuple[float, ...]] = {}
+            yield "damping", joint.name(), joint.default_damping_vector()[0]
+    for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
+        ratio = actuator.default_gear_ratio()
+        yield "gear", actuator.name(), ratio
+        yield "armature", actuator.joint().name(), ratio**2 * actuator.default_rotor_inertia()
+    inspector = graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds():
         properties = inspector.GetProximityProperties(geometry)
         if properties is not None and properties.HasProperty("material", "coulomb_friction"):
             friction = properties.GetProperty("material", "coulomb_friction")
             name = inspector.GetName(geometry).rpartition("::")[2]
-            fields["friction", name] = (float(friction.dynamic_friction()),)
-    return fields
+            yield "friction", name, friction.dynamic_friction()

@@ -3,57 +3,45 @@ readers."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import mujoco
 import numpy as np
 
-from plumbob.engines.abilities import ModelFields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
-SCALARS = ("armature", "damping", "stiffness", "frictionloss")
+CONTACTS = ("friction", "solref", "solimp")
 
 
-def model_fields(path: Path) -> ModelFields:
+def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
     """The numbers of the model file `path`, of everything in it that has a name: gravity
     [m/s^2], time step [s], masses [kg], principal moments of inertia [kg m^2], of hinges and slides
     armature, damping, stiffness and friction loss, of geoms that may touch, and of pairs, the
     coefficient of friction, solref and solimp, and gears. Raises ParameterError."""
-    import mujoco
-
     model = compiled_model(path, "FILE")
-    fields: dict[tuple[str, str], tuple[float, ...]] = {
-        ("gravity", ""): tuple(model.opt.gravity.tolist()),
-        ("timestep", ""): (float(model.opt.timestep),),
-    }
+    yield "gravity", "", model.opt.gravity
+    yield "timestep", "", model.opt.timestep
     for i in range(1, model.nbody):
-        if (body := model.body(i)).name and model.body_mass[i] > 0.0:
-            fields["mass", body.name] = (float(model.body_mass[i]),)
-            fields["inertia", body.name] = tuple(np.sort(model.body_inertia[i]).tolist())
+        if (name := model.body(i).name) and model.body_mass[i] > 0.0:
+            yield "mass", name, model.body_mass[i]
+            yield "inertia", name, np.sort(model.body_inertia[i])
     one_degree = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-    for i in range(model.njnt):
-        joint, dof = model.joint(i), int(model.jnt_dofadr[i])
-        if not joint.name or int(model.jnt_type[i]) not in one_degree:
-            continue
-        values = (
-            model.dof_armature[dof],
-            model.dof_damping[dof],
-            model.jnt_stiffness[i],
-            model.dof_frictionloss[dof],
-        )
-        for field, value in zip(SCALARS, values, strict=True):
-            fields[field, joint.name] = (float(value),)
-    for i in range(model.ngeom):
-        if model.geom(i).name and (model.geom_contype[i] or model.geom_conaffinity[i]):
-            name = model.geom(i).name
-            fields["friction", name] = (float(model.geom_friction[i, 0]),)
-            fields["solref", name] = tuple(model.geom_solref[i].tolist())
-            fields["solimp", name] = tuple(model.geom_solimp[i].tolist())
-    for i in range(model.npair):
-        if name := model.pair(i).name:
-            fields["friction", name] = (float(model.pair_friction[i, 0]),)
-            fields["solref", name] = tuple(model.pair_solref[i].tolist())
-            fields["solimp", name] = tuple(model.pair_solimp[i].tolist())
+    for i in np.flatnonzero(np.isin(model.jnt_type, one_degree)).tolist():
+        if name := model.joint(i).name:
+            dof = model.jnt_dofadr[i]
+            yield "armature", name, model.dof_armature[dof]
+            yield "damping", name, model.dof_damping[dof]
+            yield "stiffness", name, model.jnt_stiffness[i]
+            yield "frictionloss", name, model.dof_frictionloss[dof]
+    for kind, count in (("geom", model.ngeom), ("pair", model.npair)):
+        for i in range(count):
+            touches = kind == "pair" or model.geom_contype[i] or model.geom_conaffinity[i]
+            if (name := getattr(model, kind)(i).name) and touches:
+                for field in CONTACTS:
+                    values = getattr(model, f"{kind}_{field}")[i]
+                    yield field, name, values[0] if field == "friction" else values
     for i in range(model.nu):
-        if model.actuator(i).name:
-            fields["gear", model.actuator(i).name] = (float(model.actuator_gear[i, 0]),)
-    return fields
+        if name := model.actuator(i).name:
+            yield "gear", name, model.actuator_gear[i, 0]
