@@ -213,7 +213,7 @@ def _with(value: Any, path: tuple[int, ...], number: float) -> Any:
 
 def _beside(of: Number) -> Beside:
     """The neighbours on both sides of one number, else on either, and why not on both."""
-    number = of.value
+    number, system = of.value, of.case.system
     if isinstance(number, (bool, str)) or not isinstance(number, (int, float)):
         return {}, f"{of.name} = {number!r} is not a number that can vary"
 
@@ -223,6 +223,9 @@ def _beside(of: Number) -> Beside:
             values = [number + k * step for k in stencil]
             try:
                 moved = [of.problem(value) for value in values]
+                if not all(system.alike(of.case.problem, each) for each in moved):
+                    only = "one near which the sequence of a motion's phases is the same"
+                    raise ParameterError(of.parameter, number, only)
                 return Neighbours(tuple(moved), np.array(values) - number)
             except ParameterError as error:
                 step *= SHRINK

@@ -97,6 +97,11 @@ def no_structure(problem: Any) -> None:
     """Of a problem in which everything changes smoothly."""
 
 
+def always_alike(problem: Any, near: Any) -> bool:
+    """Whether two problems near each other have phases in common: of motions in one phase."""
+    return True
+
+
 @dataclass(frozen=True)
 class System:
     """A mechanical system: what it observes, its scenes, and its exact answer."""
@@ -131,6 +136,8 @@ class System:
     """Values of parameters that a scene may leave out, where these are not 0."""
     structure: Callable[[Any], Any] = no_structure
     """The parts of a problem that cannot change smoothly with a parameter."""
+    alike: Callable[[Any, Any], bool] = always_alike
+    """Whether `sensitivity` may take differences between a problem and one near it."""
     also: Answers = nothing_else
     """Exact answers beside the observables, of a problem at times [s], shape (n,)."""
     by_angle: Answers | None = None

@@ -1,49 +1,68 @@
-"""Sensitivities of the capsule's motions: from event to event, or by formula in phases."""
+"""Sensitivities of the capsule's motions, in phases between events."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
+from itertools import compress, pairwise
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
-from plumbob.analytic.sensitivities.sliding_motion import SlidingBody, sliding_gradients
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.slider_path import fixed
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+
+CLOSE = 1e-2  # relative difference of lengths of phases, beyond which a stencil is not accurate
+TOGETHER = 1e-6  # likewise, where supports that stop together then do not: of first order in it
 
 
 def capsule_gradients(
     problems: Sequence[Neighbours[CapsuleProblem]], times: Array
 ) -> list[Sensitivity]:
     """Sensitivities at `times` [s], shape (n,), by each parameter."""
-    motion = problems[0].here.motion
-    if motion.kind in ("plane", "coasting") and motion.count == 1:
-        return sliding_gradients([one.each(sliding_body) for one in problems], times)
-    return phased_gradients([one.each(phased) for one in problems], times)
+    moved = partial(phased, together=problems[0].here.motion.kind == "coasting")
+    return phased_gradients([one.each(moved) for one in problems], times)
 
 
-def sliding_body(problem: CapsuleProblem) -> SlidingBody:
-    """A motion in the plane; one with a formula too, whose neighbours may have none."""
-    setup, motion = problem.setup, problem.motion.single
-    if not isinstance(motion, ThreePointMotion):
-        begun = Start(velocity=setup.velocity, angular_velocity=setup.heading_rate)
-        motion = three_point_motion(setup.capsule, fixed(setup.slider), begun)
-    velocity = complex(*setup.velocity)
-    return SlidingBody(motion, setup.heading, velocity, setup.heading_rate)
-
-
-def phased(problem: CapsuleProblem) -> Phased:
-    """A motion with a formula; it changes where the slider's acceleration does, and where the body
-    stops, or its mode changes."""
+def phased(problem: CapsuleProblem, together: bool = False) -> Phased:
+    """The motion; its formula changes where the slider's acceleration does, and where the body
+    stops, or its mode changes. Near a motion in which all supports stop `together` others pivot at
+    the end, for a time that is small in the difference."""
     motion, single = problem.motion, problem.motion.single
-    stops = np.array([single.sliding_time])
-    if isinstance(single, ThreePointMotion):
-        stops = np.array([event.time for event in single.events])
-    if motion.count > 1:
-        stops = (motion.period * np.arange(motion.count)[:, None] + stops).ravel()
-    switches = np.concatenate([motion.path.breakpoints, stops[np.isfinite(stops)]])
+    if isinstance(single, ThreePointMotion) and not together:
+        return Phased(problem.in_world, _repeated(motion, _phases(single)[1]))
+    stops = _repeated(motion, np.array([single.sliding_time]))
+    switches = np.append(motion.path.breakpoints, stops[np.isfinite(stops)])
     return Phased(problem.in_world, np.sort(switches))
+
+
+def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
+    """Whether a problem `near` another has the same phases, of nearly the same lengths."""
+    here, there = problem.motion.single, near.motion.single
+    if not isinstance(here, ThreePointMotion):
+        formula = not isinstance(there, ThreePointMotion)
+        return formula or bool(abs(there.sliding_time / here.sliding_time - 1.0) < TOGETHER)
+    if not isinstance(there, ThreePointMotion):
+        return False
+    (names, begins), (others, later) = _phases(here), _phases(there)
+    return names == others and np.allclose(np.diff(later), np.diff(begins), CLOSE, 0.0)
+
+
+def _repeated(motion: Any, times: Array) -> Array:
+    """Times [s] in one motion as those in all its repetitions."""
+    if motion.count == 1:
+        return times
+    return np.asarray((motion.period * np.arange(motion.count)[:, None] + times).ravel())
+
+
+def _phases(motion: ThreePointMotion) -> tuple[list[tuple[str, int, int]], Array]:
+    """Mode, support and number of the slider's piece in each phase, and when it begins [s]."""
+    names = [(segment.mode, segment.support, segment.piece) for segment in motion.segments]
+    first = [True] + [
+        left[::2] != right[::2] or right[1] not in ((-1,) if right[0] == "slide" else left[1:2])
+        for left, right in pairwise(names)
+    ]
+    return list(compress(names, first)), motion.begins[first]

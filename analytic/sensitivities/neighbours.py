@@ -75,8 +75,9 @@ class Neighbours(Generic[T]):
         fewer[nearest] = _weights(self.offsets[nearest])
         return _weights(self.offsets), fewer
 
-    def derivative(self, read: Callable[[T], Any]) -> Derived:
-        """The derivative of what `read` gives, of doubles or of 34 digits, of any shape."""
+    def derivative(self, read: Callable[[T], Any], off: Array | float = 0.0) -> Derived:
+        """The derivative of what `read` gives, of doubles or of 34 digits, of any shape, with
+        errors of `off`."""
         values = [np.asarray(read(one)) for one in self.moved]
         base = np.asarray(read(self.here))
         all_of_them, fewer = self._weights
@@ -84,7 +85,8 @@ class Neighbours(Generic[T]):
         found = np.tensordot(all_of_them, differences, 1)
         uncertain = SURE * np.abs(found - np.tensordot(fewer, differences, 1))
         if base.dtype == np.float64:  # in 34 digits nothing is left of a rounding
-            uncertain += ULP * np.abs(values).max(axis=0) * np.abs(all_of_them).sum()
+            off = off + ULP * np.abs(values).max(axis=0)
+            uncertain += off * np.abs(all_of_them).sum()
         return found, uncertain
 
 

@@ -23,7 +23,9 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity
 
 NODES = 12  # of a polynomial for do/dt
-WINDOW = 0.125  # its width over the length of the phase
+WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # its width over the length of the phase: near its end a
+# support's direction settles as a power of the time that is left
+NOISE = 0.035  # of a motion's uncertainty: nearly all of it is that of a coarser computation
 LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
 
 
@@ -41,9 +43,10 @@ class Phased:
             return np.asarray(begin + since)
         return np.asarray(begin + fraction * (self.switches[phase + 1] - begin))
 
-    def at(self, times: Array) -> Array:
-        """Observables at `times`, shape (observables, n)."""
-        return np.stack(list(self.reference.observe(times).values()))
+    def at(self, times: Array, names: Sequence[str]) -> Array:
+        """The observables of these names at `times`, shape (observables, n)."""
+        observed = self.reference.observe(times)
+        return np.stack([observed[name] for name in names])
 
 
 def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> list[Sensitivity]:
@@ -53,22 +56,16 @@ def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> lis
     phases = np.searchsorted(here.switches, times, side="right") - 1
     answers = []
     for one in motions:
-        values, uncertain = np.empty((2, len(names), times.size))
+        both = np.empty((2, len(names), times.size))
         for phase in np.unique(phases):
             inside = phases == phase
-            values[:, inside], uncertain[:, inside] = _within(one, int(phase), times[inside])
-        pairs = zip(names, values, uncertain, strict=True)
-        rows = {name: (value, unsure) for name, value, unsure in pairs}
-        answers.append(
-            Sensitivity(
-                {name: value for name, (value, _) in rows.items()},
-                {name: unsure for name, (_, unsure) in rows.items()},
-            )
-        )
+            both[..., inside] = _within(one, names, int(phase), times[inside])
+        values, uncertain = (dict(zip(names, part, strict=True)) for part in both)
+        answers.append(Sensitivity(values, uncertain))
     return answers
 
 
-def _within(motions: Neighbours[Phased], phase: int, times: Array) -> Derived:
+def _within(motions: Neighbours[Phased], names: Sequence[str], phase: int, times: Array) -> Derived:
     """Eq. 1 and its uncertainty at `times` within one phase, shape (observables, n)."""
     here = motions.here
     since = times - here.switches[phase]
@@ -79,27 +76,34 @@ def _within(motions: Neighbours[Phased], phase: int, times: Array) -> Derived:
     def tau(motion: Phased) -> Array:
         return motion.tau(phase, fraction, since)
 
-    values, uncertain = motions.derivative(lambda motion: motion.at(tau(motion)))
+    known = here.reference.uncertainty(times)
+    off = NOISE * np.stack([known[name] for name in names])
+    values, uncertain = motions.derivative(lambda motion: motion.at(tau(motion), names), off)
     shift, unsure = motions.derivative(tau)
     if not shift.any():
         return values, uncertain
-    slope, rounding = _slopes(here, float(here.switches[phase]), length, times)
+    slope, rounding = _slopes(here, names, float(here.switches[phase]), length, times)
     return values - slope * shift, uncertain + np.abs(slope) * unsure + rounding * np.abs(shift)
 
 
-def _slopes(motion: Phased, begin: float, length: float, times: Array) -> Derived:
-    """do/dt within a phase, shape (observables, n), and its uncertainty; none in the last phase,
-    where everything has come to rest."""
+def _slopes(
+    motion: Phased, names: Sequence[str], begin: float, length: float, times: Array
+) -> Derived:
+    """do/dt within a phase, shape (observables, n), and its uncertainty, the smallest of several
+    windows'; none in the last phase, where everything has come to rest."""
+    found = uncertain = np.zeros((len(names), times.size))
     if not np.isfinite(length):
-        zero = np.zeros_like(motion.at(times))
-        return zero, zero
-    width, rule = WINDOW * length, gauss_collocation(NODES)
-    low = np.clip(times - width / 2, begin, begin + length - width)
-    values = motion.at((low[:, None] + width * rule.nodes).ravel())
-    spectra = values.reshape(len(values), times.size, NODES) @ rule.spectrum.T
-    where = np.clip(2.0 * (times - low) / width - 1.0, -1.0, 1.0)
-    slopes = legendre.legder(np.moveaxis(spectra, -1, 0)) * 2.0 / width
-    fewer = legendre.legder(np.moveaxis(spectra[..., :-2], -1, 0)) * 2.0 / width
-    found, coarse = (legendre.legval(where, part, tensor=False) for part in (slopes, fewer))
-    size = np.abs(values).max(axis=1)[:, None]
-    return found, np.abs(found - coarse) + ULP * size * NODES**2 / width
+        return found, uncertain
+    rule, uncertain = gauss_collocation(NODES), uncertain + np.inf
+    for width in length * WINDOWS:
+        low = np.clip(times - width / 2, begin, begin + length - width)
+        values = motion.at((low[:, None] + width * rule.nodes).ravel(), names)
+        spectra = values.reshape(len(values), times.size, NODES) @ rule.spectrum.T
+        where = np.clip(2.0 * (times - low) / width - 1.0, -1.0, 1.0)
+        slopes = legendre.legder(np.moveaxis(spectra, -1, 0)) * 2.0 / width
+        fewer = legendre.legder(np.moveaxis(spectra[..., :-2], -1, 0)) * 2.0 / width
+        fine, coarse = (legendre.legval(where, part, tensor=False) for part in (slopes, fewer))
+        size = np.abs(values).max(axis=1)[:, None]
+        unsure = np.abs(fine - coarse) + ULP * size * NODES**2 / width
+        found, uncertain = np.where(unsure < uncertain, (fine, unsure), (found, uncertain))
+    return found, uncertain

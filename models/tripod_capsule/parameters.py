@@ -68,6 +68,13 @@ def sensitivity(problems: Sequence[Neighbours[CapsuleProblem]], times: Array) ->
     return capsule_gradients(problems, times)
 
 
+def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
+    """Whether two motions have the same sequence of phases."""
+    from plumbob.analytic.sensitivities import capsule
+
+    return capsule.alike(problem, near)
+
+
 capsule_system = partial(
     System,
     reference=lambda problem: problem.in_world,
@@ -80,6 +87,7 @@ capsule_system = partial(
     weight=CONTACTS,
     interest=displaced,
     sensitivity=sensitivity,
+    alike=alike,
 )
 """A system that has the capsule's model and family; the arguments as in `System`."""
 

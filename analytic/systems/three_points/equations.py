@@ -13,7 +13,7 @@ Plane vectors are complex numbers x + iy in body axes, so that k x a is ia.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -184,30 +184,6 @@ class Slide:
         rates[:, 2] = moment / at.inertia
         rates[:, 3] = 1.0
         return rates
-
-    def elsewhere(self, body: Mechanics, at: Configuration) -> Slide:
-        """The same directions of sliding in another configuration of another body."""
-        widening = 2.0 * body.reduced_mass * (at.position.conjugate() * at.velocity).real
-        return replace(self, turned=self.back * at.arms, widening=widening)
-
-    def slower(self, at: Configuration, support: int, velocity: Complex) -> Slide:
-        """The same turning with v_i of one support as given [m/s], shape (n,)."""
-        point = velocity - 1j * self.omega * at.arms[:, support]
-        velocities = support_velocities(at, point, self.omega)
-        velocities[:, support] = velocity
-        speeds = np.abs(velocities)
-        back = velocities.conjugate() / speeds
-        return replace(self, point=point, speeds=speeds, back=back, turned=back * at.arms)
-
-    def turned_by(self, body: Mechanics, at: Configuration, moved: Complex) -> Array:
-        """Change of the rates of (p_x, p_y, omega) where each v_i changes by `moved`, shape (n, 3):
-        its part across e turns the force; shape (n, 3)."""
-        turning = (self.back * moved).imag * at.limits / self.speeds
-        change = np.empty((len(self.omega), 3))
-        change[:, 0] = np.vecdot(self.back.imag, turning) / -body.mass
-        change[:, 1] = np.vecdot(self.back.real, turning) / -body.mass
-        change[:, 2] = np.vecdot(self.turned.real, turning) / -at.inertia
-        return change
 
     def derivatives(self, body: Mechanics, at: Configuration, drift: Complex | None) -> Array:
         """Derivatives of the rates by (p_x, p_y, omega), shape (n, 4, 3), and with `drift` by t

@@ -1,0 +1,77 @@
+"""Derivatives from event to event against differences of whole motions at fixed times, and formulas
+of motions in which all supports stop together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from plumbob.models.gradient import exact_gradient
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.derivatives import scaled
+
+STEP, DIFFERENCES = 2e-5, 1e-6  # of a parameter, and of scale: the error of differences by it
+EVENTFUL = (
+    ("capsule-coast/spin", ("friction", "velocity_x", "heading_rate", "inertia", "slider_mass")),
+    ("capsule-turn/pivot", ("friction", "radius", "half_time", "start", "inertia")),
+    ("capsule-turn/held", ("friction", "radius", "half_time", "angular_acceleration")),
+    ("capsule-turn/0.1", ("friction", "radius", "body_mass", "start", "gravity")),
+)
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(("name", "by"), EVENTFUL, ids=[name for name, _ in EVENTFUL])
+def test_derivatives_through_events(name: str, by: tuple[str, ...]) -> None:
+    """Slides, pivots, stops and slips, in the middle of each, near its ends, and at rest."""
+    case = case_of(scene(name))
+    begins = [event.time for event in case.problem.motion.single.events]
+    switches = np.array([*begins, case.scene.duration])
+    parts = np.array([0.1, 0.5, 0.9])[:, None]
+    times = np.sort((switches[:-1] + parts * np.diff(switches)).ravel())
+    found, observed = exact_gradient(case, by, times), case.reference.observe(times)
+    for parameter in by:
+        number = case.scene.parameters[parameter]
+        step = STEP * (abs(number) or 1.0)
+        moved = ({**case.scene.parameters, parameter: number + side * step} for side in (1, -1))
+        more, less = (case.system.reference(case.system.problem(p)).observe(times) for p in moved)
+        for observable, values in found[parameter].values.items():
+            scale = scaled(values, observed[observable], number)
+            off = np.abs(values - (more[observable] - less[observable]) / (2.0 * step)).max()
+            unsure = found[parameter].uncertainty[observable].max()
+            assert off <= DIFFERENCES * scale, (parameter, observable, off / scale)
+            assert unsure <= 2.0 * DIFFERENCES * scale, (parameter, observable, unsure / scale)
+
+
+@pytest.mark.parametrize("name", ["capsule-coast/translation", "capsule-coast/rotation"])
+def test_all_supports_stop_together(name: str) -> None:
+    """Where a motion has a formula its derivatives through the rest are those of the formula."""
+    case = case_of(scene(name))
+    speed = "heading_rate" if name.endswith("rotation") else "velocity_x"
+    observable = "heading" if name.endswith("rotation") else "x"
+    end = np.array([case.scene.duration])
+    found = exact_gradient(case, ["friction", "gravity", speed], end, [observable])
+    way = float(case.reference.observe(end)[observable][0])
+    for parameter in ("friction", "gravity"):
+        slope = -way / case.scene.parameters[parameter]
+        assert found[parameter].values[observable][0] == pytest.approx(slope, rel=1e-12)
+    vx, vy = (case.scene.parameters[n] for n in ("velocity_x", "velocity_y"))
+    # x = v_x |v|/(2 f g), the turn is proportional to the square of the rate.
+    part = 2.0 if speed == "heading_rate" else 1.0 + vx**2 / (vx**2 + vy**2)
+    slope = part * way / case.scene.parameters[speed]
+    assert found[speed].values[observable][0] == pytest.approx(slope, rel=1e-12)
+
+
+@pytest.mark.long(keep=0)
+@pytest.mark.parametrize("by", ["to", "friction"])
+def test_a_plan_reaches_its_goal_for_all_parameters_near(by: str) -> None:
+    """The final pose of a plan, made anew for each parameter, has the goal as its derivative: on
+    the way the manoeuvres change with it, at every event."""
+    case = case_of(scene("capsule-plan/beside-curve-12"))
+    times = np.array([0.4, 1.0]) * case.scene.duration
+    found = exact_gradient(case, [by], times, ["x", "y", "heading"])
+    for name, one in found.items():
+        for index, (observable, values) in enumerate(one.values.items()):
+            wanted = float(name == f"to[{index}]")
+            assert abs(values[1] - wanted) <= one.uncertainty[observable][1] + 1e-12
+            assert one.uncertainty[observable].max() <= DIFFERENCES
+    assert max(abs(values[0]) for one in found.values() for values in one.values.values()) > 1e-4
