@@ -41,6 +41,15 @@ _CONTROLS = MappingProxyType(
 
 
 @dataclass(frozen=True)
+class SoftLoop:
+    """A soft constraint that closes a loop: its time constant [s], two steps at least, and its
+    impedance d, between 0 and 1 (analytic/numerics.smooth.soft_loop.py)."""
+
+    time_constant: float
+    impedance: float
+
+
+@dataclass(frozen=True)
 class Scheme:
     """An integrator and its variant. `integrator` is one of KNOWN, or any other name, for which
     there is no theory. Raises ParameterError for a variant that its integrator cannot have.
@@ -55,6 +64,7 @@ class Scheme:
     joint_closing_rate: float | None = None
     """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
     closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
+    loop: SoftLoop | None = None  # what closes a loop; None where coordinates keep it closed
     jointed_moment: float = 0.0
     """Moment of inertia about its centre of a body held by such a joint, over that about the joint;
     below a quarter."""

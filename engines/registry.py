@@ -19,7 +19,7 @@ from plumbob.engines.known_limits import Limits, declared_by
 from plumbob.engines.method import Engine, Method, ModelError, Unsupported
 from plumbob.models import entry_points
 from plumbob.models.registry import unknown
-from plumbob.models.scene import Case, System
+from plumbob.models.scene import SMOOTH, Case, System
 
 _ADAPTERS = "plumbob.engines.adapters"
 
@@ -156,14 +156,17 @@ def _matches(method: Method, pattern: str) -> bool:
 
 def find_builder(engine: str, system: System) -> ModuleType:
     """The module that builds `system` in an engine, `adapters/<engine>/<family>.py` or what the
-    system names; raises Unsupported when there is none."""
-    name = system.builders.get(engine) or f"{_ADAPTERS}.{engine}.{system.family}"
-    try:
-        return import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name != name:
-            raise
-        raise Unsupported(f"{engine} has no builder for {system.name}") from None
+    system names, or of smooth degrees of freedom the one for all; raises Unsupported when there is
+    none."""
+    every = (system.family, "smooth_system") if system.kind == SMOOTH else (system.family,)
+    names = [f"{_ADAPTERS}.{engine}.{module}" for module in every]
+    for name in (system.builders[engine],) if engine in system.builders else names:
+        try:
+            return import_module(name)
+        except ModuleNotFoundError as error:
+            if error.name != name:
+                raise
+    raise Unsupported(f"{engine} has no builder for {system.name}")
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:

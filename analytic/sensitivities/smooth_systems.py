@@ -129,7 +129,7 @@ def certified(motion: CertifiedMotion) -> SmoothMotion:
         return np.stack([observed[name] for name in names])
 
     def read(times: Array, states: Array) -> Mapping[str, Array]:
-        return dict(zip(names, states, strict=True))
+        return system.observed(states)
 
     jacobian = system.jacobian(0.0, system.start[:, None])[..., 0]
     pace = 4 * float(np.abs(np.linalg.eigvals(jacobian)).max())

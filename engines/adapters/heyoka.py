@@ -2,20 +2,23 @@
 
 An optional, independent method: it solves the same equation of motion as the reference's own Taylor
 series, by other code, and shows what a smooth scene can cost. It translates the pendulums' equation
-in one angle, and a free body's of its angular velocity and attitude.
+in one angle, a free body's of its angular velocity and attitude, and any mass matrix with forces.
 """
 
 from __future__ import annotations
 
+import operator
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.engines.abilities import SecondRun
@@ -23,11 +26,11 @@ from plumbob.engines.adapters.stepping import no_error, relative_tolerance
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, Case
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 
 SMALLEST = ULP
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 17, 2))
-KINDS = (ONE_SMOOTH, FREE_ROTATION)
+KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
 METHODS = (
     Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, kinds=KINDS),
 )
@@ -41,8 +44,7 @@ class TaylorSimulation:
     start: tuple[float, ...]  # of a pendulum theta + tilt [rad], theta_dot [rad/s]
     duration: float  # [s]
     compile_seconds: float
-    tilt: float = 0.0  # [rad] of the angle that the rotor's equation is written in
-    names: tuple[str, ...] = ("theta", "theta_dot")  # observables, in the order of the state
+    read: Callable[[Array], Mapping[str, Array]]  # states, shape (d, m) -> observables
 
     def run(self) -> Trajectory:
         """Run from the start to the end; a step counts as many right-hand sides as its order."""
@@ -51,13 +53,10 @@ class TaylorSimulation:
         outcome, _, _, steps, *_, states = self._propagated(times)
         seconds = time.perf_counter() - begin
         good = np.isfinite(states).all(axis=1)
-        observed = dict(zip(self.names, states[good].T, strict=True))
-        if self.tilt:
-            observed["theta"] = observed["theta"] - self.tilt
         ended = "time_limit" in str(outcome) and bool(good.all())
         return Trajectory(
             times=times[good],
-            observables=observed,
+            observables=self.read(states[good].T),
             steps=int(steps) * int(taylor.order),
             seconds=seconds,
             diverged_at=None if ended else float(taylor.time),
@@ -82,6 +81,8 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     problem = case.problem
     if case.system.name == "free-body":
         return _turning(case, step)
+    if case.system.kind == SMOOTH:
+        return _smooth(problem.motion.system, case.scene.duration, step)
     problem = getattr(problem, "started", problem)
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
     if rotor is None:
@@ -96,7 +97,11 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     build: Any = heyoka.taylor_adaptive
     integrator = build(_equations(rotor), list(start), tol=step)
     seconds = time.perf_counter() - begin
-    return TaylorSimulation(integrator, start, case.scene.duration, seconds, tilt)
+
+    def read(states: Array) -> Mapping[str, Array]:
+        return {"theta": states[0] - tilt, "theta_dot": states[1]}
+
+    return TaylorSimulation(integrator, start, case.scene.duration, seconds, read)
 
 
 def _turning(case: Case, tolerance: float) -> TaylorSimulation:
@@ -111,7 +116,10 @@ def _turning(case: Case, tolerance: float) -> TaylorSimulation:
     start = (1.0, 0.0, 0.0, 0.0, *body.angular_velocity)
     integrator = build(_free_body(body.inertia), list(start), tol=tolerance)
     seconds = time.perf_counter() - begin
-    return TaylorSimulation(integrator, start, duration, seconds, names=(*ATTITUDE, *RATES))
+    names = (*ATTITUDE, *RATES)
+    return TaylorSimulation(
+        integrator, start, duration, seconds, lambda states: dict(zip(names, states, strict=True))
+    )
 
 
 def _free_body(inertia: tuple[float, float, float]) -> list[tuple[Any, Any]]:
@@ -133,6 +141,38 @@ def _free_body(inertia: tuple[float, float, float]) -> list[tuple[Any, Any]]:
         (v, (third - first) / second * (r * u)),
         (r, (first - second) / third * (u * v)),
     ]
+
+
+class _Term(NDArrayOperatorsMixin):
+    """An expression that numpy's operators and functions take."""
+
+    def __init__(self, expression: Any) -> None:
+        self.expression = expression
+
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> _Term:
+        import heyoka
+
+        short = {"subtract": "sub", "multiply": "mul", "divide": "truediv", "power": "pow"}
+        short["negative"] = "neg"
+        name, values = function.__name__, [getattr(x, "expression", x) for x in inputs]
+        apply = getattr(operator, short.get(name, name), None) or getattr(heyoka, name)
+        return _Term(apply(*values))
+
+
+def _smooth(system: SmoothSystem, duration: float, tolerance: float) -> TaylorSimulation:
+    """Any smooth system: its own functions, of expressions."""
+    import heyoka
+
+    begin = time.perf_counter()
+    variables: Any = heyoka.make_vars(*system.coordinates, *system.rates)
+    terms, half = [_Term(variable) for variable in variables], len(system.rates)
+    q, v = terms[:half], terms[half:]
+    slopes = (*v, *system.acceleration(_Term(heyoka.time), q, v, system.values))
+    equations = [(x, getattr(y, "expression", y)) for x, y in zip(variables, slopes, strict=True)]
+    start, build = tuple(system.start.tolist()), cast(Any, heyoka.taylor_adaptive)
+    integrator = build(equations, list(start), tol=tolerance)
+    seconds = time.perf_counter() - begin
+    return TaylorSimulation(integrator, start, duration, seconds, system.observed)
 
 
 def confirming(method: Method) -> tuple[Method, float]:

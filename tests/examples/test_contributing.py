@@ -136,9 +136,10 @@ print(*(m.name for m in methods() if any(meant(m, scene) for scene in new)))
 """
 
 
-def test_a_new_system_is_for_the_engine_that_builds_it_alone(tree: Path, tmp_path: Path) -> None:
+def test_a_new_system_is_for_those_that_build_all_of_its_kind(tree: Path, tmp_path: Path) -> None:
     said = run(tree, tmp_path, sys.executable, "-c", CLAIMED)
-    assert said.split() == ["mujoco/euler", "mujoco/rk4"]
+    assert {"mujoco/euler", "mujoco/rk4", "ode/rk4", "heyoka/taylor"} <= {*said.split()}
+    assert not any(name.startswith(("pymunk", "exact")) for name in said.split())
 
 
 @pytest.mark.long

@@ -25,9 +25,9 @@ def test_a_new_kind_is_nobodys(name: str) -> None:
     assert not for_kind("a new kind", name)
 
 
-def test_several_degrees_of_freedom_are_for_mujoco() -> None:
-    found = for_kind(SMOOTH, "double-pendulum")
-    assert found == {"mujoco/euler", "mujoco/rk4"}
+def test_several_degrees_of_freedom_are_for_mujoco_and_solvers() -> None:
+    found = {name for name in for_kind(SMOOTH, "double-pendulum") if not name.startswith("ode/")}
+    assert found == {"mujoco/euler", "mujoco/rk4", "heyoka/taylor"}
 
 
 @pytest.mark.parametrize("kind", [ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS])

@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import EULER, LEAPFROG, TABLEAUX, Scheme
+from plumbob.analytic.schemes import EULER, LEAPFROG, TABLEAUX, Scheme, SoftLoop
 from plumbob.analytic.tableau import Tableau
 from plumbob.analytic.theory import StepErrors
 
@@ -22,25 +22,32 @@ Slope = Callable[[float, Array], Array]
 Advance = Callable[[Slope, float, Array, float], Array]
 
 
-def smooth_errors(motion: CertifiedMotion) -> StepErrors:
-    """The errors of semi-implicit Euler, leapfrog and the TABLEAUX on `motion`; empty for others,
-    for damping or a spring that acts on the state after a step, for more than MOST_STEPS steps,
+def smooth_errors(
+    motion: CertifiedMotion, soft: Callable[[SoftLoop, float], SmoothSystem] | None = None
+) -> StepErrors:
+    """The errors of semi-implicit Euler, leapfrog and the TABLEAUX on `motion`, or with a loop that
+    is closed softly, of which `soft` gives the equations at a step [s]; empty for others, for
+    damping or a spring that acts on the state after a step, for more than MOST_STEPS steps,
     for times that are no multiples of the step, and where the steps diverge."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
         marks = np.rint(times / step).astype(np.int64)
-        advance = None if _implicit(scheme, motion.system) else _advance(scheme)
+        system = motion.system
+        if scheme.loop is not None and soft is not None:
+            system = soft(scheme.loop, step)
+        advance = None if _implicit(scheme, system) else _advance(scheme)
         if advance is None or not 0 < int(marks[-1]) <= MOST_STEPS:
             return {}
         if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
             return {}
         held = READ_AT.get(scheme.control)
         with np.errstate(all="ignore"):  # of steps that diverge
-            states = _stepped(motion.system, advance, step, marks.tolist(), held)
+            states = _stepped(system, advance, step, marks.tolist(), held)
         if not np.isfinite(states).all():
             return {}
         exact = motion.observe(times)
-        return {name: state - exact[name] for name, state in zip(exact, states.T, strict=True)}
+        observed = system.observed(states.T)
+        return {name: observed[name] - exact[name] for name in exact}
 
     return StepErrors(error)
 

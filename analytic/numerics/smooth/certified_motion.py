@@ -69,12 +69,15 @@ class CertifiedMotion:
         """Coordinates and rates at `times` [s], shape (n,), by name."""
         solution = self._until(times).solution
         assert solution is not None
-        return self._named(solution.at(np.asarray(times))[:, :, 0])
+        return self.system.observed(solution.at(np.asarray(times))[:, :, 0].T)
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
         track = self._until(times)
-        return self._named(_at(track, track.apart + ULP * track.condition, times))
+        assert track.solution is not None
+        states = track.solution.at(np.asarray(times))[:, :, 0]
+        doubts = _at(track, track.apart + ULP * track.condition, times)
+        return self.system.doubts(states.T, doubts.T)
 
     def disagreement(self, times: Array) -> Mapping[str, Array]:
         """Largest difference of the two methods up to `times` [s], shape (n,)."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 
@@ -38,6 +39,8 @@ class SmoothSystem:
     position: tuple[float, ...]
     rate: tuple[float, ...]
     damped: bool = False  # forces depend on q' in another way than by inertia
+    readings: Callable[[Any, Any, Any], Mapping[str, Any]] = lambda p, q, v: {}
+    """p, q, q' -> further observables."""
 
     def __post_init__(self) -> None:
         rows = [[float(x) for x in row] for row in self.mass_matrix(self.values, self.position)]
@@ -64,11 +67,34 @@ class SmoothSystem:
         q, v = state[:half], state[half:]
         rates = np.empty_like(state)
         rates[:half] = v
-        for i, acceleration in enumerate(
-            _solved(self.mass_matrix(p, q), self.forces(p, time, q, v)), start=half
-        ):
+        for i, acceleration in enumerate(self.acceleration(time, q, v, p), start=half):
             rates[i] = acceleration
         return rates
+
+    def acceleration(self, time: Any, q: Elements, v: Elements, p: Any) -> list[Any]:
+        """q'' at `time` [s], with the values `p` of the parameters."""
+        return _solved(self.mass_matrix(p, q), self.forces(p, time, q, v))
+
+    def observed(self, states: Array) -> Mapping[str, Array]:
+        """Observables of `states`, shape (2 n, m), of shape (m,) each."""
+        half = len(states) // 2
+        state = dict(zip((*self.coordinates, *self.rates), states, strict=True))
+        return {**state, **self.readings(self.values, states[:half], states[half:])}
+
+    def doubts(self, states: Array, doubts: Array) -> Mapping[str, Array]:
+        """Uncertainties of the observables of `states`, shape (2 n, m), which are known within
+        `doubts` of that shape, with parameters and results that are rounded."""
+        half, p = len(states) // 2, self.perturbed()
+        ahead = (
+            states[:, None]
+            + 1j * TINY * np.eye(2 * half, 2 * half + len(self.parameters))[:, :, None]
+        )
+        weights = np.concatenate([doubts, np.full((len(self.parameters), doubts.shape[1]), ULP)])
+        read = self.readings(p, ahead[:half], ahead[half:])
+        return dict(zip((*self.coordinates, *self.rates), doubts, strict=True)) | {
+            name: (np.abs(value.imag) / TINY * weights).sum(axis=0) + ULP * np.abs(value.real[0])
+            for name, value in read.items()
+        }
 
     def jacobian(self, time: Any, states: Array) -> Array:
         """Derivatives of the rates by the state, shape (2 n, 2 n, m), at `states`, shape

@@ -23,8 +23,8 @@ from plumbob.engines.abilities import (
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method
-from plumbob.engines.registry import model_error
-from plumbob.models.scene import Case
+from plumbob.engines.registry import find_builder, model_error
+from plumbob.models.scene import FREE_ROTATION, SMOOTH, Case
 
 prepare = later(f"{__name__}.simulation.compiled")
 
@@ -32,12 +32,11 @@ prepare = later(f"{__name__}.simulation.compiled")
 def scheme(case: Case, method: Method) -> Scheme:
     """The scheme of `method` on this case. With a lone free body that moves and turns, implicitfast
     takes velocity derivatives of centripetal forces into its step, as implicit does: of first order
-    too, and covered by no theory here. A body of three axes that turns freely has schemes of its
-    own."""
-    if case.system.name == "free-body":
-        from plumbob.engines.adapters.mujoco.free_body import scheme as of_a_free_body
-
-        return of_a_free_body(method)
+    too, and covered by no theory here. Builders of bodies that turn freely, and of loops, know
+    schemes of their own."""
+    if case.system.kind in (FREE_ROTATION, SMOOTH):
+        of_its_own = getattr(find_builder("mujoco", case.system), "scheme", None)
+        return method.scheme if of_its_own is None else of_its_own(method)
     implicit = str(method.settings.get("integrator")).lower() == "implicitfast"
     lone = case.system.name == "capsule-coast" and case.problem.motion.kind == "plane"
     return Scheme("implicitfast on a free body") if implicit and lone else method.scheme

@@ -8,9 +8,13 @@ from functools import lru_cache
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import SoftLoop
 
 Named = Mapping[str, Array]
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
@@ -50,6 +54,15 @@ class Translation:
     """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
+
+
+def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> Mapping[str, float]:
+    """Bound on the rounding of a loop's solver, as an angle [rad]: its Hessian's condition is
+    1/(1 - d) times that of the masses. That many ulps of the largest acceleration, which has the
+    size of the largest rate's square, may be lost throughout."""
+    states = motion.observe(np.linspace(0.0, duration, 101))
+    fastest = max(float(np.abs(states[name]).max()) for name in motion.system.rates)
+    return {"rounding of the solver": ULP / (1 - loop.impedance) * (fastest * duration) ** 2 / 2}
 
 
 def read(mjcf: Path) -> mujoco.MjSpec:

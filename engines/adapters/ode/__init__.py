@@ -7,11 +7,12 @@ from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.abilities import OwnDerivative, SecondRun, later
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
-KINDS = (ONE_SMOOTH, FREE_ROTATION)  # dry friction has no equation of motion that they could follow
+# dry friction has no equation of motion that they could follow
+KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
 prepare = later(f"{__name__}.simulation.prepared")
 
 

@@ -34,6 +34,8 @@ class Equation:
     names: tuple[str, ...] = ("theta",)  # observables that are the coordinates
     rate_names: tuple[str, ...] = ("theta_dot",)  # observables that are their rates
     size: float = 1.0  # scale of x for tolerances: 1 rad for an angle
+    read: Callable[[Array, Array], Mapping[str, Array]] = lambda x, v: {}
+    """Further observables of x and x', shape (n, samples) each."""
 
     @property
     def start(self) -> State:
@@ -49,4 +51,5 @@ class Equation:
             for part in zip(*states, strict=True)
         )
         observables = dict(zip(self.names, positions, strict=True))
-        return observables | dict(zip(self.rate_names, rates, strict=True))
+        rest = self.read(positions, rates)
+        return {**observables, **dict(zip(self.rate_names, rates, strict=True)), **rest}

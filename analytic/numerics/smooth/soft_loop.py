@@ -1,0 +1,44 @@
+"""Loops closed by soft constraints: a tree's equations with the forces that pull its gaps shut.
+
+    M q'' = f + J^T l,   (J M^-1 J^T + R) l = -b J q' - k r - (J M^-1 f + J' q')                (1)
+
+with k = 1/(d T^2), b = 2/(d T) and R = w (1 - d)/d, T the time constant, d the impedance, and w the
+inverse mass that a constraint sees (MuJoCo's documentation, Computation, "Constraint model").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import SoftLoop
+
+Gaps = Callable[[Any, Any, Any], tuple[Any, Any, Any]]
+
+
+def softened(
+    tree: SmoothSystem, gaps: Gaps, loop: SoftLoop, step: float, inverse_mass: float
+) -> SmoothSystem:
+    """The `tree` with its `gaps` shut softly (eq. 1): p, q, q' -> r [m], shape (m,), its
+    derivatives J, shape (m, n), and J' q', shape (m,); of a body's `inverse_mass` w [1/kg]. The
+    time constant is two steps [s] at least."""
+    constant = max(loop.time_constant, 2 * step)
+    damping = 2 / (loop.impedance * constant)
+    stiffness = damping / (2 * constant)
+    soft = inverse_mass * (1 - loop.impedance) / loop.impedance
+
+    def forces(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
+        mass: Array = np.array(tree.mass_matrix(p, q))
+        free: Array = np.array(tree.forces(p, time, q, v))
+        gap, across, bent = (np.array(part) for part in gaps(p, q, v))
+        light = np.linalg.solve(mass, across.T)
+        wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free - bent
+        pull = np.linalg.solve(across @ light + soft * np.eye(len(gap)), wanted)
+        return list(free + across.T @ pull)
+
+    return replace(tree, forces=forces)

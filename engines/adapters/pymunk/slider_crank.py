@@ -1,0 +1,38 @@
+"""The slider-crank in pymunk: two rods, and a slider without a turn in a groove."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pymunk
+
+from plumbob.engines.adapters.pymunk.linkage import joined, linkage
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error  # rigid rods and joints, which open by as much as a step makes
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a SliderCrank."""
+    places, rates = problem.opened.position, problem.opened.rate
+    masses, lengths = (problem.crank_mass, problem.rod_mass), (problem.crank, problem.rod)
+    space = linkage(
+        problem.gravity, zip(masses, lengths, places[:2], rates[:2], strict=True), method
+    )
+    crank, rod = space.bodies
+    slider = pymunk.Body(problem.slider_mass, math.inf)
+    slider.position, slider.velocity = (places[2], 0.0), (rates[2], 0.0)
+    far = 2 * sum(lengths)
+    rail = pymunk.GrooveJoint(space.static_body, slider, (-far, 0.0), (far, 0.0), (0.0, 0.0))
+    pin = pymunk.PivotJoint(rod, slider, (problem.rod / 2, 0.0), (0.0, 0.0))
+    space.add(slider, joined(method, rail), joined(method, pin))
+
+    def read() -> Mapping[str, float]:
+        turning = {"angle": crank.angle, "angle_dot": crank.angular_velocity}
+        return {**turning, "slider": slider.position.x}
+
+    return Translation(space, read)

@@ -1,0 +1,98 @@
+"""The slider-crank: scenes as data, the energy and the scales of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+from plumbob.analytic.parameters import known
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.slider_crank import SliderCrank
+from plumbob.models.scene import (
+    SMOOTH,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    step_sizes,
+)
+
+NAMES = tuple(field.name for field in fields(SliderCrank))
+
+
+def problem(parameters: Parameters) -> SliderCrank:
+    """The mechanism that parameters describe; raises ParameterError."""
+    known(parameters, NAMES)
+    return SliderCrank(**parameters)
+
+
+def invariants(crank: SliderCrank, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Drift of the energy, relative to that which the weight can take and give in a turn, or to the
+    energy at the start where there is more of it."""
+    energy = crank.energy(observed["angle"], observed["angle_dot"])
+    return {"energy": (energy - energy[0]) / max(abs(energy[0]), crank.lift)}
+
+
+def facts(crank: SliderCrank) -> Mapping[str, Any]:
+    """The energy [J], 0 at rest on the line, and whether the crank turns over."""
+    energy = float(crank.energy(crank.angle, crank.angular_velocity))
+    return {"energy": energy, "turns over": energy > crank.lift}
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The crank's angle, with one radian as its scale, and the slider, with the crank's length."""
+    return Quantity("angle", 1.0), Quantity("slider", case.problem.crank)
+
+
+def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:
+    return Scene(
+        f"slider-crank/{case}",
+        summary,
+        MappingProxyType(dict(zip(NAMES, values, strict=True))),
+        source="Uicker, Pennock and Shigley 2017, 2.8; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = System(
+    name="slider-crank",
+    title="Slider-crank",
+    observables=(Observable("angle", "rad"), Observable("slider", "m")),
+    parameters=NAMES,
+    scenes=(
+        _scene(
+            "turning",
+            "the crank turns over, faster below than above",
+            (0.2, 0.5, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0),
+            duration=1.0,
+            steps=step_sizes(1e-2, 1e-3),
+            profile="quick",
+        ),
+        _scene(
+            "nearly-singular",
+            "a rod one part in a thousand longer than its crank",
+            (0.2, 0.2002, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0),
+            duration=0.5,
+            steps=step_sizes(2e-3, 2e-4),
+            hard="upright, with slider on axis, where the motion is not unique for equal lengths",
+        ),
+    ),
+    default="turning",
+    problem=problem,
+    reference=lambda crank: crank.motion,
+    errors=lambda crank: smooth_errors(crank.motion, crank.soft),
+    start=("angle", "angular_velocity"),
+    invariants=invariants,
+    facts=facts,
+    mjcf=Path(__file__).parent / "slider_crank.xml",
+    family="slider_crank",
+    kind=SMOOTH,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)

@@ -1,0 +1,60 @@
+"""Every system with smooth degrees of freedom: its file, its invariants, and what methods make."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from plumbob.engines.method import meant
+from plumbob.engines.registry import engine_of, find_builder, installed, method, methods
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import built_in, case_of, scenes
+from plumbob.models.scene import SMOOTH, Scene, System
+from plumbob.reports.judge.expectations import as_expected
+from plumbob.reports.judge.verdict import judge
+
+SYSTEMS = [system for system in built_in().values() if system.kind == SMOOTH]
+SCENES = scenes(",".join(system.name for system in SYSTEMS))
+QUICK = [scene for scene in SCENES if scene.profile == "quick"]
+# No theory covers pymunk's impulses here: a study of convergence judges them.
+OURS = [method for method in methods() if method.engine != "pymunk"]
+PAIRS = [(s, m.name) for s in QUICK for m in OURS if meant(m, s)]
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
+def test_rebuilt_at_the_default_parameters_it_is_the_file(system: System) -> None:
+    (default,) = scenes(f"{system.name}/{system.default}")
+    file = mujoco.MjModel.from_xml_path(str(system.mjcf))
+    rebuilt = find_builder("mujoco", system).whole(system.mjcf, case_of(default).problem).compile()
+    fields = [n for n in dir(file) if isinstance(getattr(file, n), np.ndarray)]
+    compared = [n for n in fields if getattr(file, n).dtype.kind in "fiu" and n[:3] != "nam"]
+    for name in compared:
+        values = getattr(file, name), getattr(rebuilt, name)
+        np.testing.assert_allclose(*values, 1e-12, 1e-15, err_msg=name)
+    np.testing.assert_array_equal(rebuilt.opt.gravity, file.opt.gravity)
+    assert len(compared) > 50
+    assert not file.geom_contype.any()
+
+
+@pytest.mark.parametrize("chosen", SCENES, ids=lambda scene: scene.name)
+def test_the_exact_motion_conserves_what_it_should(chosen: Scene) -> None:
+    case = case_of(chosen)
+    observed = case.reference.observe(np.linspace(0.0, case.scene.duration, 301))
+    drifts = case.system.invariants(case.problem, observed)
+    assert drifts
+    for name, drift in drifts.items():
+        assert np.abs(drift).max() < 1e-11, name
+
+
+@pytest.mark.long(keep=6)
+@pytest.mark.parametrize(("chosen", "name"), PAIRS, ids=lambda x: getattr(x, "name", x))
+def test_every_method_makes_the_error_that_is_predicted(chosen: Scene, name: str) -> None:
+    case, how = case_of(chosen), method(name)
+    if not installed(engine_of(how)):
+        pytest.skip(f"{how.engine} is not installed")
+    step = chosen.steps[-1] if how.control == "step" else how.step_sizes[-1]
+    found, _ = measure(case, how, step)
+    judged = judge(found, case.system, how)
+    assert judged.verdict == "predicted" or as_expected(chosen, how, judged), judged.reason
+    assert set(found.errors) == {observable.name for observable in case.system.observables}
