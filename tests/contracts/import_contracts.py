@@ -59,7 +59,8 @@ def foreign_libraries(root: Path) -> list[str]:
 
 
 def circles(root: Path) -> list[str]:
-    """The first circle of imports between our own modules, imports inside functions included."""
+    """The first circle of imports between our own modules, imports inside functions included, and
+    names of types not."""
     return _circle(root, {name: name for name in map(module_name, dict(python(root)))})
 
 
@@ -77,7 +78,7 @@ def _circle(root: Path, nodes: Mapping[str, str]) -> list[str]:
         for found in imports(path, module):
             name = found.name if found.name in nodes else found.name.rpartition(".")[0]
             ends = nodes.get(found.module), nodes.get(name)
-            if None not in ends and ends[0] != ends[1]:
+            if None not in ends and ends[0] != ends[1] and not found.types_alone:
                 graph[str(ends[0])].add(str(ends[1]))
     try:
         graphlib.TopologicalSorter(graph).prepare()
@@ -100,7 +101,7 @@ def theory_upside_down(root: Path) -> list[str]:
 
 def adapter_internals(root: Path) -> list[str]:
     """Imports of an adapter from outside `engines/adapters`, or of one adapter's folder from
-    another's: `engines.registry` loads them by name."""
+    another's, but to name a type: `engines.registry` loads them by name."""
     wrong = []
     for path, found in _imports(root):
         inside = path.parts[:2] == ADAPTERS
@@ -108,7 +109,7 @@ def adapter_internals(root: Path) -> list[str]:
         stem, _, inner = found.name.partition(f"{PACKAGE}.{'.'.join(ADAPTERS)}.")
         name = inner.split(".")[0]
         folder = (root / Path(*ADAPTERS) / name).is_dir() and name != own
-        if inner and not stem and (folder or not inside):
+        if inner and not stem and (folder or not inside) and not found.types_alone:
             wrong.append(f"{path}:{found.line}: imports {found.name}")
     return wrong
 

@@ -17,12 +17,14 @@ Tree = tuple[tuple[Path, ast.Module], ...]
 
 @dataclass(frozen=True)
 class Import:
-    """One imported module: who imports it, on which line, and whether that runs on import."""
+    """One imported module: who imports it, on which line, whether that runs on import, and whether
+    it names types alone."""
 
     module: str
     name: str  # dotted, absolute; of `from a import b` it is "a.b"
     line: int
     on_import: bool
+    types_alone: bool
 
 
 def files(root: Path) -> tuple[Path, ...]:
@@ -71,7 +73,7 @@ def imports(path: Path, module: ast.Module) -> tuple[Import, ...]:
 def _imports(path: Path, module: ast.Module) -> Iterator[Import]:
     name = module_name(path)
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    for node, deferred in _importing(module, False):
+    for node, deferred, types_alone in _importing(module):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         else:
@@ -79,17 +81,21 @@ def _imports(path: Path, module: ast.Module) -> Iterator[Import]:
             base = ".".join([*stem, *([node.module] if node.module else [])])
             names = [f"{base}.{alias.name}" for alias in node.names]
         for imported in names:
-            yield Import(name, imported, node.lineno, not deferred)
+            yield Import(name, imported, node.lineno, not deferred, types_alone)
 
 
-def _importing(node: ast.AST, deferred: bool) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+def _importing(
+    node: ast.AST, deferred: bool = False, types_alone: bool = False
+) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool, bool]]:
     """The import statements of a module or statement, each with whether it does not run when the
-    module is imported. Expressions hold none, and are not looked into."""
+    module is imported, and whether it names types alone. Expressions hold none, and are not looked
+    into."""
     if isinstance(node, (ast.Import, ast.ImportFrom)):
-        yield node, deferred
+        yield node, deferred, types_alone
     deferred |= isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
     typing = isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
     for part in ("body", "handlers", "orelse", "finalbody", "cases"):
         held = getattr(node, part, ())
         for inner in held if isinstance(held, list) else ():
-            yield from _importing(inner, deferred or (typing and part == "body"))
+            types = typing and part == "body"
+            yield from _importing(inner, deferred or types, types_alone or types)

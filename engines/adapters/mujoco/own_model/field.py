@@ -50,9 +50,10 @@ def converging(model: Any) -> Any:
 
 
 class ContinuousField:
-    """y' = f(t, y) of a model, y = (qpos, qvel, act); a `Field`. With a layer of `width` [m] a
-    contact sets in over that depth: f is the mean over the on-off states of the contacts within it,
-    weighted by their depths, whose limit for no width is Filippov's sliding motion."""
+    """y' = f(t, y) of a model, y = (qpos, qvel, act), under a control that is held. With a layer of
+    `width` [m] a contact sets in over that depth: f is the mean over the on-off states of the
+    contacts within it, weighted by their depths, whose limit for no width is Filippov's sliding
+    motion."""
 
     def __init__(self, model: Any, start: Any, width: float = 0.0) -> None:
         self.model, self.data, self.width = model, mujoco.MjData(model), width
@@ -87,7 +88,8 @@ class ContinuousField:
         self.targets = self.before
 
     def __call__(self, t: float, y: Array) -> Array:
-        """See `Field`; raises NotCertifiable."""
+        """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable; raises
+        NotCertifiable."""
         model, data, nq, nv = self.model, self.data, self.model.nq, self.model.nv
         self.evaluations += 1
         self._put(t, y)
@@ -190,7 +192,7 @@ class ContinuousField:
             raise NotCertifiable(f"the constraint solver stops at {ITERATIONS} iterations")
 
     def hold(self, control: Array, t: float, y: Array) -> None:
-        """See `Field`."""
+        """Hold a control, shape (actuators,), from the state `y` at `t` [s] on."""
         model, data = self.model, self.data
         data.ctrl[:] = control
         if self.slewing.size:
@@ -202,14 +204,15 @@ class ContinuousField:
             self.targets = self.before + ENDLESS * data.act_dot[self.slewing]
 
     def normalised(self, y: Array) -> Array:
-        """See `Field`."""
+        """The state with quaternions of length one."""
         scaled = y.copy()
         for q, _ in self.quaternions:
             scaled[q : q + 4] /= np.linalg.norm(scaled[q : q + 4])
         return scaled
 
     def active(self) -> bytes:
-        """See `Field`; raises Undecided."""
+        """Which contacts and limits act in the state of the last call, one that was reached: an
+        event is a change. Raises Undecided; raises Undecided."""
         data = self.data
         self._decided()
         touching = data.contact.geom.tobytes() if data.ncon else b""

@@ -66,7 +66,8 @@ SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 
 @dataclass(frozen=True)
 class MujocoModel:
-    """An `OwnModel`: the model with contacts clamped for its own step, and where it starts."""
+    """A user's model, made ready for an audit: contacts clamped as the engine clamps them at its own
+    step, and where it starts."""
 
     name: str
     effective: Any  # the mjModel whose contacts no longer depend on the step
@@ -104,13 +105,15 @@ class MujocoModel:
         return np.where(limited[:, None], model.actuator_ctrlrange, np.nan)
 
     def option(self, integrator: str, step: float) -> Mapping[str, tuple[str, str]]:
-        """See `OwnModel`."""
+        """{attribute of the file's options: what it is, what to put in its place} for another
+        integrator and step [s]."""
         now, then = (WRITTEN.get(name, name) for name in (self.integrator, integrator))
         both = {"timestep": (f"{self.step:.12g}", f"{step:.12g}"), "integrator": (now, then)}
         return {name: values for name, values in both.items() if values[0] != values[1]}
 
     def softened(self, script: Script, integrator: str, parts: int) -> bool:
-        """See `OwnModel`: by refsafe, which no motion of an audit has."""
+        """Whether the engine itself would soften contacts at `parts` steps in a period so that this
+        motion is another; by refsafe, which no motion of an audit has."""
         if not self.refsafe or script.period / parts <= self.step:
             return False
         here, there = (
@@ -135,7 +138,8 @@ class MujocoModel:
         return for_maps(copy.copy(model)), model
 
     def step_maps(self, state: Array, control: Array) -> TangentMaps:
-        """See `OwnModel`: contacts as refsafe makes them at each step, where the file has it."""
+        """Jacobians of its own steps about a state under a control; contacts as refsafe makes them
+        at each step, where the file has it."""
         model, _ = self._neighbours
         return TangentMaps(model, self._begun(model), state, control)
 
@@ -148,7 +152,10 @@ class MujocoModel:
         duration: float,
         after: float = 0.0,
     ) -> float:
-        """See `OwnModel`."""
+        """How many times as far apart as a small nudge are positions, at most, when it has stepped
+        for a duration [s], with the controls from the period `begin` on, the last one held for as
+        long as need be; infinite where a run diverges. The nudge is one of `script.start`, or of
+        where a run from there is `after` a time [s]."""
         _, model = self._neighbours
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
         with silent():
@@ -156,18 +163,19 @@ class MujocoModel:
             return growth(model, pair, script, begin, duration, after)
 
     def rate_after(self, script: Script, integrator: str, step: float, count: int) -> float:
-        """See `OwnModel`."""
+        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many
+        steps [s], the last control held for as long as need be; infinite where it diverges."""
         _, model = self._neighbours
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
         with silent():
             return rate_after(model, self._begun(model), script, count)
 
     def field(self, width: float = 0.0) -> ContinuousField:
-        """See `OwnModel`."""
+        """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
         return ContinuousField(without_step(copy.copy(self.effective)), self.start, width)
 
     def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
-        """See `OwnModel`."""
+        """Its own steps, `parts` in a control period."""
         with silent():
             return self._stepped(script, integrator, parts)
 
@@ -208,14 +216,15 @@ class MujocoModel:
     def timed(
         self, script: Script, states: Array, integrator: str, parts: int, steps: int
     ) -> TimedPeriods:
-        """See `OwnModel`."""
+        """The first `steps` of `parts` in each period of `script`, begun at its row of `states`, or
+        where the last one ended if that is no number, for what they cost."""
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
         model.opt.integrator = kind(integrator)
         return TimedPeriods(model, self._begun(model), states, script.controls, steps)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
-        """See `OwnModel`."""
+        """Features to remove, chosen from its own steps under `script`, each to be tried."""
         met = set[tuple[int, int]]()
         with silent():
             for data in self._looks(script):
@@ -223,7 +232,7 @@ class MujocoModel:
         return tuple(left_out.changes(self.effective, self.idle, met))
 
     def touching(self, script: Script) -> Touching:
-        """See `OwnModel`."""
+        """Which pairs touch when along its own steps."""
         with silent():
             return touching(self.effective, self._looks(script))
 
@@ -243,7 +252,7 @@ class MujocoModel:
                 yield data
 
     def changed(self, changes: Sequence[Change]) -> MujocoModel:
-        """See `OwnModel`."""
+        """The model with these left out."""
         model = copy.copy(self.effective)
         left_out.apply(model, changes)
         return replace(self, effective=model)
@@ -257,7 +266,7 @@ class MujocoModel:
         return data
 
     def positions(self, states: Array) -> Array:
-        """See `OwnModel`."""
+        """Centres of mass of the bodies [m], shape (len(states), bodies, 3)."""
         model, data = self.effective, self._begun(self.effective)
         positions = np.full((len(states), model.nbody, 3), np.nan)
         for k, state in enumerate(states):
@@ -269,15 +278,17 @@ class MujocoModel:
         return positions
 
     def readings(self, states: Array) -> Mapping[str, Array]:
-        """See `OwnModel`."""
+        """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
+        name, each of shape (len(states),); what the model cannot have is left out."""
         return readings(self.effective, self._begun(self.effective), states)
 
     def picture(self) -> bytes | None:
-        """See `OwnModel`."""
+        """A PNG of it at the start; None where this machine draws none."""
         return picture(self.effective, self.start.qpos)
 
     def starts(self, count: int, size: float) -> Array:
-        """See `OwnModel`."""
+        """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
+        shape (count, n)."""
         model, random = self.effective, np.random.default_rng(0)
         states = np.tile(self.state, (count, 1))
         for state in states:
@@ -288,25 +299,28 @@ class MujocoModel:
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
-        """See `OwnModel`."""
+        """Of the numbers that a motion depends on: each "position", "velocity" and "activation" of
+        the start, on its tangent space, and each "control"."""
         return derivatives.names(self.effective)
 
     def shifted(self, state: Array, shift: Array) -> Array:
-        """See `OwnModel`."""
+        """A state moved by positions, velocities and activations of the tangent space."""
         model, moved = self.effective, state.copy()
         mujoco.mj_integratePos(model, moved[: model.nq], shift[: model.nv], 1.0)
         moved[model.nq :] += shift[model.nv :]
         return moved
 
     def product(self, script: Script) -> Array:
-        """See `OwnModel`."""
+        """Derivatives of positions at the ends of the periods by all of `names`, multiplied along
+        its own steps, shape (periods + 1, positions, names); raises NotCertifiable."""
         model = copy.copy(self.effective)
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
         with silent():
             return derivatives.product(model, self._begun(model), script)
 
     def coordinates(self, states: Array, others: Array) -> Array:
-        """See `OwnModel`."""
+        """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
+        degrees of freedom)."""
         model = self.effective
         differences = np.full((len(states), model.nv), np.nan)
         for k, (state, other) in enumerate(zip(states, others, strict=True)):

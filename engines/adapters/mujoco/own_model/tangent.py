@@ -51,7 +51,7 @@ def diverged(data: Any) -> bool:
 
 
 class TangentMaps:
-    """Jacobians of one step of a model from the state and control of an mjData; a `StepMaps`. The
+    """Jacobians of one step of a model from the state and control of an mjData. The
     constraint solver runs to its floor, always from the same forces, so that a step is a function
     of its state alone."""
 
@@ -69,7 +69,8 @@ class TangentMaps:
     def __call__(
         self, integrator: str, step: float, difference: float, directions: Array | None = None
     ) -> Array:
-        """See `StepMaps`."""
+        """The Jacobian of one step [s] by central differences of a size [m, rad, ...], shape (n,
+        n); times `directions`, shape (n, k), if given."""
         model, nv = self.model, self.model.nv
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
         if directions is None and integrator != "rk4":
@@ -120,7 +121,8 @@ class TangentMaps:
         return data.qpos.copy(), data.qvel.copy(), data.act.copy()
 
     def at_rest(self, integrator: str, step: float) -> TangentMaps | None:
-        """See `StepMaps`: by Newton's method; a body that nothing holds may be anywhere."""
+        """Those about a state near by that steps of a size [s] leave as it is, stable or not; None
+        where none is found; by Newton's method; a body that nothing holds may be anywhere."""
         maps, before = self, math.inf
         while True:
             moved = maps._moved(integrator, step)
@@ -137,13 +139,13 @@ class TangentMaps:
             maps = TangentMaps(self.model, self.data, state, self.control)
 
     def place(self, weights: Array) -> Place:
-        """See `StepMaps`."""
+        """Where most of the weights of the tangent space, shape (n,), are."""
         put(self.data, self.state)
         mujoco.mj_forward(self.model, self.data)
         return place(self.model, self.data, weights)
 
     def changed(self, change: Change) -> TangentMaps:
-        """See `StepMaps`."""
+        """Those of the model with a change, about the same state."""
         model = copy.copy(self.model)
         apply(model, (change,))
         return TangentMaps(model, self.data, self.state, self.control)
@@ -187,7 +189,9 @@ def growth(
 
 
 def rate_after(model: Any, data: Any, script: Script, count: int) -> float:
-    """See `OwnModel`: of `model`, which has the step and the integrator, and its mjData."""
+    """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many steps
+    [s], the last control held for as long as need be; infinite where it diverges; of `model`, which
+    has the step and the integrator, and its mjData."""
     put(data, script.start)
     rate, controls = 0.0, script.controls
     for k in range(count):

@@ -55,7 +55,7 @@ METHODS = MappingProxyType(
 
 
 class SettledFloor:
-    """See `Floor`: the compiled piece at a step, at rest."""
+    """The body, settled on its plane under certain contacts at a certain step: the compiled piece."""
 
     def __init__(self, model: Any, feet: tuple[str, ...], gyration: float) -> None:
         self.model, self.names, self.gyration = model, feet, gyration
@@ -94,12 +94,12 @@ class SettledFloor:
 
     @property
     def points(self) -> Array:
-        """See `Floor`."""
+        """Contact points as they then are, relative to the centre of mass [m], shape (n, 3)."""
         return self.found
 
     @property
     def feet(self) -> tuple[str, ...]:
-        """See `Floor`."""
+        """Geoms that then touch."""
         return tuple(dict.fromkeys(self.names[geom - 1] for geom in self.touching))
 
     def _begin(self) -> None:
@@ -107,7 +107,8 @@ class SettledFloor:
         self.data.qpos[:] = self.begun
 
     def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide:
-        """See `Floor`."""
+        """Let it go at `speed` [m/s] along `heading` [rad], turning at `spin` [rad/s], for
+        `duration` [s]."""
         self._begin()
         way = np.array([math.cos(heading), math.sin(heading)])
         self.data.qvel[:2], self.data.qvel[5] = speed * way, spin
@@ -130,7 +131,8 @@ class SettledFloor:
         return Slide(float(moved @ way), aside, turned, rests)
 
     def drift(self, heading: float, acceleration: float, duration: float) -> float:
-        """See `Floor`."""
+        """Speed [m/s] over the second half of `duration` [s] under a horizontal force through the
+        centre of mass, of `acceleration` [m/s^2] times the mass."""
         self._begin()
         model, half = self.model, max(1, round(duration / 2 / self.model.opt.timestep))
         weight = float(model.body_mass[1])
@@ -167,7 +169,7 @@ def _yaw(quaternion: Array) -> float:
 
 @dataclass(frozen=True)
 class MujocoContacts:
-    """See `ContactModel`."""
+    """A user's body with its own contacts, and with those of `plumbob settings`."""
 
     name: str
     piece: RigidPiece
@@ -176,22 +178,23 @@ class MujocoContacts:
 
     @property
     def step(self) -> float:
-        """See `ContactModel`."""
+        """The model's own step [s]."""
         return float(self.piece.model.opt.timestep)
 
     @property
     def integrator(self) -> str:
-        """See `ContactModel`."""
+        """The model's own integrator."""
         return str(INTEGRATOR(self.piece.model.opt.integrator).name)[len("mjINT_") :].lower()
 
     @property
     def method(self) -> str:
-        """See `ContactModel`; semi-implicit Euler's for an integrator with no settings."""
+        """The method whose settings are pasted; semi-implicit Euler's for an integrator with no
+        settings."""
         return METHODS.get(self.integrator, METHODS["euler"])
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """See `ContactModel`."""
+        """Features left out, and other remarks on the model."""
         return self.piece.notes
 
     @cached_property
@@ -210,7 +213,7 @@ class MujocoContacts:
 
     @cached_property
     def standing(self) -> Standing:
-        """See `ContactModel`; raises NotCertifiable."""
+        """The body as it rests under its own contacts; raises NotCertifiable."""
         floor, piece = self._settled, self.piece
         if any(dim < 3 for dim in floor.dimensions):
             raise NotCertifiable("contacts with the plane have no friction (condim 1)")
@@ -241,18 +244,18 @@ class MujocoContacts:
         return dict(zip(names, self.standing.friction, strict=True))
 
     def own(self, step: float) -> SettledFloor:
-        """See `ContactModel`."""
+        """On its own contacts at `step` [s]; raises NotCertifiable where it does not settle."""
         model = copy.copy(self.piece.model)
         model.opt.timestep = step
         return SettledFloor(model, self.piece.geoms, self.gyration)
 
     def pasted(self, step: float) -> SettledFloor:
-        """See `ContactModel`."""
+        """On the pasted contacts, written for `step` [s]; raises NotCertifiable likewise."""
         return SettledFloor(self._pasted(step, self.stiffness), self.piece.geoms, self.gyration)
 
     @cached_property
     def stiffness(self) -> float:
-        """See `ContactModel`."""
+        """Natural frequency of one pasted contact times the step, at which the body is stable."""
         ratio = frequency_ratio(self._pasted(self.step, OWN_STIFFNESS))
         most = math.sqrt(4 * DAMPING**2 + 4.0 / ratio) - 2 * DAMPING
         wanted = STABLE * most
@@ -294,20 +297,22 @@ class MujocoContacts:
 
     @property
     def first_order(self) -> float | None:
-        """See `ContactModel`."""
+        """Error of a stopping distance over the speed that is predicted for the pasted contacts at
+        the own step [s], of first order in the step; None where none is."""
         return self._settings.stop_error_per_speed
 
     @property
     def overshoot(self) -> float:
-        """See `ContactModel`: of one contact; the body's modes are damped more."""
+        """Largest change of a load on the pasted contacts after a sudden force, over the change at
+        which it settles; of one contact; the body's modes are damped more."""
         return 1.0 + math.exp(-math.pi * DAMPING / math.sqrt(1.0 - DAMPING**2))
 
     def picture(self) -> bytes | None:
-        """See `ContactModel`."""
+        """A PNG of the model in its posture; None where this machine draws none."""
         return picture(self.whole, self.posture)
 
     def snippet(self) -> str:
-        """See `ContactModel`."""
+        """Contact settings to paste for the model's own step, its feet by their names."""
         pairs = (
             f'  <pair geom1="{self.piece.plane}" geom2="{foot}" friction="{mu:g} {mu:g}"/>'
             for foot, mu in self.frictions().items()
