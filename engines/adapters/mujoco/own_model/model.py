@@ -66,8 +66,8 @@ SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 
 @dataclass(frozen=True)
 class MujocoModel:
-    """A user's model, made ready for an audit: contacts clamped as the engine clamps them at its own
-    step, and where it starts."""
+    """A user's model, made ready for an audit: contacts clamped as the engine clamps them at its
+    own step, and where it starts."""
 
     name: str
     effective: Any  # the mjModel whose contacts no longer depend on the step

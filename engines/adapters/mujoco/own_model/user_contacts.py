@@ -55,7 +55,7 @@ METHODS = MappingProxyType(
 
 
 class SettledFloor:
-    """The body, settled on its plane under certain contacts at a certain step: the compiled piece."""
+    """The body as a compiled piece, settled on its plane under certain contacts at some step."""
 
     def __init__(self, model: Any, feet: tuple[str, ...], gyration: float) -> None:
         self.model, self.names, self.gyration = model, feet, gyration
