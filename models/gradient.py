@@ -95,6 +95,10 @@ class Number:
     def moved(self, number: float) -> Case:
         """The case with this number in its place; raises ParameterError as `problem` does."""
         self.problem(number)
+        return self.at(number)
+
+    def at(self, number: float) -> Case:
+        """The same, though it were of another kind."""
         case, changed = self.case, {self.parameter: self._value(number)}
         parameters = case.system.change(self.parameters, changed)
         return case.system.case(replace(case.scene, parameters=parameters))

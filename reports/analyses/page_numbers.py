@@ -21,7 +21,7 @@ from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.advice.work_precision import points
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing
-from plumbob.reports.judge.smallest_change import Sensitivities
+from plumbob.reports.judge.smallest_change import Sensitivities, parameters_of
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tightness import slacks, tightness
 from plumbob.reports.judge.tolerance import exceeded
@@ -142,10 +142,10 @@ def _sensitivity(study: Study, scene: Scene, judged: Judgements) -> Sensitivity 
     sensitivities = Sensitivities(scene)
     if not passed or not sensitivities.slopes:
         return None
-    noticed = {c.method: sensitivities.noticed(c, judged[c.scene, c.method]) for c in passed}
+    numbers = parameters_of(scene)
     return Sensitivity(
-        {parameter.label: parameter.value for parameter in sensitivities.slopes},
-        {name: {p.label: least for p, least in of.items()} for name, of in noticed.items()},
+        {name: numbers[name].value for name in sensitivities.slopes},
+        {c.method: sensitivities.noticed(c, judged[c.scene, c.method]) for c in passed},
     )
 
 

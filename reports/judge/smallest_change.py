@@ -4,7 +4,7 @@ runs allow at a moment, over what the change does to the exact motion there."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
@@ -18,8 +18,9 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
-from plumbob.models.registry import case_of, system_of
-from plumbob.models.scene import Case, Parameters, Scene
+from plumbob.models.gradient import Number, numbers
+from plumbob.models.registry import case_of
+from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.tightness import Noticed
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Judged
@@ -27,35 +28,9 @@ from plumbob.reports.judge.verdict import Judged
 NUDGE = 1e-7  # of a parameter's value, or of one unit where that is zero, for the first difference
 PROPORTIONAL = 1e-4  # of an observable's own size: where a difference is larger, it is taken anew
 SAMPLES = 200  # of a run, on no grid of steps: on none falls a switch that a nudge moves
-FREED = ("excess",)  # gives the start's rate in another way; other changes keep that rate
+FREED = "excess"  # gives the start's rate in another way; other changes keep that rate
 TINY = 1e-300  # in place of nothing allowed, where the exact value is zero
 PLANNED = "capsule-plan"  # whose slider moves as its parameters need
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A number among a scene's parameters, or in one of its points."""
-
-    name: str  # of `--set`
-    place: tuple[int, ...]  # where it stands in a point, or in a list of points
-    value: float
-
-    @property
-    def label(self) -> str:
-        """Its name, with the number of the point, and x, y or z."""
-        if not self.place:
-            return self.name
-        *point, axis = self.place
-        return " ".join([self.name, *(str(i + 1) for i in point), "xyz"[axis]])
-
-    @property
-    def unit(self) -> float:
-        """The unit of changes: its value, or 1 in its SI unit where it is zero."""
-        return abs(self.value) or 1.0
-
-    def changed(self, parameters: Parameters, by: float) -> Mapping[str, Any]:
-        """The setting that makes it larger `by` so many of its units."""
-        return {self.name: _with(parameters[self.name], self.place, self.value + by * self.unit)}
 
 
 @runtime_checkable
@@ -82,28 +57,29 @@ class _Known:
 Slopes = Mapping[str, Array]  # {observable: |derivative| at the times, shape (n,)}
 
 
-def parameters_of(scene: Scene) -> tuple[Parameter, ...]:
-    """The numbers that a scene is given, in its order, but whole ones; without supports where no
-    normal force is observed, which takes long, and none of a plan, which is another plan then."""
+def parameters_of(scene: Scene) -> Mapping[str, Number]:
+    """The numbers that a scene is given, in its order, but whole ones, by name, with the number of
+    the point, and x, y or z; without supports where no normal force is observed, which takes long,
+    and none of a plan, which is another plan then."""
     if scene.system == PLANNED:
-        return ()
-    loads = any(o.name.startswith("normal_force") for o in system_of(scene).observables)
-    return tuple(
-        Parameter(name, place, value)
-        for name, value_of in scene.parameters.items()
-        if name not in FREED and (loads or name != "supports")
-        for place, value in _numbers(value_of)
+        return {}
+    case = case_of(scene)
+    parameters = {name: value for name, value in scene.parameters.items() if name != FREED}
+    loads = any(o.name.startswith("normal_force") for o in case.system.observables)
+    every = (
+        replace(number, parameters=parameters)
+        for name in parameters
+        if loads or name != "supports"
+        for number in numbers(case, name)
     )
+    return {_label(number): number for number in every if isinstance(number.value, float)}
 
 
-def changed(scene: Scene, parameter: Parameter, by: float) -> Case:
-    """The case of `scene` with a parameter changed by so many of its units; raises
-    ParameterError."""
-    parameters = {name: value for name, value in scene.parameters.items() if name not in FREED}
-    system = system_of(scene)
-    return system.case(
-        replace(scene, parameters=system.change(parameters, parameter.changed(parameters, by)))
-    )
+def _label(number: Number) -> str:
+    if not number.path:
+        return number.parameter
+    *point, axis = number.path
+    return " ".join([number.parameter, *(str(i + 1) for i in point), "xyz"[axis]])
 
 
 @dataclass(frozen=True)
@@ -114,18 +90,18 @@ class Sensitivities:
     scene: Scene
 
     @cached_property
-    def slopes(self) -> Mapping[Parameter, Slopes]:
-        """How much each observable changes per unit of each parameter, without those that cannot be
-        changed."""
-        every = {parameter: self._slopes(parameter) for parameter in parameters_of(self.scene)}
-        return {parameter: slope for parameter, slope in every.items() if slope is not None}
+    def slopes(self) -> Mapping[str, Slopes]:
+        """How much each observable changes per unit of each parameter, its value, or 1 in its SI
+        unit where it is zero; without those that cannot be changed."""
+        every = {name: self._slopes(number) for name, number in parameters_of(self.scene).items()}
+        return {name: slope for name, slope in every.items() if slope is not None}
 
-    def noticed(self, series: ConvergenceStudy, judged: Judged) -> Mapping[Parameter, Noticed]:
+    def noticed(self, series: ConvergenceStudy, judged: Judged) -> Mapping[str, Noticed]:
         """For each parameter the smallest change that fails a run of `series`: at some moment it
         moves an observable by more than is allowed there, beside what the run differs by already.
         Without parameters that move nothing that is judged; empty where the verdict is not
         `predicted`."""
-        least: dict[Parameter, Noticed] = {}
+        least: dict[str, Noticed] = {}
         if judged.whole.verdict != "predicted":
             return least
         for run, verdict in zip(series.measurements, judged.runs, strict=True):
@@ -163,7 +139,7 @@ class Sensitivities:
         exact = self._case.reference
         return {_way(exact): _Known(exact, self._times)}
 
-    def _slopes(self, parameter: Parameter) -> Slopes | None:
+    def _slopes(self, parameter: Number) -> Slopes | None:
         """By one difference, less what rounding may make of it."""
         if (pair := self._difference(parameter, NUDGE)) is None:
             return None
@@ -177,7 +153,7 @@ class Sensitivities:
         return {name: np.maximum(moved[name] - rounding[name], 0.0) / nudge for name in moved}
 
     def _difference(
-        self, parameter: Parameter, nudge: float
+        self, parameter: Number, nudge: float
     ) -> tuple[Mapping[str, Array], Mapping[str, Array]] | None:
         """By how much the observables differ for a parameter changed by a nudge, and what rounding
         may add to that: as much for both motions, if they are worked out alike."""
@@ -192,11 +168,11 @@ class Sensitivities:
         moved = {name: np.abs(observed[name] - self._right[name]) for name in names}
         return moved, {name: self._doubt[name] + known.doubt[name] for name in names}
 
-    def _nudged(self, parameter: Parameter, nudge: float) -> Case | None:
+    def _nudged(self, parameter: Number, nudge: float) -> Case | None:
         """The case with a parameter a little larger, or smaller where that is not allowed."""
         for by in (nudge, -nudge):
             try:
-                return changed(self.scene, parameter, by)
+                return parameter.at(parameter.value + by * parameter.size)
             except ParameterError:
                 continue
         return None
@@ -224,22 +200,3 @@ def _way(reference: Reference) -> type:
 def _relative(moved: Array, values: Array) -> float:
     size = float(np.abs(values).max())
     return float(moved.max()) / size if size > 0.0 else 0.0
-
-
-def _numbers(value_of: Any) -> Iterator[tuple[tuple[int, ...], float]]:
-    """The numbers in a value, with their places in it."""
-    if isinstance(value_of, float):
-        yield (), value_of
-    elif isinstance(value_of, (tuple, list)):
-        for i, part in enumerate(value_of):
-            for place, value in _numbers(part):
-                yield (i, *place), value
-
-
-def _with(content: Any, place: tuple[int, ...], value: float) -> Any:
-    if not place:
-        return value
-    first, *deeper = place
-    return tuple(
-        _with(part, tuple(deeper), value) if i == first else part for i, part in enumerate(content)
-    )

@@ -14,7 +14,7 @@ from plumbob.engines.study.convergence import ConvergenceStudy, convergence_stud
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.smallest_change import Sensitivities, changed, parameters_of
+from plumbob.reports.judge.smallest_change import Sensitivities, parameters_of
 from plumbob.reports.judge.verdict import Judged, judge, judged
 
 MANY = 10_000  # steps of a run, at most
@@ -49,8 +49,8 @@ def verdict_of_changed(scene: str, method: str, label: str, by: float, step: flo
     """The verdict on an engine that runs `scene` with a parameter changed, held to the answer for
     the unchanged one."""
     right = case_of(find_scene(scene))
-    (parameter,) = (p for p in parameters_of(right.scene) if p.label == label)
-    wrong = changed(right.scene, parameter, by)
+    number = parameters_of(right.scene)[label]
+    wrong = number.at(number.value + by * number.size)
     case = replace(wrong, scene=right.scene, reference=right.reference, errors=right.errors)
     how = find_method(method)
     return judge(measure(case, how, step)[0], right.system, how).verdict
@@ -65,8 +65,7 @@ def test_held_from_both_sides(
         pytest.importorskip("heyoka")
     found, verdicts = run(scene, method, steps)
     assert verdicts.whole.verdict == "predicted"
-    every = Sensitivities(find_scene(scene)).noticed(found, verdicts)
-    (least,) = (one for parameter, one in every.items() if parameter.label == label)
+    least = Sensitivities(find_scene(scene)).noticed(found, verdicts)[label]
     assert least.change < 0.1
     assert (
         verdict_of_changed(scene, method, label, 2.0 * least.change, least.step) == "off-prediction"
@@ -79,8 +78,7 @@ def test_held_from_both_sides(
 def test_what_the_motion_does_not_depend_on_is_not_noticed() -> None:
     """A body that slides to rest without turning stops after v^2/(2 f g), whatever its mass."""
     scene, steps = "capsule-coast/translation", (1e-3, 5e-4)
-    every = Sensitivities(find_scene(scene)).noticed(*run(scene, "pymunk/side", steps))
-    seen = {parameter.label for parameter in every}
+    seen = Sensitivities(find_scene(scene)).noticed(*run(scene, "pymunk/side", steps)).keys()
     assert {"friction", "gravity", "velocity_x", "velocity_y"} <= seen
     assert seen.isdisjoint({"body_mass", "inertia", "slider x"})
 
@@ -95,8 +93,7 @@ def test_a_method_that_does_not_pass_notices_nothing() -> None:
 def test_a_start_close_to_the_saddle_is_differenced_in_proportion() -> None:
     """10^-6 off the top a nudge of a ten-millionth in the rate moves the whole run too far for a
     derivative: smaller ones are taken."""
-    slopes = Sensitivities(find_scene("simple-pendulum/near-top-1e-6")).slopes
-    by = {parameter.label: found for parameter, found in slopes.items()}
+    by = Sensitivities(find_scene("simple-pendulum/near-top-1e-6")).slopes
     # Near the top theta grows as theta(0) cosh(w t) + theta_dot(0) sinh(w t)/w, w^2 = g/L; what
     # rounding may add is taken off: 2 % of the difference for theta_from_top.
     ratio = by["theta_dot"]["theta"].max() / by["theta_from_top"]["theta"].max()
@@ -104,10 +101,10 @@ def test_a_start_close_to_the_saddle_is_differenced_in_proportion() -> None:
 
 
 def test_relative_changes_and_those_from_zero() -> None:
-    at = {p.label: p for p in parameters_of(find_scene("capsule-line/ca1"))}
+    at = parameters_of(find_scene("capsule-line/ca1"))
     assert at["supports 1 x"].value == 0.2
-    assert at["supports 1 y"].unit == 1.0
+    assert at["supports 1 y"].size == 1.0
     assert "support" not in at  # a number of a support, and no parameter of the equations
-    given = {"supports": ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))}
-    moved = at["supports 2 y"].changed(given, 0.1)["supports"]
+    second = at["supports 2 y"]
+    moved = second.at(second.value * 1.1).scene.parameters["supports"]
     assert moved == ((0.2, 0.0), (-0.1, pytest.approx(0.165, rel=4 * ULP)), (-0.1, -0.15))

@@ -16,7 +16,7 @@ from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.capsule_plan import legs, poses
 from plumbob.reports.analyses.capsule_plan.plans import plan_of
-from plumbob.reports.judge.smallest_change import Parameter, Sensitivities, Slopes, parameters_of
+from plumbob.reports.judge.smallest_change import Sensitivities, Slopes, parameters_of
 from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import Content, content
@@ -73,7 +73,7 @@ def _whole() -> tuple[Content, tuple[Finding, ...]]:
         return shared("whole-pages", lambda: _shown(study()))
 
 
-def _even(sensitivities: Sensitivities) -> Mapping[Parameter, Slopes]:
+def _even(sensitivities: Sensitivities) -> Mapping[str, Slopes]:
     """Slopes that are as invented as the study: 1 for every parameter and observable."""
     scene = sensitivities.scene
     ones = {observable.name: np.ones(1) for observable in system_of(scene).observables}
