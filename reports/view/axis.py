@@ -25,9 +25,7 @@ class Axis:
 
     def at(self, value: float) -> float:
         """The place of a value."""
-        if self.logarithmic:
-            value = math.log10(value)
-        return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
+        return float(self.along([value])[0])
 
     def along(self, values: Sequence[float | None] | Array) -> Array:
         """Places of values; NaN where one has none."""
@@ -40,18 +38,18 @@ class Axis:
 
     def ticks(self, most: int) -> list[tuple[float, str]]:
         """Places of a few round values, and the values as text."""
+        ends, values = (self.low, self.high), list[float]()
         if self.logarithmic:
             first, last = math.ceil(self.low - 1e-9), math.floor(self.high + 1e-9)
-            every = max(1, math.ceil((last - first + 1) / most))
-            powers = range(first, last + 1, every)
+            powers = range(first, last + 1, max(1, -(-(last - first + 1) // most)))
             if len(powers) > 1:
                 return [(self.at(10.0**p), f"10{str(p).translate(SUPERSCRIPTS)}") for p in powers]
             values = [k * 10.0**p for p in range(first - 1, last + 1) for k in (1, 2, 5)]
-            inside = [v for v in values if self.low <= math.log10(v) <= self.high]
-            return [(self.at(v), f"{v:g}") for v in inside]
-        size = self.high - self.low
-        unit = 10.0 ** math.floor(math.log10(size / most))
-        step = next(unit * k for k in (1, 2, 5, 10) if size / (unit * k) <= most)
-        first = math.ceil(self.low / step)
-        count = math.floor(self.high / step) - first + 1
-        return [(self.at(step * (first + k)), f"{step * (first + k):g}") for k in range(count)]
+            values = [v for v in values if self.low <= math.log10(v) <= self.high]
+            ends = 10.0**self.low, 10.0**self.high
+        if len(values) < 2:
+            low, high = ends
+            unit = 10.0 ** math.floor(math.log10((high - low) / most))
+            step = next(unit * k for k in (1, 2, 5, 10) if high - low <= most * unit * k)
+            values = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        return [(self.at(v), f"{v:g}") for v in values]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,9 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.box import Side
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Swept
+from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, Table
-from plumbob.reports.view.notation import number, plural
+from plumbob.reports.view.notation import plural
 from plumbob.reports.view.notation import step as step_text
 from plumbob.reports.view.page import filled, shared_files, written
 from plumbob.reports.view.plotly_figure import (
@@ -124,7 +124,7 @@ def _map(swept: Swept, i: int, j: int, low: float, high: float) -> Figure:
         "zmin": low,
         "zmax": max(high, low + 0.1),
         "colorscale": [[k / 4, shade] for k, shade in SCALE],
-        "colorbar": {"title": {"text": "error"}, **_ticks(low, high)},
+        "colorbar": {"title": {"text": "error"}, **_ticks(low, max(high, low + 0.1))},
         "hovertemplate": f"{x.name} %{{x}}, {y.name} %{{y}}: 10^%{{z:.2f}}<extra></extra>",
         "name": of.methods[i].name,
     }
@@ -187,12 +187,5 @@ def _axis(side: Side) -> dict[str, object]:
 
 def _ticks(low: float, high: float) -> dict[str, object]:
     """Labels of a colour bar in errors, where the scale is in powers of ten."""
-    places = _marks(low, high)
-    return {"tickvals": list(places), "ticktext": [number(10.0**p, 2) for p in places]}
-
-
-def _marks(low: float, high: float) -> Sequence[float]:
-    if high - low < 2.0:
-        return [float(p) for p in np.linspace(low, max(high, low + 0.1), 5)]
-    every = max(1, math.ceil((high - low) / 8))
-    return [float(p) for p in range(math.ceil(low), math.floor(high) + 1, every)]
+    places, texts = zip(*Axis(low, high, low, high, True).ticks(8), strict=True)
+    return {"tickvals": places, "ticktext": texts}
