@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from plumbob.engines.registry import limits_of
@@ -84,11 +84,10 @@ def judged_gradients(search: GradientSearch, found: Gradients) -> Iterator[Judge
     """The derivatives of a search, judged: with the best eps of a sweep, or each that was asked
     for."""
     for gradient in found.records:
-        tried: Sequence[Difference | None] = gradient.tried or (None,)
-        if gradient.tried and not search.eps:
-            tried = (gradient.best,)
-        for one in tried:
-            yield _judged(search, gradient, one)
+        sweep = gradient.tried and not search.eps
+        tried = (gradient.best,) if sweep else gradient.tried
+        for difference in tried or (None,):
+            yield _judged(search, gradient, difference)
 
 
 def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> JudgedGradient:
@@ -96,21 +95,18 @@ def _judged(search: GradientSearch, of: Gradient, tried: Difference | None) -> J
     pair = search.scene, search.method
     known = None if search.changes else limits_of(search.method).gradient(pair, of.by, of.way)
     run = expected(*pair)  # of a run whose error is not the predicted one its derivative is not
-    reason = run.reason if run.limit and verdict == "off-prediction" else ""
-    surprise = ""
-    if verdict == "off-prediction" and known is None and not reason:
-        surprise = why
-    judged = JudgedGradient(search.scene, search.method, of, tried, verdict, why)
-    if known is not None and verdict in ("predicted", "off-prediction"):
-        error = abs(judged.relative_error or 0.0)
-        if verdict == "predicted":
-            surprise = "predicted, expected off-prediction"
-        elif not known.size / known.factor <= error <= known.size * known.factor:
-            within = f"within a factor of {known.factor:g}"
-            surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
-    if known is not None and verdict != "unsupported":
-        reason = known.reason
-    return JudgedGradient(search.scene, search.method, of, tried, verdict, why, surprise, reason)
+    off, reason = verdict == "off-prediction", ""
+    judged = JudgedGradient(*pair, of, tried, verdict, why)
+    if known is None:
+        reason = run.reason if run.limit and off else ""
+        return replace(judged, surprise=why if off and not reason else "", known=reason)
+    surprise = "predicted, expected off-prediction" if verdict == "predicted" else ""
+    error, factor = abs(judged.relative_error or 0.0), known.factor
+    if off and not known.size / factor <= error <= known.size * factor:
+        within = f"within a factor of {factor:g}"
+        surprise = f"its error is {error:.3g}, and known to be {known.size:g}, {within}"
+    reason = known.reason if verdict != "unsupported" else ""
+    return replace(judged, surprise=surprise, known=reason)
 
 
 def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, str]:
