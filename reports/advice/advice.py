@@ -277,7 +277,7 @@ class _Gathering:
             (scene, m.name): limit
             for scene, known in self.known.items()
             for m in known.study.methods
-            if (limit := known.study.step_limit(scene, m.name)) is not None
+            if (limit := known.study.step_limit(scene, m.name))
         }
 
     def runs(self) -> dict[Key, dict[float, Measurement]]:

@@ -98,7 +98,7 @@ class Evidence:
             count = scene.duration / step
             if method.control == "tolerance":
                 run = self.of(scene, method).get(step)
-                count = run.steps if run is not None and run.status == "done" else 0.0
+                count = run.steps if run and run.status == "done" else 0.0
             total += count * self.costs.get((scene.name, method.name), price)
         return total / sum(scene.duration for scene in self.scenes)
 

@@ -37,7 +37,7 @@ def points(study: Study, scene: str, quantities: Quantities | None = None) -> tu
         Point(m.method, m.step, error_of(m, about), _cost(m, cost.ns_per_step))
         for convergence_study in study.convergence
         if convergence_study.scene == scene
-        and (cost := study.costs.get((scene, convergence_study.method))) is not None
+        and (cost := study.costs.get((scene, convergence_study.method)))
         and cost.believed
         for m in convergence_study.measurements
         if m.status in ("done", "diverged")

@@ -85,7 +85,7 @@ def _analysed(study: Study, part: Part, judged: Judgements) -> tuple[Analysed, .
         record = page_numbers.scene_record(study, judged, scene)
         return (Analysed("", SCENE, scene.system, name, plain(record)),)
     of = section(name)
-    assert of is not None
+    assert of
     return analysed(study, of, name, judged)
 
 

@@ -66,7 +66,7 @@ def _stop_errors(study: Study, name: str, speed: float, distance: float) -> list
     """By step, of those that have a run."""
     pairs = []
     for step in STEPS:
-        if (run := study.answer(ExtraRun(SCENE, name, step))) is not None:
+        if run := study.answer(ExtraRun(SCENE, name, step)):
             error, half = _way(run.observables) - distance, 0.5 * speed * step
             predicted = _way(case(SCENE).errors.at_step(scheme(name), step, run.times).errors)
             pairs.append((error / half, predicted / half))
@@ -138,17 +138,17 @@ def spin(study: Study) -> Spin | None:
     if not covers(study, SPIN):
         return None
     errors = [_heading_errors(study, name) for name in SPINNING]
-    methods = tuple(method for method in errors if method is not None)
+    methods = tuple(filter(None, errors))
     if all(method.slope is None for method in methods):
         return None
     runs = [_default_run(study, step) for step in DECADE]
-    default = tuple(run for run in runs if run is not None)
+    default = tuple(filter(None, runs))
     return Spin(methods, default if len(default) == len(DECADE) else ())
 
 
 def _heading_errors(study: Study, name: str) -> HeadingErrors | None:
     measurements = [measured(study, SPIN, name, step) for step in DECADE]
-    errors = [run.errors["heading"] for run in measurements if run is not None]
+    errors = [run.errors["heading"] for run in measurements if run]
     if len(errors) < len(DECADE):
         return None
     ends, steps = np.array([error.end for error in errors]), np.array(DECADE)

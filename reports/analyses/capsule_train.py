@@ -70,7 +70,7 @@ def numbers(study: Study) -> Totals | None:
         return None
     repeated: RepeatedLine = problem(scene).motion
     every = (_total(study, scene, repeated, name) for name in names(study))
-    totals = tuple(total for total in every if total is not None)
+    totals = tuple(filter(None, every))
     if not totals:
         return None
     return Totals(

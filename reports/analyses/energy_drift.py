@@ -86,7 +86,7 @@ def energy_drifts(
     by_method = {
         method: energy_drift(motion, method, asked.step, run)
         for method, run in recorded.items()
-        if run is not None
+        if run
     }
     return EnergyDrifts(
         asked.step, asked.duration / asked.step, tuple(symplectic), other, by_method

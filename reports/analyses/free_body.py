@@ -131,7 +131,7 @@ def _runs(study: Study, methods: Sequence[str]) -> Iterator[tuple[ConvergenceStu
         for method in methods:
             of = convergence_of(study, scene, method)
             run = reference_run(of.measurements, find_method(method)) if of else None
-            if of is not None and run is not None:
+            if of and run:
                 yield of, run
 
 

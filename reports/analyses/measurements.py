@@ -108,7 +108,7 @@ def measured(study: Study, scene: str, method: str, step: float) -> Measurement 
 def recordings(study: Study, requests: Iterable[ExtraRun]) -> Mapping[ExtraRun, Trajectory]:
     """The recordings of those requested runs that were made."""
     every = {request: study.answer(request) for request in requests}
-    return {request: run for request, run in every.items() if run is not None}
+    return {request: run for request, run in every.items() if run}
 
 
 def end_error(scene: str, run: Trajectory) -> float:

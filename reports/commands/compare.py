@@ -254,7 +254,7 @@ def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
     a machine does, costs on single scenes move too."""
     by_method: dict[str, list[tuple[Key, Cost, Cost]]] = {}
     for pair, cost in new.costs.items():
-        if (past := old.costs.get(pair)) is not None:
+        if past := old.costs.get(pair):
             by_method.setdefault(pair[1], []).append((pair, past, cost))
     rows = []
     for timed in by_method.values():

@@ -43,7 +43,7 @@ def command(chosen: argparse.Namespace) -> int:
     user_method = _own(chosen.like) if chosen.like else None
     out = Path(chosen.out)
     scenes = _scenes(chosen.scene, changed, out, chosen.stored)
-    if user_method is not None and len(scenes) > 1:
+    if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     known, left_out = _known(scenes, out, bool(changed), chosen.stored)
     methods = _methods(chosen.engine, known, chosen.stored)
@@ -61,7 +61,7 @@ def command(chosen: argparse.Namespace) -> int:
     study = answer.studies[scenes[0].name]
     beside = {}
     results: tuple[UserResult, ...] = ()
-    if user_method is not None:
+    if user_method:
         study, results = _with_own(study, scenes, user_method)
         beside = {"user_settings": [asdict(result) for result in results]}
     _show(chosen.json, asked, answer, study, beside, results)
@@ -130,7 +130,7 @@ def _known(
             for entry in left:
                 left_out[entry.version, entry.date] += entry.runs
         steps_run = merged([s for s in usable if SEARCH not in s.profile], scene)
-        if steps_run is not None and steps_run.convergence:
+        if steps_run and steps_run.convergence:
             more = searched_runs([s for s in usable if SEARCH in s.profile], scene)
             known[scene.name] = Known(steps_run, more)
     return known, left_out
@@ -188,7 +188,7 @@ def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -
     for scene in scenes:
         study = answer.studies.get(scene.name)
         runs = {m: each for (name, m), each in answer.runs.items() if name == scene.name}
-        if study is not None and runs:
+        if study and runs:
             studies.append(
                 replace(
                     study,

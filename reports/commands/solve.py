@@ -163,7 +163,7 @@ def _able(case: Case, path: str | None) -> None:
 def _write(case: Case, path: str) -> None:
     """Write a page with the figures of the source for the parameters of `case`."""
     of_system = section(case.system.name)
-    assert of_system is not None
+    assert of_system
     assert of_system.solved is not None
     from plumbob.reports.view.page import filled, written
     from plumbob.reports.view.tables import table

@@ -125,7 +125,7 @@ def _report(
     from plumbob.reports.view.terminal import summary_lines
 
     study = store.load(out / store.FILE, number)
-    assert study is not None
+    assert study
     results = user_results(study, judged)
     page = write_page(study, out, store.history(out / store.FILE))
     if junit:

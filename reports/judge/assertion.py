@@ -85,6 +85,6 @@ def _lines(run: Measurement, judgement: Judgement) -> Iterator[str]:
     yield f"  at {run.step:g}: {judgement.verdict}"
     for name, error in run.errors.items():
         yield f"  {name}: error {error.largest:.3e}"
-        if (bound := judgement.tolerances.get(name)) is not None:
+        if bound := judgement.tolerances.get(name):
             for term in bound.terms:
                 yield f"    {term.value:.3e} {bound.unit}  {term.name}: {term.reason}"

@@ -45,7 +45,7 @@ def unexpected(study: Study, judgements: Judgements) -> list[str]:
     return [
         f"{scene.name} {method.name}"
         for scene, method in product(study.scenes, study.methods)
-        if (judged := judgements.get((scene.name, method.name))) is not None
+        if (judged := judgements.get((scene.name, method.name)))
         and (
             standing(scene, method, judged.whole) == "unexpected"
             or (

@@ -113,7 +113,7 @@ def _slack(run: Measurement, name: str, held: Tolerance) -> Slack:
     error = run.errors[name]
     predicted = error.predicted
     allowed, used = held.bound, error.largest
-    if predicted is not None and error.left_open is not None:
+    if predicted and error.left_open is not None:
         allowed, used = error.left_open, predicted.difference
     return Slack(
         run.method,

@@ -199,7 +199,7 @@ def _adaptive(error: ObservedError, method: Method) -> tuple[Term, ...] | None:
 
 def _double_precision(error: ObservedError, steps: int) -> tuple[Term, ...]:
     moved, what = error.uncertainty, "exact answer"
-    if (predicted := error.predicted) is not None and predicted.uncertainty is not None:
+    if (predicted := error.predicted) and predicted.uncertainty is not None:
         moved, what = predicted.uncertainty, "answer of this step"
     return (
         Term(

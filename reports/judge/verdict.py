@@ -92,7 +92,7 @@ def judged(
     beside = [run for m, run in every if m.step in series.beside]
     runs = [run for _, run in listed]
     several = _Runs([m for m, _ in listed], runs, names, method, tuple(about), beside)
-    result = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)) is not None)
+    result = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)))
     errors = {step: error for run in runs for step, error in run.errors.items()}
     drawn = None if series.drawn is None else judge(series.drawn, system, method, about)
     result = replace(result, cut=series.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
@@ -113,7 +113,7 @@ def judge(
     """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it. `about` are
     the scene's quantities of interest, for the relative error."""
     run = _Run(measurement, system, method)
-    verdict = next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)) is not None)
+    verdict = next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)))
     error = relative_error(measurement, about) if about else math.nan
     errors = {measurement.step: error} if math.isfinite(error) else {}
     return replace(verdict, unjudged=run.unjudged, errors=errors)
@@ -144,7 +144,7 @@ class _Run:
             name: tolerance(self.found, self.method, name, self.units[name])
             for name in self.found.errors
         }
-        return {name: bound for name, bound in held.items() if bound is not None}
+        return {name: bound for name, bound in held.items() if bound}
 
     @cached_property
     def unjudged(self) -> Mapping[str, str]:
@@ -219,7 +219,7 @@ def _says_nothing(run: _Run) -> Judgement | None:
     predicted = error.predicted
     exactly = predicted is not None and predicted.for_this_step
     allowed = error.model_error if exactly else run.tolerances[name].bound
-    if predicted is not None and predicted.uncertainty is not None:
+    if predicted and predicted.uncertainty is not None:
         allowed = run.tolerances[name].bound - predicted.largest
     if not 0.0 < error.scale <= allowed:
         return None
@@ -317,7 +317,7 @@ def _does_not_run(several: _Runs) -> Judgement | None:
 def _drops(several: _Runs) -> Judgement | None:
     """An observable that an engine leaves out is no known limit."""
     dropped = (_dropped(m, several.observables) for m in several.found)
-    return next((judgement for judgement in dropped if judgement is not None), None)
+    return next(filter(None, dropped), None)
 
 
 def _without_theory(several: _Runs) -> Judgement | None:
@@ -325,7 +325,7 @@ def _without_theory(several: _Runs) -> Judgement | None:
     if not unpredicted(several.found, several.method):
         return None
     result = convergence(several.found, several.quantities)
-    if result.verdict is None and (diverged := several.first("diverged")) is not None:
+    if result.verdict is None and (diverged := several.first("diverged")):
         return diverged
     return Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
 

@@ -107,7 +107,7 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
     values: dict[str, list[str]] = {}
     key = ""
     for line in filter(str.strip, block.splitlines()):
-        if (match := KEY.match(line)) is not None:
+        if match := KEY.match(line):
             key = match[1]
             values.setdefault(key, []).append(line[match.end() :].strip())
         elif key:

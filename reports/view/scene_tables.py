@@ -53,9 +53,9 @@ def cost(convergence: Series, costs: Mapping[str, Cost], methods: Methods) -> Ta
     """Cost of a step, in ns and in reference step times; None where nothing was timed."""
     timed = []
     for c in convergence:
-        if (of := costs.get(c.method)) is not None:
+        if of := costs.get(c.method):
             at, ns, run = "", 0.0, timed_run(c, methods[c.method])
-            if run is not None and run.steps:
+            if run and run.steps:
                 at = notation.step(run.step, methods[c.method].control)
                 ns = run.steps * of.ns_per_step / run.duration
             timed.append((c.method, of, at, ns))

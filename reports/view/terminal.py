@@ -103,7 +103,7 @@ def _row(
     means = standing(scene, method, result)
     mark = {"known limit": " (known)", "unexpected": " (UNEXPECTED)"}.get(means, "")
     cells = [method.name, f"{result.verdict}{mark}", "", "", "", ""]
-    if (shown := reference_run(ran.measurements, method)) is not None:
+    if shown := reference_run(ran.measurements, method):
         cells[2], cells[3] = _error(shown, about), notation.step(shown.step, method.control)
         if cost and shown.duration:
             cells[5] = notation.times_real(cost.ns_per_step * shown.steps / shown.duration)
@@ -115,7 +115,7 @@ def _row(
         return cells
     best = min(result.errors, key=lambda step: result.errors[step], default=None)
     least = ["", ""]
-    if best is not None:
+    if best:
         least = [notation.number(result.errors[best], 2), notation.step(best, method.control)]
     return [*cells, f"{cost.ns_per_step:.0f} ns" if cost else "", *least]
 

@@ -62,4 +62,4 @@ def tightness_tables(every: Sequence[Tightness]) -> tuple[Table, ...]:
         table_or_none("tightness", every=every, bound_only=bound_only, round_offs=ROUND_OFFS)
         for bound_only in (False, True)
     )
-    return tuple(written for written in both if written is not None)
+    return tuple(filter(None, both))

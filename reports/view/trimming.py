@@ -42,7 +42,7 @@ def trimming(study: Study, scene: Scene) -> Table | None:
     one method of each scheme; None where MuJoCo does not run the scene."""
     asked = _of_scene(scene, [m for m in study.methods if meant(m, scene)])
     timings = [(request.method, study.answer(request)) for request in asked]
-    done = [(method, timed) for method, timed in timings if timed is not None]
+    done = [(method, timed) for method, timed in timings if timed]
     if not done:
         return None
     rows = [
@@ -55,5 +55,5 @@ def trimming(study: Study, scene: Scene) -> Table | None:
 def _as_in_the_study(timed: Trimming, cost: Cost | None) -> tuple[float, float, float]:
     """The three costs [ns] in the proportion that was timed here, as run at the cost that the study
     has of the method: the page has one cost of a method on a scene."""
-    scale = cost.ns_per_step / timed.ns_trimmed if cost is not None else 1.0
+    scale = cost.ns_per_step / timed.ns_trimmed if cost else 1.0
     return scale * timed.ns_default, scale * timed.ns_flags, scale * timed.ns_trimmed

@@ -45,7 +45,7 @@ def lines(results: Sequence[UserResult]) -> list[str]:
             head: [
                 (choice, _factor(choice, result))
                 for choice in dict.fromkeys((kind.here, kind.anywhere))
-                if choice is not None
+                if choice
             ]
             for head, kind in kinds.items()
         }

@@ -215,7 +215,7 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     chosen = ["--scenes", "cone-pendulum/deep-well", "--methods", "ode/rk4", "--jobs", "1"]
     assert main(["validate", *chosen, "--out", str(tmp_path)]) == 0
     study = store.load(tmp_path / store.FILE)
-    assert study is not None
+    assert study
     (old,) = [a for a in study.analyses if a.template == "cone_pendulum/equilibria"]
     lacking = replace(old, numbers={n: v for n, v in old.numbers.items() if n != "fork"})
     analyses = tuple(lacking if a is old else a for a in study.analyses)

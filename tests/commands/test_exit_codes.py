@@ -65,7 +65,7 @@ def test_a_study_is_kept_when_its_page_fails(
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     found = re.search(r"the study is stored: `plumbob (.*)` draws its page$", err.strip())
-    assert found is not None
+    assert found
     assert not (out / "index.html").exists()
     assert main(shlex.split(found[1])) == 0
     assert (out / "index.html").exists()

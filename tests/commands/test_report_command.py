@@ -50,7 +50,7 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
 @pytest.mark.long
 def test_any_study_by_its_number(out: Path, tmp_path: Path, capsys: Capture) -> None:
     study = store.load(out / store.FILE, 1)
-    assert study is not None
+    assert study
     assert [store.save(study, tmp_path / store.FILE) for _ in range(2)] == [1, 2]
     assert main(["report", str(tmp_path), "--study", "1"]) == 0
     assert (tmp_path / "index.html").read_bytes() == (out / "index.html").read_bytes()

@@ -266,7 +266,7 @@ def states(name: str, time: float) -> tuple[Array, Array]:
     case, scene = case_of(find_scene(name)), find_scene(name)
     first = shown_runs(StudyPlan("quick", (scene,), plan().methods), scene)[0]
     run = recorded().answer(first.run)
-    assert run is not None
+    assert run
     names = ("theta", "theta_dot")
     seen, now = case.reference.observe(run.times), case.reference.observe(np.array([time]))
     apart = [np.interp(time, run.times, run.observables[n] - seen[n]) for n in names]

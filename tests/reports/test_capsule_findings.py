@@ -53,7 +53,7 @@ def column(table: Table, head: str) -> dict[str, float]:
 
 
 def known(found: Finding | None) -> Finding:
-    assert found is not None
+    assert found
     return found
 
 
@@ -218,7 +218,7 @@ def test_hard_case() -> None:
 
 def findings_of(system: str, given: Study) -> Sequence[Finding]:
     own = section(system)
-    assert own is not None
+    assert own
     return formed_of(own, declared(given, own.requests))
 
 
@@ -235,7 +235,7 @@ def test_drift_of_stiction() -> None:
 def test_repeated_manoeuvres() -> None:
     ran = study("capsule-train/ten", 1e-3)
     found = capsule_train.numbers(ran)
-    assert found is not None
+    assert found
     totals = {total.method: total for total in found.totals}
     reduced = totals["mujoco/euler+reduced"]
     assert reduced.error == pytest.approx(reduced.predicted, rel=0.01)
@@ -280,7 +280,7 @@ def test_what_sizes_an_actuator() -> None:
 def test_the_exact_condition_for_contact_and_beyond() -> None:
     ran = declared(study(LINE, 1e-3), tipping.requests)
     numbers = tipping.numbers(ran)
-    assert numbers is not None
+    assert numbers
     assert numbers.reach == pytest.approx(4.33, abs=5e-3)
     motions = (numbers.check, numbers.edge, numbers.outside)
     inside = [(motion.com_inside, motion.slider_inside) for motion in motions]
@@ -289,8 +289,8 @@ def test_the_exact_condition_for_contact_and_beyond() -> None:
     assert len(numbers.errors) == 2
     assert max(map(abs, numbers.errors.values())) < 2e-4  # eq. 22 holds there as well
     held, tipped = (ran.answer(one) for one in (tipping.INSIDE, tipping.TIPPED))
-    assert held is not None
-    assert tipped is not None
+    assert held
+    assert tipped
     assert held.channels["contacts"].min() == 3
     assert abs(held.channels["vertical_displacement"]).max() < 1e-9
     lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
@@ -314,7 +314,7 @@ def test_the_reference_refuses_what_tips() -> None:
 def test_engines_at_the_fastest_manoeuvres() -> None:
     ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), mean_speed.requests)
     found = mean_speed.numbers(ran)
-    assert found is not None
+    assert found
     assert found.limit == pytest.approx(0.054, abs=5e-4)
     assert found.checked < found.pushed < found.limit < found.most
     assert [run.method for run in found.runs] == [*mean_speed.METHODS]

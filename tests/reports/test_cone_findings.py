@@ -121,7 +121,7 @@ def test_when_a_drift_exceeds_the_oscillation_of_others_is_said() -> None:
 @pytest.mark.long
 def test_errors_grow_at_the_saddle_s_rate() -> None:
     growth = energy.saddle_numbers(quick(), find_scene("cone-pendulum/above-barrier-1e-6"))
-    assert growth is not None
+    assert growth
     fitted = [run.rate for run in growth.runs if run.rate is not None]
     assert len(fitted) >= 3
     # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates in it.
@@ -175,7 +175,7 @@ def test_finding_work_of_the_drive() -> None:
     work = drive_work.numbers(declared(nothing(), drive_work.requests))
     assert work.constant < 1e-9
     mujoco = work.mujoco
-    assert mujoco is not None
+    assert mujoco
     # the platform's rate changes by 2.4e-7 of 26 rad/s: 1e-8 of T; its energy has 4e-6 J of digits
     assert mujoco.gap < 1e-4
     assert mujoco.supplied_gap < 1e-3

@@ -41,7 +41,7 @@ def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platfor
     """6 for the distance, and two for the way there and back; 81 rad in all for the platform."""
     assert hard_cases.lost_by_motion(quick(), find_scene(SADDLE)) == pytest.approx(7.9, abs=0.2)
     platform = hard_cases.lost_by_motion(quick(), find_scene("cone-pendulum/fast-platform"))
-    assert platform is not None
+    assert platform
     assert platform < 5.0
 
 
@@ -51,8 +51,8 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> Non
     study = quick()
     hard = [scene for scene in study.scenes if scene.hard]
     table, alone = (cases(study, of) for of in (hard, [find_scene(SADDLE)]))
-    assert table is not None
-    assert alone is not None
+    assert table
+    assert alone
     assert table.heads == alone.heads
     names = [row[0].text for row in table.rows]
     assert [name for name in names if "/" in name and name.startswith("cone-")] == [
@@ -82,7 +82,7 @@ def limited(step: float) -> tuple[StepRange, str]:
     study = replace(study, extras={StepPrediction(SWING, EULER): prediction})
     ranges = step_ranges(study, scene)
     table = cases(study, [scene])
-    assert table is not None
+    assert table
     (row,) = [row for row in table.rows if row[0].text == EULER]
     (of,) = [of for of in ranges if of.method == EULER]
     return of, " ".join(cell.text for cell in row)
@@ -128,6 +128,6 @@ def test_the_first_screen_says_the_stored_limit(step: float, monkeypatch: Patch)
     prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
     study = replace(quick(), extras={StepPrediction(SWING, EULER): prediction})
     shown = of_index.largest_step(study)
-    assert shown is not None
+    assert shown
     assert shown.default.text == f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
     assert f"{step:g}; 0.002" in [cell.text for cell in shown.table.rows[0]]

@@ -155,7 +155,7 @@ def test_every_case_has_its_plots() -> None:
 
 def test_orders_are_those_predicted() -> None:
     found = orders.orders(study())
-    assert found is not None
+    assert found
     for fit in (fit for fits in found.scenes.values() for fit in fits.values() if fit):
         assert fit.observed.low <= fit.observed.slope <= fit.observed.high
         # terms beyond the four, and the nonlinear part at the coarsest steps
@@ -237,7 +237,7 @@ def test_next_to_the_top() -> None:
     for k, start in starts.items():
         assert abs(start.distance) <= half_ulp * 10.0**k * 1.01
     found = exactness.top_growth(study(), find_scene("simple-pendulum/near-top-1e-6"))
-    assert found is not None
+    assert found
     rates = [run.rate for run in found.runs if run.rate is not None]
     # within 0.25 rad of the top the motion is linear in the distance to 3 %; it stays 4.1 s, the
     # rates are fitted to the second half, and a scheme's own error grows as t e^(rate t)
@@ -299,7 +299,7 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model() -> None:
     (how,) = find_methods(claims.MUJOCO)
     found = convergence_study(scene, how, 10_000, (1e-2, 5e-3))
     finest = claims.smallest_error(replace(ran, convergence=(found,)))
-    assert finest is not None
+    assert finest
     error, step = finest
     assert step == 5e-3
     assert error < 1e-6
@@ -328,12 +328,12 @@ def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravi
     def read(method: str) -> bob.Accelerometer | None:
         request = replace(bob.ACCELEROMETER, method=method)
         run = request.made(find_scene(request.scene), find_method(method))
-        assert run is not None
+        assert run
         return bob.readings(run)
 
     found, coarse = read(bob.ACCELEROMETER.method), read("mujoco/euler")
-    assert found is not None
-    assert coarse is not None
+    assert found
+    assert coarse
     assert found.gap < 1e-8  # the error of theta is 3e-10 rad, and (dθ/dt)² is up to 29.4 /s²
     assert found.along == pytest.approx(2 * 9.8 * 1.5, rel=1e-5)  # energy, from -120 deg to hanging
     assert found.reads_across < 1e-12

@@ -24,7 +24,7 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
     run = run_plan(found, short, FEET, 2e-4)
     assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
     last, parts = run.after[-1], by_kind(found, run.after)
-    assert last is not None
+    assert last
     for name in ("x", "y", "heading"):
         assert sum(getattr(off, name) for off in parts.values()) == pytest.approx(
             getattr(last, name),

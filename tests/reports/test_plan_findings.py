@@ -18,13 +18,13 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(open_loop, "QUICK", (FEET,))
     ran = declared(measured(SHOWN, (FEET,)), open_loop.requests)
     reached = poses.numbers(ran)
-    assert reached is not None
+    assert reached
     assert reached.worst < 1e-6
     assert reached.least_factor > 1.3
     (drawn,) = written(path.PATH.template, plain(path.numbers(ran)))
     assert len(drawn.figures) == 3
     ended = open_loop.numbers(ran)
-    assert ended is not None
+    assert ended
     for run in ended.runs:
         assert run.end.distance < 2e-4
         assert run.parts["slow"].distance < 1e-4 * run.end.distance
@@ -38,7 +38,7 @@ def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = legs.SCENES[1]
     ran = declared(measured(shown, (FEET,)), legs.requests)
     found = legs.numbers(ran)
-    assert found is not None
+    assert found
     assert len({(along.plan.legs, along.plan.arc) for along in found.curves}) == 6
     assert found.worst < 1e-12
     assert [run.method for run in found.runs] == [*legs.METHODS] * 3

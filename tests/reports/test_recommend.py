@@ -86,14 +86,14 @@ def test_an_accidental_zero_is_not_recommended() -> None:
         return 1e-12 if h == 1e-3 else h
 
     choice = cheapest(one(FIRST, error), 2.5e-4).choice
-    assert choice is not None
+    assert choice
     assert choice.step == 2e-4
 
 
 def test_nothing_is_extrapolated() -> None:
     study = one(FOURTH, lambda h: 1e6 * h**4)
     within_all = cheapest(study, 1e6).choice
-    assert within_all is not None
+    assert within_all
     assert (within_all.step, within_all.measured) == (STEPS[0], True)
     beyond = cheapest(study, 1e-15)
     assert beyond.choice is None
@@ -104,7 +104,7 @@ def test_nothing_is_extrapolated() -> None:
 def test_a_run_that_diverged_bounds_the_step() -> None:
     study = one(FOURTH, lambda h: math.inf if h > 1e-3 else 1e6 * h**4)
     choice = cheapest(study, 1e3).choice
-    assert choice is not None
+    assert choice
     assert (choice.step, choice.measured) == (1e-3, True)
 
 
@@ -113,7 +113,7 @@ def test_adaptive_solvers_are_asked_for_what_was_run() -> None:
     jumpy = dict(zip(chosen_step_sizes, (1e-2, 3e-4, 1e-3, 1e-5, 1e-6), strict=True))
     study = made_up([(ADAPTIVE, chosen_step_sizes, jumpy.__getitem__)])
     choice = cheapest(study, 5e-4).choice
-    assert choice is not None
+    assert choice
     assert (choice.step, choice.measured) == (1e-6, True)
 
 
@@ -170,7 +170,7 @@ def test_the_error_is_relative_to_the_scale() -> None:
     tenth = {SCENE: (Quantity("theta", 10.0),)}
     plain = cheapest(study, 1e-3).choice
     scaled = cheapest(replace(study, interest=tenth), 1e-3)
-    assert plain is not None
+    assert plain
     assert scaled.choice is not None
     assert scaled.choice.step == pytest.approx(10.0 * plain.step, rel=0.1)
     assert scaled.observable == "theta"
@@ -227,10 +227,10 @@ def _named(found: Recommendation) -> list[Choice]:
 def test_a_limit_of_stability_limits_the_step() -> None:
     study = one(FOURTH, lambda h: 1e6 * h**4)
     near, far = (cheapest(_limited(study, step), 1e6).choice for step in (6e-3, 1.0))
-    assert near is not None
+    assert near
     assert (near.step, near.limited) == (2e-3, True)
     assert near.margin == pytest.approx(3.0)
-    assert far is not None
+    assert far
     assert (far.step, far.limited) == (5e-3, False)
     assert far.margin == pytest.approx(200.0)
     never, bound = (
@@ -238,7 +238,7 @@ def test_a_limit_of_stability_limits_the_step() -> None:
         for step, measured in ((math.inf, False), (6e-3, True))
     )
     for free in (never, bound):
-        assert free is not None
+        assert free
         assert (free.step, free.limit, free.limited) == (5e-3, None, False)
     none = cheapest(_limited(study, 0.0), 1e6)
     assert (none.choice, none.best) == (None, None)

@@ -43,7 +43,7 @@ def by_name() -> dict[str, Method]:
 
 def texts(table: Table | None) -> dict[str, list[str]]:
     """The cells of a table by their head, a list each."""
-    assert table is not None
+    assert table
     rows = [[cell.text for cell in row] for row in table.rows]
     columns = list(zip(*rows, strict=True))
     return {head: list(column) for head, column in zip(table.heads, columns, strict=True)}
@@ -101,7 +101,7 @@ def test_a_rounding_of_zero_is_no_failure() -> None:
     heading = found.errors["heading"]
     assert heading.scale == 0.0
     allowed = tolerance(found, how, "heading", "rad")
-    assert allowed is not None
+    assert allowed
     level = round_off(found, "heading", units)
     assert 0.0 < heading.largest < level < 1e-13
     assert exceeded(found, "heading", allowed, units) is None
@@ -155,7 +155,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     findings: list[Finding],
 ) -> None:
     table = top_tables.sources(findings)
-    assert table is not None
+    assert table
     assert table.folded
     known = {finding.name: finding.title for finding in findings}
     for source, place, text, said, ours, verdict, link in table.rows:
@@ -185,7 +185,7 @@ def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findin
 
     late, early = (NOTEBOOK, "case 1"), (SUDAKOV, "(1)")
     table = top_tables.sources([stating("a", late, (CHERNOUSKO, "elsewhere")), stating("b", early)])
-    assert table is not None
+    assert table
     assert [line[1].text for line in table.rows] == ["(1)", "case 1", "elsewhere"]
     assert [line[6].link for line in table.rows] == ["b", "a", "a"]
 
@@ -195,7 +195,7 @@ def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
 ) -> None:
     (claims,) = (finding for finding in findings if finding.name == "claims")
     table = top_tables.sources([claims])
-    assert table is not None
+    assert table
     assert {line[6].link for line in table.rows} == {"claims"}
 
 

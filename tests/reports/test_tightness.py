@@ -29,7 +29,7 @@ def test_what_is_round_off_is_counted_apart() -> None:
 
 def test_a_spread() -> None:
     found = spread([float(i) for i in range(1, 12)])
-    assert found is not None
+    assert found
     assert (found.median, found.most, found.worst) == (6.0, 10.0, 11.0)
     assert spread([]) is None
 

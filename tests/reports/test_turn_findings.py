@@ -35,7 +35,7 @@ def study(scene: str, methods: tuple[str, ...], *steps: float) -> Study:
 
 
 def known(found: Finding | None) -> Finding:
-    assert found is not None
+    assert found
     return found
 
 
@@ -58,7 +58,7 @@ def test_second_order_of_the_formula() -> None:
 def test_angle_and_the_required_accuracy() -> None:
     given = study("capsule-turn/0.3", (EULER,))
     found = body_angle.angles(given)
-    assert found is not None
+    assert found
     good = {(e.epsilon, e.method): e.largest <= found.asked for e in found.errors}
     for epsilon in (0.3, 0.03):
         assert good[epsilon, "mujoco/rk4+coulomb"]
@@ -75,7 +75,7 @@ def test_angle_and_the_required_accuracy() -> None:
 @pytest.mark.long
 def test_leak() -> None:
     found = body_angle.leak(study("capsule-turn/0.3", (EULER,)))
-    assert found is not None
+    assert found
     assert found.epsilons[1] == 0.03
     small = {name: sizes[1] for name, sizes in found.ratios.items()}
     assert small.pop(EULER) == pytest.approx(1.0, abs=6e-3)  # friction, and the step's square
@@ -85,7 +85,7 @@ def test_leak() -> None:
 def test_contact_deflection() -> None:
     step = turn(0.03).half_time / 800
     found = body_angle.deflection(study("capsule-turn/0.03", (EULER, DEFAULT), step))
-    assert found is not None
+    assert found
     good, bad = found.rows
     assert good.force == pytest.approx(3805.17 / 0.09, rel=0.01)  # as epsilon^-2, of that at 0.1
     assert good.vertical < 1e-14 < 1e-3 < bad.vertical
@@ -126,7 +126,7 @@ def test_spin() -> None:
         measured("capsule-coast/spin", (EULER, DEFAULT), *steps), capsule_coast.spin_requests
     )
     found = capsule_coast.spin(given)
-    assert found is not None
+    assert found
     euler, default = found.methods
     assert euler.slope == pytest.approx(-2.191, abs=6e-4)
     for step, ratio in zip(steps, euler.ratios, strict=True):  # of first order, and its second

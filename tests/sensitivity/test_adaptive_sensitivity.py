@@ -41,7 +41,7 @@ def test_a_second_run_that_is_no_better_bounds_nothing(monkeypatch: Patch) -> No
 def test_the_second_run_is_the_most_exact_of_its_engine() -> None:
     case = case_of(scene(SWING))
     second = confirming(case, method("ode/radau"))
-    assert second is not None
+    assert second
     off = second.observables["theta"] - case.reference.observe(second.times)["theta"]
     assert np.abs(off).max() < 1e-10
 

@@ -203,7 +203,7 @@ def test_a_wrong_parameter(
     found, _ = run_of(how, right, step)
     if wrong.stepped:
         predicted = found.errors["theta"].predicted
-        assert predicted is not None
+        assert predicted
         assert predicted.uncertainty is not None
     assert verdict(found, how) == "predicted"
     assert verdict(run_of(how, right, step, other)[0], how) == "off-prediction"

@@ -231,7 +231,7 @@ def test_an_error_that_crosses_zero_is_shown_beside_it(
 ) -> None:
     found = _at_steps(study, runs)
     shown = matrix.at_reference(found, find_method(DEFAULT), _about(study, LINE))
-    assert shown is not None
+    assert shown
     assert shown.text == text
 
 
@@ -243,7 +243,7 @@ def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None
         judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, runs)
         one = replace(found, method=CONVERGENT)
         shown = matrix.shown(study, one, find_method(CONVERGENT), judged)
-        assert shown is not None
+        assert shown
         assert shown[0].cell(1e-3) == f"{sign} 20 %"
 
 
@@ -269,13 +269,13 @@ def test_a_cell_has_the_error_at_other_steps(study: Study) -> None:
     for coarse, largest in ((0.3, 2e-3), (0.009, 1e-2)):
         found = _at_steps(study, {1e-2: coarse, 2e-3: 0.009, 1e-3: 0.007, 5e-4: 0.004})
         cells = matrix.shown(study, found, find_method(DEFAULT), judged)
-        assert cells is not None
+        assert cells
         assert cells[2] is not None
         assert [cell.step for cell in cells if cell] == [1e-3, 2e-3, largest]
         assert cells[1].cell(2e-3) == "= 0.9 %"
     found = _at_steps(study, {1e-2: 0.3, 2e-3: 0.009, 1e-3: 0.3, 5e-4: 0.03})
     cells = matrix.shown(study, found, find_method(DEFAULT), judged)
-    assert cells is not None
+    assert cells
     assert cells[2] is None
 
 
@@ -306,7 +306,7 @@ def test_a_method_has_one_cost_on_a_scene(study: Study) -> None:
     assert all("1.4 times" in s.cost for s in contacts.pasted.settings.snippets)
     scene = next(s for s in study.scenes if s.name == LINE)
     trimmed = trimming(changed, scene)
-    assert trimmed is not None
+    assert trimmed
     as_run = {row[0].text: row[3].text for row in trimmed.rows}
     assert as_run[DEFAULT] == "6686"
 

@@ -220,7 +220,7 @@ def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path)
     ]
     history = dict(enumerate(made, 1))
     found = versions(history, "my out")
-    assert found is not None
+    assert found
     assert found.command == "plumbob compare 'my out#1' 'my out#3' --page compared.html"
     assert [[cell.text for cell in line] for line in found.table.rows] == [
         ["3", "day 2", "3.17.0"],

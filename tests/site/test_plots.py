@@ -115,7 +115,7 @@ def test_a_legend_below_and_names_at_ends_and_a_map_are_apart_too(
 
 def _svg(of: Figure, *chosen: str) -> str:
     drawn = drawing(of, chosen)
-    assert drawn is not None
+    assert drawn
     return drawn.svg
 
 
@@ -179,7 +179,7 @@ def test_pictures_inside_a_page_are_no_files() -> None:
     assert address.startswith("data:image/svg+xml,")
     assert not set('<>"#&') & set(address)
     assert inside.files == {}
-    assert size is not None
+    assert size
     address, _ = beside.picture(drawn, ())
     assert beside.files[address.removeprefix("folder/")].decode() == size.svg
     nothing: Any = replace(drawn, traces=({**drawn.traces[0], "x": [None], "y": [None]},))

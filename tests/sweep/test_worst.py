@@ -59,7 +59,7 @@ def test_the_worst_heading_for_default_contacts() -> None:
 def test_a_wrong_exact_answer_is_not_confirmed(factor: float, certain: bool) -> None:
     case = spoilt(case_of(scene("capsule-line", {"heading": math.pi / 4})), factor)
     held = certificate(case, EULER)
-    assert held is not None
+    assert held
     assert (held.distance <= SURE * 0.34) is certain
 
 

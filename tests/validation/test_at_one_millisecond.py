@@ -181,10 +181,10 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
     default, euler, rk4 = first_screen.WITH_CONTACTS
     line = [s.name for s in study.scenes if s.system == "capsule-line" and not apart(s)]
     said = re.search(r"stops with an error of (\S+ %)", text)
-    assert said is not None
+    assert said
     assert says(said[1], max(error(name, euler, STEP) for name in line))
     said = re.search(r"With default contacts the error is (\S+ %) to (\S+ %)", text)
-    assert said is not None
+    assert said
     errors = [error(name, default, STEP) for name in line]
     assert says(said[1], min(errors))
     assert says(said[2], max(errors))
@@ -193,16 +193,16 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
     for number, scene, method in named:
         assert says(number, error(scene, method or rk4, STEP)), (number, scene, method)
     held = re.search(r"leaves RK4 an error of (\S+ %?), set for the middle (\S+(?: %)?)\.", text)
-    assert held is not None
+    assert held
     for number, method in zip(held.groups(), first_screen.HELD, strict=True):
         assert says(number, error(first_screen.FORCED, method, STEP)), (number, method)
 
 
 def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
     isotropy = headings.isotropy(declared(nothing(), headings.heading_runs))
-    assert isotropy is not None
+    assert isotropy
     assert isotropy.step == STEP
     for heading in (isotropy.best, isotropy.worst):
-        assert heading is not None
+        assert heading
         largest = error(f"capsule-line/heading-{heading.angle:03d}", headings.DEFAULT, STEP)
         assert heading.size == pytest.approx(largest, rel=EQUAL), heading

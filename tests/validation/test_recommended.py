@@ -116,7 +116,7 @@ def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared: Shared) -> No
     (scene,) = scenes("cone-pendulum/rotating-base")
     method = find_method("mujoco/rk4")
     choice = held(scene, wanted, [method], known, shared).choice
-    assert choice is not None
+    assert choice
     study = known[scene.name].study
     assert worst_error(study, scene, method, choice.step) <= wanted
     assert worst_error(study, scene, method, 1.2 * choice.step) > wanted

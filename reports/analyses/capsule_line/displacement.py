@@ -186,7 +186,7 @@ def sawtooth(study: Study) -> Sawtooth | None:
     raised = -deflection_term(LINE, contact_of(LINE, FULL, fine)) / (line.closed.braking * fine**2)
     parabola = _parabola(phases)
     every = [_places(study, name, raised if name == FULL else 0.0) for name in METHODS]
-    methods = tuple(places for places in every if places is not None)
+    methods = tuple(filter(None, every))
     return Sawtooth(phases, parabola, parabola + raised, 8.0 * raised, methods) if methods else None
 
 

@@ -80,7 +80,7 @@ def _errors(study: Study) -> Sequence[ForceError]:
     by_method = list[ForceError]()
     for name in names(study):
         run = measured(study, LINE, name, STEP)
-        if run is not None and (error := run.errors.get("driving_force")) is not None:
+        if run and (error := run.errors.get("driving_force")) is not None:
             unpredicted = error.predicted.beyond if error.predicted else None
             bound = error.model_error if error.model else None
             by_method.append(ForceError(name, error.largest, unpredicted, bound))

@@ -184,7 +184,7 @@ def saving(study: Study) -> Saving | None:
     costs = [
         StepCost(name, cost, cost / known[0], displacement_error(study, LINE, name, SAVING_STEP))
         for pair in _pairs(study.profile)
-        if (known := _costs(study, pair)) is not None
+        if (known := _costs(study, pair))
         for name, cost in zip(pair, known, strict=True)
     ]
     return Saving(tuple(costs), costs[1].relative, 1.0 - costs[1].relative) if costs else None

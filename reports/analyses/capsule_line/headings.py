@@ -67,7 +67,7 @@ def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 def isotropy(study: Study) -> Isotropy | None:
     """Relative error of the displacement at each heading, and its spread."""
-    every = {name: line for name in METHODS if (line := _over_headings(study, name)) is not None}
+    every = {name: line for name in METHODS if (line := _over_headings(study, name))}
     if not every:
         return None
     default, recommended = every.get(DEFAULT), every.get(RECOMMENDED)
@@ -90,7 +90,7 @@ def _run(method: str, angle: int) -> ExtraRun:
 
 def _over_headings(study: Study, method: str) -> Headings | None:
     """The errors of a method; None where it did not run along every heading."""
-    runs = [run for a in ANGLES if (run := study.answer(_run(method, a))) is not None]
+    runs = [run for a in ANGLES if (run := study.answer(_run(method, a)))]
     if len(runs) < len(ANGLES):
         return None
     errors = np.abs([end_error(LINE, run) for run in runs])

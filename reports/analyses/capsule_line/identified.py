@@ -65,7 +65,7 @@ def numbers(study: Study) -> IdentifiedFriction | None:
     fits, true = [], math.nan
     for method, angle in product(METHODS, ANGLES):
         fit = study.answer(_fit(method, angle))
-        if fit is not None:
+        if fit:
             (parameter,) = fit.parameters
             true, bias = parameter.true, parameter.identified / parameter.true - 1.0
             fits.append(Fit(method, angle, parameter.identified, bias, fit.residual))

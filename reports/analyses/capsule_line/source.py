@@ -87,7 +87,7 @@ def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Samp
     the same ones, so that no mark hides another."""
     by_engine = {}
     for place, method in enumerate(ENGINES):
-        if (run := study.answer(ExtraRun(LINE, method, STEP))) is not None:
+        if run := study.answer(ExtraRun(LINE, method, STEP)):
             kept = slice(place * every // 2, None, every)
             shown = {name: run.observables[name][kept] for name in names}
             by_engine[method] = {"times": run.times[kept], **shown}
@@ -112,7 +112,7 @@ def misprints(study: Study) -> Misprints:
     stop = np.array([line.t_star])
     times = np.linspace(0.0, 1.05 * line.t2, 200)
     at_stop = None
-    if (run := study.answer(ExtraRun(LINE, MUJOCO, STEP))) is not None:
+    if run := study.answer(ExtraRun(LINE, MUJOCO, STEP)):
         at_stop = float(np.interp(line.t_star, run.times, run.observables["velocity"]))
     return Misprints(
         printed=float(printed_body_velocity(line, stop)[0]),

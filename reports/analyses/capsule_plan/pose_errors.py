@@ -132,7 +132,7 @@ def open_runs(
 ) -> tuple[OpenRun, ...]:
     """The plans of scenes that methods ran with `step` [s], but those that do not reach an end."""
     every = (_open_run(study, run_of(n, m, step)) for n, m in product(names, methods))
-    return tuple(run for run in every if run is not None)
+    return tuple(filter(None, every))
 
 
 def _open_run(study: Study, request: ExtraRun) -> OpenRun | None:

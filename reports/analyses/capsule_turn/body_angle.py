@@ -87,7 +87,7 @@ class Angles:
 def angles(study: Study) -> Angles | None:
     """Errors at 2 tau and at rest by epsilon and method; None without an engine."""
     rows = [_turn_errors(study, e, name) for e in epsilons(study) for name in METHODS]
-    errors = tuple(row for row in rows if row is not None)
+    errors = tuple(filter(None, rows))
     if not errors:
         return None
     steps = tuple(_step_errors(study, parts) for parts in (PARTS[0], JUDGED, PARTS[-1]))
@@ -173,7 +173,7 @@ class Deflection:
 def deflection(study: Study) -> Deflection | None:
     """Effect of contact deflection on turns; None where the study has no such runs."""
     pairs = [(epsilon, name) for epsilon in epsilons(study) for name in (EULER, DEFAULT)]
-    rows = tuple(row for pair in pairs if (row := _deflected(study, *pair)) is not None)
+    rows = tuple(row for pair in pairs if (row := _deflected(study, *pair)))
     parts = {name: [row for row in rows if row.method == name] for name in (EULER, DEFAULT)}
     if not all(parts.values()):
         return None

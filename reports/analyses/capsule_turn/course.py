@@ -115,7 +115,7 @@ def numbers(study: Study) -> TurnCourse:
         angles,
         1e3 * place.T,
         1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
-        tuple(_samples(method, run) for method, run in runs if run is not None),
+        tuple(_samples(method, run) for method, run in runs if run),
         manoeuvre.half_time / JUDGED,
     )
 

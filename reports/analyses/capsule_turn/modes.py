@@ -129,7 +129,7 @@ def hard_turn(study: Study, scene: Scene) -> HardTurn:
         float(turned.at(scene.duration).heading[0]),
         scene.duration,
         modes_of(turned.single, move.half_time),
-        tuple(ending for ending in endings if ending is not None),
+        tuple(filter(None, endings)),
     )
 
 

@@ -91,7 +91,7 @@ def judged_error(
 ) -> float | None:
     """The error of the body angle [rad] or another observable at 2 tau or at rest, at the step
     judged, from the recorded run where the study has no measurement; None where neither is."""
-    if (run := turn_run(study, epsilon, method, JUDGED, when)) is not None:
+    if run := turn_run(study, epsilon, method, JUDGED, when):
         return run.errors[observable].end
     if _measured_by(plan_of(study), epsilon, method):
         return None
@@ -107,7 +107,7 @@ def order_of(study: Study, epsilon: float, method: str, when: When) -> float | N
     """Observed order of the body angle's error over the finest steps of the study, six at most;
     None from fewer than four."""
     runs = [turn_run(study, epsilon, method, parts, when) for parts in PARTS]
-    sizes = [abs(run.errors["body_angle"].end) for run in runs if run is not None]
-    steps = [1.0 / parts for parts, run in zip(PARTS, runs, strict=True) if run is not None]
+    sizes = [abs(run.errors["body_angle"].end) for run in runs if run]
+    steps = [1.0 / parts for parts, run in zip(PARTS, runs, strict=True) if run]
     fit = fit_order(steps, sizes, [0.0] * len(sizes))
     return None if fit is None else fit.slope

@@ -150,7 +150,7 @@ def _start(study: Study, theta: float, speed: float) -> Start:
     problem, run = started(theta, speed), study.answer(_request(theta, speed))
     motion, drift = problem.motion, None
     period = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
-    if run is not None:
+    if run:
         system = case_of(find_scene(ROTATING)).system
         drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
     energy, times = float(double(motion.energy)), Period(motion.period, period)

@@ -167,12 +167,10 @@ def numbers(study: Study) -> GeneratedSolutions:
         _damped_run(run, method, DECAY / duration)
         for duration in durations
         for method in _methods(study.profile)
-        if (run := study.answer(_damped(method, duration))) is not None
+        if (run := study.answer(_damped(method, duration)))
     )
     drives = tuple(
-        _drive_run(run, inertia)
-        for inertia in INERTIAS
-        if (run := study.answer(_drive(inertia))) is not None
+        _drive_run(run, inertia) for inertia in INERTIAS if (run := study.answer(_drive(inertia)))
     )
     xi, times = DECAY / durations[-1], np.linspace(0.0, durations[-1], 61)
     return GeneratedSolutions(damped, drives, xi, times, averaged(xi).action(times))

@@ -120,7 +120,7 @@ def numbers(study: Study) -> PrintedHamiltonian:
     """Both closed forms beside the recorded runs of the independent methods."""
     both = forms(ROTATING)
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
-    runs = {name: _independent(both, run) for name, run in recorded.items() if run is not None}
+    runs = {name: _independent(both, run) for name, run in recorded.items() if run}
     correct, printed = _closed_form(both.correct), _closed_form(both.printed)
     ends = {"exact": correct.end} | {name: float(run.theta[-1]) for name, run in runs.items()}
     between = both.printed.state(TIMES)[0] - both.correct.state(TIMES)[0]

@@ -71,7 +71,7 @@ def numbers(study: Study) -> Torque:
     growth = explicit_gain(motion, STEP)
     gains = {}
     for when, request in RUNS.items():
-        if (run := study.answer(request)) is not None:
+        if run := study.answer(request):
             values = energy(motion.potential, motion.inertia, run)
             gained = values - values[0]
             rate = float(np.polyfit(run.times, gained, 1)[0])

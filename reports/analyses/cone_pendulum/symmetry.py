@@ -107,11 +107,7 @@ def _unround(
         problem.tilt,
         end_of(problem.reference),
         end_of(without.reference),
-        {
-            name: float(run.observables["theta"][-1])
-            for name, run in recorded.items()
-            if run is not None
-        },
+        {name: float(run.observables["theta"][-1]) for name, run in recorded.items() if run},
     )
 
 

@@ -120,7 +120,7 @@ def numbers(study: Study) -> ModelReaders | None:
     }
     readers = [_fields_read(_reader(e, rule, r, ignoring), r.version) for e, r in every.items()]
     others = [FieldsRead(e, of.version, of.fields) for e, of in KNOWN.items() if e not in every]
-    engines = tuple(dict.fromkeys(r.engine for r, read in results.items() if read is not None))
+    engines = tuple(dict.fromkeys(r.engine for r, read in results.items() if read))
     models = _own_models(results, engines, ignoring) if len(engines) > 1 else ()
     return ModelReaders(fields_stated(rule.fields), tuple(readers), tuple(others), engines, models)
 

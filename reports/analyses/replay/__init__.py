@@ -77,7 +77,7 @@ def replay(study: Study, scene: Scene) -> Replay:
         layers.append(Layer(slot, name, words, *errors_said(picture, samples.channels)))
         coded_layers.append(_deviating(slot, samples))
     compared = None
-    if (beside := companion(scene)) is not None:
+    if beside := companion(scene):
         other = _picture(beside, seconds)
         compared = sampled(other.motion, seconds, other.angles, other.smooth)
         layers.append(Layer("companion", "linear pendulum", "exact, the same start"))

@@ -78,7 +78,7 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     elif DEFAULT_METHOD in known:
         chosen[DEFAULT_METHOD] = "default"
     best = next((name for name in _recommended(scene) if name in known), None)
-    if best is not None:
+    if best:
         chosen[best] = "recommended"
     for name, method in known.items():
         if len(chosen) < 2 and method.engine != EXACT:

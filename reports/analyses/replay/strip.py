@@ -46,7 +46,7 @@ def strip(
         for role, samples in runs:
             if factor * _apart(picture, samples, time) < picture.size:
                 shapes.append(shape(role, _moved(state, at(samples, time), factor), time))
-        if beside is not None:
+        if beside:
             shapes.append(shape("companion", at(beside, time), time))
         moments.append(Moment(time, clock(time), tuple(shapes)))
     return Strip(WIDTH, round(scale * (top - bottom), 1), factor, tuple(moments))

@@ -127,7 +127,7 @@ def predicted_loss(step: float) -> float:
     motion = _motion()
     times = motion.period * np.array([1.0, 3.0])
     closing_rate = scheme("pymunk/default").joint_closing_rate
-    assert closing_rate is not None
+    assert closing_rate
     series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
     first = series.at(closing_rate, times)[1]
     theta, rate = motion.state(times)

@@ -134,8 +134,8 @@ def _start(k: int) -> Start:
     pendulum: SimplePendulum = case(f"{SIMPLE}near-top-1e-{k}").problem
     rounded, motion = pendulum.started, pendulum.elliptic
     beside = rounded.elliptic
-    assert motion is not None
-    assert beside is not None
+    assert motion
+    assert beside
     times = np.linspace(0.0, motion.period, TIMES)
     theta = motion.observe(times)["theta"]
     by_scipy, period = _by_scipy(rounded, times)

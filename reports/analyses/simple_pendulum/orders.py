@@ -91,7 +91,7 @@ def orders(study: Study) -> Orders | None:
     scenes = {}
     for name in (*CASES.values(), *FORCED):
         series = {m: convergence_of(study, SIMPLE + name, m) for m in METHODS}
-        fits = {method: _fitted(of) for method, of in series.items() if of is not None}
+        fits = {method: _fitted(of) for method, of in series.items() if of}
         if any(fits.values()):
             scenes[name] = fits
     methods = tuple(m for m in METHODS if any(m in fits for fits in scenes.values()))
@@ -126,7 +126,7 @@ def order_claims(fits: Orders) -> Sequence[Claim]:
 def held_control(study: Study) -> HeldControl:
     """Orders of the forced case by how the control is read, with what theory says of each."""
     every = {method: _convergence(study, method) for method in READ}
-    return HeldControl({m: _control_order(of) for m, of in every.items() if of is not None})
+    return HeldControl({m: _control_order(of) for m, of in every.items() if of})
 
 
 def _convergence(study: Study, method: str) -> ConvergenceStudy | None:

@@ -78,12 +78,12 @@ def numbers(study: Study) -> RodTension:
     recorded = {request.method: study.answer(request) for request in _drawn()}
     times = np.linspace(0.0, DURATION, 240)
     return RodTension(
-        tuple(entry for entry in every if entry is not None),
+        tuple(filter(None, every)),
         (times, case(SCENES[0]).reference.observe(times)["tension"]),
         {
             method: (run.times[1::6], run.observables["tension"][1::6])
             for method, run in recorded.items()
-            if run is not None
+            if run
         },
     )
 
@@ -99,7 +99,7 @@ def claims(tensions: RodTension) -> Sequence[Claim]:
 def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
     """The errors of a method's runs of a scene; None where one is missing."""
     recorded = [study.answer(request) for request in runs((scene,), (method,), STEPS, DURATION)]
-    sizes = [_sizes(scene, run) for run in recorded if run is not None]
+    sizes = [_sizes(scene, run) for run in recorded if run]
     if len(sizes) < len(STEPS):
         return None
     errors, beside, left = zip(*sizes, strict=True)
