@@ -13,7 +13,6 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.cost import Cost, Key
-from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
@@ -36,26 +35,25 @@ def command(chosen: argparse.Namespace) -> int:
     above = math.inf if chosen.above is None else _fraction(chosen.above)
     file = None if chosen.page is None else html_file("page", chosen.page)
     runs = _benchmark("OLD", chosen.old), _benchmark("NEW", chosen.new)
-    if runs[0] is not None or runs[1] is not None:
-        return _benchmarks(*runs, chosen, above)
+    if runs != (None, None):
+        return _benchmarks(chosen, runs, above)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
     parts = _verdicts(old, new), _presence(old, new), list(_errors(old, new)), _costs(old, new)
+    made = old.provenance, new.provenance
     moved = [row for part in parts for row in part]
-    versions = _versions(old.provenance, new.provenance)
-    grown = [row for row in moved if row["growth"] is not None and row["growth"] > above]
-    _print(chosen.json, (old.provenance, new.provenance), versions, moved, _said)
-    if file is not None:
+    grown = _print(chosen, made, moved, _said, above)
+    if file:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
         ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
         comparison = Comparison(
             (chosen.old, chosen.new),
-            (old.provenance, new.provenance),
-            versions,
+            made,
+            _versions(*made),
             *parts,
             sorted(ran[0] & ran[1]),
             chosen.above or "",
-            len(grown),
+            grown,
         )
         page = write_comparison(comparison, file, _words(chosen))
         if not chosen.json:
@@ -63,7 +61,7 @@ def command(chosen: argparse.Namespace) -> int:
     if any(row["what"] == "verdict" for row in moved):
         return 1
     if grown and not chosen.json:
-        print(f"{len(grown)} errors have grown by more than {chosen.above}")
+        print(f"{grown} errors have grown by more than {chosen.above}")
     return 1 if grown else 0
 
 
@@ -97,24 +95,24 @@ def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
 
 
 def _print(
-    as_json: bool,
-    provenances: tuple[Provenance, Provenance],
-    versions: Sequence[Mapping[str, Any]],
+    chosen: argparse.Namespace,
+    made: tuple[Provenance, Provenance],
     moved: Sequence[Mapping[str, Any]],
     words: Callable[[Mapping[str, Any]], str],
-) -> None:
-    """Print what the old one and the new one were made with, and what has moved."""
-    if as_json:
+    above: float,
+) -> int:
+    """Print what the old one and the new one were made with, and what has moved; returns how many
+    have grown by more than is allowed."""
+    versions = _versions(*made)
+    if chosen.json:
         values.print_json([*versions, *moved])
-        return
-    for name, provenance in zip(("old", "new"), provenances, strict=True):
-        print(f"{name}: {_made_with(provenance)}")
-    for row in versions:
-        print(f"{row['what']}: {row['old']} -> {row['new']}")
-    for row in moved:
-        print(words(row))
-    if not moved:
-        print("nothing has moved")
+    else:
+        for name, provenance in zip(("old", "new"), made, strict=True):
+            print(f"{name}: {_made_with(provenance)}")
+        for row in versions:
+            print(f"{row['what']}: {row['old']} -> {row['new']}")
+        print(*(map(words, moved) if moved else ["nothing has moved"]), sep="\n")
+    return sum(row["growth"] is not None and row["growth"] > above for row in moved)
 
 
 def _said(row: Mapping[str, Any]) -> str:
@@ -126,14 +124,13 @@ def _said(row: Mapping[str, Any]) -> str:
 
 
 def _benchmarks(
-    old: BenchmarkRun | None, new: BenchmarkRun | None, chosen: argparse.Namespace, above: float
+    chosen: argparse.Namespace, runs: tuple[BenchmarkRun | None, BenchmarkRun | None], above: float
 ) -> int:
     """Print which ratios moved; 1 when one got worse by more than is allowed."""
-    for name, text, run in (("OLD", chosen.old, old), ("NEW", chosen.new, new)):
-        if run is None:
-            raise ParameterError(name, text, "a file of benchmarks, as the other one is")
-    assert old is not None
-    assert new is not None
+    old, new = runs
+    if not old or not new:
+        name, text = ("NEW", chosen.new) if old else ("OLD", chosen.old)
+        raise ParameterError(name, text, "a file of benchmarks, as the other one is")
     if chosen.page is not None:
         raise ParameterError("page", chosen.page, "left out: benchmarks have none")
     rows = []
@@ -143,10 +140,7 @@ def _benchmarks(
     names = [[r.name for r in run.ratios] for run in (old, new)]
     rows += [_row(("", ""), name, "measured", "no") for name in names[0] if name not in names[1]]
     rows += [_row(("", ""), name, "no", "measured") for name in names[1] if name not in names[0]]
-    versions = _versions(old.made, new.made)
-    grown = [row for row in rows if row["growth"] is not None and row["growth"] > above]
-    _print(chosen.json, (old.made, new.made), versions, rows, _slower)
-    return int(bool(grown))
+    return int(bool(_print(chosen, (old.made, new.made), rows, _slower, above)))
 
 
 def _slower(row: Mapping[str, Any]) -> str:
@@ -189,41 +183,33 @@ def _study(name: str, text: str) -> Study:
 
 
 def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
-    before, after = _judged(old), _judged(new)
-    return [
-        _row(pair, "verdict", before[pair], after[pair])
-        for pair in after
-        if pair in before and before[pair] != after[pair]
-    ]
-
-
-def _judged(study: Study) -> dict[tuple[str, str], str]:
-    return {pair: judgement.whole.verdict for pair, judgement in judge_study(study).items()}
+    before, after = (
+        {pair: judged.whole.verdict for pair, judged in judge_study(study).items()}
+        for study in (old, new)
+    )
+    both = [pair for pair in after if before.get(pair, after[pair]) != after[pair]]
+    return [_row(pair, "verdict", before[pair], after[pair]) for pair in both]
 
 
 def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
     """The pairs, and the steps of pairs, that one of the studies alone has."""
     before, after = (
-        {(c.scene, c.method): _steps(c.measurements) for c in s.convergence} for s in (old, new)
+        {(c.scene, c.method): [m.step for m in c.measurements] for c in s.convergence}
+        for s in (old, new)
     )
     rows = []
     for pair in dict.fromkeys((*before, *after)):
-        if pair not in after:
-            rows.append(_row(pair, "measured", "yes", "no"))
-        elif pair not in before:
-            rows.append(_row(pair, "measured", "no", "yes"))
-        elif before[pair] != after[pair]:
-            gone, come = (_listed(a[pair], b[pair]) for a, b in ((before, after), (after, before)))
+        had, has = before.get(pair), after.get(pair)
+        if had is None or has is None:
+            there = ("yes", "no") if has is None else ("no", "yes")
+            rows.append(_row(pair, "measured", *there))
+        elif had != has:
+            gone, come = (
+                ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
+                for steps, others in ((had, has), (has, had))
+            )
             rows.append(_row(pair, "steps of one study alone:", gone, come))
     return rows
-
-
-def _steps(runs: tuple[Measurement, ...]) -> tuple[float, ...]:
-    return tuple(m.step for m in runs)
-
-
-def _listed(steps: tuple[float, ...], others: tuple[float, ...]) -> str:
-    return ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
 
 
 def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:
@@ -276,13 +262,6 @@ def _times(past: Cost, cost: Cost) -> float:
 
 def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) -> dict[str, Any]:
     """A line of the answer; `growth` is that of an error, relative to the old one."""
-    short = [f"{v:.6g}" if isinstance(v, float) else v for v in (old, new)]
-    scene, method = pair
-    return {
-        "scene": scene,
-        "method": method,
-        "what": what,
-        "old": short[0],
-        "new": short[1],
-        "growth": growth,
-    }
+    short = (f"{v:.6g}" if isinstance(v, float) else v for v in (old, new))
+    keys = ("scene", "method", "what", "old", "new", "growth")
+    return dict(zip(keys, (*pair, what, *short, growth), strict=True))

@@ -11,7 +11,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import side
+from plumbob.reports.commands.sweep import side, step_sizes
 
 if TYPE_CHECKING:
     from plumbob.engines.box import Side
@@ -29,8 +29,7 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.commands.validate import progress
 
     method, changed = find_method(chosen.method), values.changes(chosen.changes)
-    finest = method.step_sizes[-1:] or (1e-3,)
-    step = values.positive_number("step", chosen.step) if chosen.step else finest[0]
+    (step,) = step_sizes(chosen.step and [chosen.step], method)
     noise = values.number("noise", chosen.noise)
     if noise < 0.0:
         raise ParameterError("noise", chosen.noise, "0 or greater")

@@ -18,6 +18,7 @@ INCOMPLETE = 3
 
 if TYPE_CHECKING:
     from plumbob.engines.box import Side
+    from plumbob.engines.method import Method
     from plumbob.engines.sweep.sweep import Swept
 
 
@@ -34,7 +35,7 @@ def command(chosen: argparse.Namespace) -> int:
     varied = [side("vary", text, counted=True) for text in chosen.vary]
     counts = [values.count(axis.name, count) for axis, count in varied]
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
-    steps = _steps(chosen.step, methods[0].step_sizes)
+    steps = step_sizes(chosen.step, methods[0])
     changed = values.changes(chosen.changes)
     with values.representable(changed):
         around = box(chosen.scene, changed, [axis for axis, _ in varied])
@@ -84,10 +85,11 @@ def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
     return Side(name, *ends, logarithmic), parts[wanted - 1]
 
 
-def _steps(texts: Sequence[str] | None, defaults: Sequence[float]) -> list[float]:
+def step_sizes(texts: Sequence[str] | None, method: Method) -> list[float]:
+    """The steps that are asked for, or else a method's finest; raises ParameterError."""
     if texts:
         return list(dict.fromkeys(values.positive_number("step", text) for text in texts))
-    return [defaults[-1] if defaults else 1e-3]
+    return [*(method.step_sizes or (1e-3,))[-1:]]
 
 
 def _write_csv(file: Path, swept: Swept) -> None:

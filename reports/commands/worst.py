@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import side
+from plumbob.reports.commands.sweep import side, step_sizes
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -31,8 +31,7 @@ def command(chosen: argparse.Namespace) -> int:
     sides = [side("within", text)[0] for text in chosen.within]
     method, changed = find_method(chosen.method), values.changes(chosen.changes)
     budget = values.count("budget", chosen.budget)
-    finest = method.step_sizes[-1:] or (1e-3,)
-    step = values.positive_number("step", chosen.step) if chosen.step else finest[0]
+    (step,) = step_sizes(chosen.step and [chosen.step], method)
     with values.representable(changed):
         around = box(chosen.scene, changed, sides)
     runnable(around, [method])
