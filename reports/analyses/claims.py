@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
@@ -37,6 +38,11 @@ def between(what: str, measured: float, low: float, high: float, unit: str = "")
     """That a figure lies in a range."""
     text = f"{what} is {_with(measured, unit)} and not {number(low)} to {_with(high, unit)}"
     return Claim(text, low <= measured <= high)
+
+
+def as_expected(surprises: Iterable[str]) -> tuple[Claim, ...]:
+    """That nothing is unexpected."""
+    return tuple(Claim(text, False) for text in surprises)
 
 
 def _with(value: float, unit: str) -> str:

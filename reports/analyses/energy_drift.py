@@ -18,7 +18,7 @@ from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.claims import as_predicted
-from plumbob.reports.analyses.measurements import runs, scheme
+from plumbob.reports.analyses.measurements import recordings, runs, scheme
 from plumbob.reports.view.content import Claim
 
 LOST = 0.3  # of the available energy: more than this is not a drift
@@ -82,11 +82,9 @@ def energy_drifts(
     study: Study, asked: EnergyRuns, motion: PendulumMotion, symplectic: Sequence[str], other: str
 ) -> EnergyDrifts:
     """Energy errors of recorded runs of a scene whose exact motion is `motion`."""
-    recorded = {request.method: study.answer(request) for request in asked.requests}
     by_method = {
-        method: energy_drift(motion, method, asked.step, run)
-        for method, run in recorded.items()
-        if run
+        request.method: energy_drift(motion, request.method, asked.step, run)
+        for request, run in recordings(study, asked.requests).items()
     }
     return EnergyDrifts(
         asked.step, asked.duration / asked.step, tuple(symplectic), other, by_method

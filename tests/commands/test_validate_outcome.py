@@ -72,10 +72,10 @@ def test_all_as_expected(validate: Validate) -> None:
         "skipped": str(len(skipped)),
     }
     limit = found.case(LINE, "mujoco/euler").find("skipped")
-    assert limit
+    assert limit is not None
     assert limit.attrib["message"].startswith("known limit, not-converging: contact chatter")
     closed = found.case(TURN, "exact/closed-form").find("skipped")
-    assert closed
+    assert closed is not None
     assert closed.attrib["message"].startswith("unsupported: ")
     assert found.case(CONE, "ode/rk4").find("skipped") is None
     assert "UNEXPECTED" not in found.out
@@ -103,7 +103,7 @@ def test_an_engine_that_refuses_every_model_is_unexpected(
     assert found.code == 1
     for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
         failure = found.case(scene, method).find("failure")
-        assert failure
+        assert failure is not None
         message = "unsupported, expected predicted: the compiler refuses this model"
         assert failure.attrib["message"] == message
         assert f"UNEXPECTED {scene} {method}: unsupported, expected predicted" in found.out
@@ -157,7 +157,7 @@ def test_an_engine_that_is_missing_leaves_the_study_incomplete(
     found = validate(CONE, "mujoco/euler,ode/rk4")
     assert found.code == 3
     missing = found.case(CONE, "mujoco/euler").find("skipped")
-    assert missing
+    assert missing is not None
     assert missing.attrib["message"] == "missing: mujoco is missing"
     # A surprise outweighs what is missing.
     declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))

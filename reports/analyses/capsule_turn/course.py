@@ -14,7 +14,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.capsule_turn.turns import JUDGED, judged_run, name_of, turn
-from plumbob.reports.analyses.measurements import covers, plan_of, problem
+from plumbob.reports.analyses.measurements import covers, plan_of, problem, recordings
 
 EPSILONS = (0.3, 0.1, 0.03)
 DRAWN = EPSILONS[0]  # of the figures: friction is seen there
@@ -106,7 +106,7 @@ def numbers(study: Study) -> TurnCourse:
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
     angles, place = exact_course(DRAWN, PHASES)
-    runs = [(run.method, study.answer(run)) for run in requests(plan_of(study))]
+    recorded = recordings(study, requests(plan_of(study)))
     return TurnCourse(
         tuple(departure(epsilon) for epsilon in EPSILONS),
         PHASES,
@@ -115,7 +115,7 @@ def numbers(study: Study) -> TurnCourse:
         angles,
         1e3 * place.T,
         1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
-        tuple(_samples(method, run) for method, run in runs if run),
+        tuple(_samples(request.method, run) for request, run in recorded.items()),
         manoeuvre.half_time / JUDGED,
     )
 

@@ -14,8 +14,8 @@ from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.claims import as_expected
 from plumbob.reports.judge.gradients import study_gradients
-from plumbob.reports.view.content import Claim
 
 SLIDE, SWING = "capsule-line/heading-030", "linear-pendulum/overdamped"
 TURN, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
@@ -82,11 +82,6 @@ def numbers(study: Study) -> Derivatives | None:
     return Derivatives(tuple(of.record() for of in judged), tuple(surprises))
 
 
-def claims(numbers: Derivatives) -> Sequence[Claim]:
-    """That no derivative is unexpected."""
-    return tuple(Claim(text, False) for text in numbers.surprises)
-
-
 def _interest(scene: Scene) -> tuple[str, ...]:
     case = case_of(scene)
     return tuple(quantity.observable for quantity in case.system.quantities(case))
@@ -97,4 +92,6 @@ def _parameters(scene: Scene) -> list[str]:
     return [*named[:1], *system_of(scene).start[:1]]
 
 
-GRADIENTS = Analysis("engines/gradients", numbers, requests, claims)
+GRADIENTS = Analysis(
+    "engines/gradients", numbers, requests, lambda found: as_expected(found.surprises)
+)

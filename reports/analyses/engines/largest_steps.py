@@ -14,8 +14,8 @@ from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.models.registry import system_of
 from plumbob.models.scene import ON_SUPPORTS
 from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.claims import as_expected
 from plumbob.reports.judge.stability import study_limits
-from plumbob.reports.view.content import Claim
 from plumbob.reports.view.step_ranges import SCENES
 
 # In the quick profile: an equilibrium with every method, and a swing with one of each engine.
@@ -84,9 +84,6 @@ def numbers(study: Study) -> LargestSteps | None:
     return LargestSteps(tuple(limit.record() for limit in judged), tuple(surprises))
 
 
-def claims(numbers: LargestSteps) -> Sequence[Claim]:
-    """That no limit is unexpected."""
-    return tuple(Claim(text, False) for text in numbers.surprises)
-
-
-LARGEST_STEPS = Analysis("engines/largest_steps", numbers, requests, claims)
+LARGEST_STEPS = Analysis(
+    "engines/largest_steps", numbers, requests, lambda found: as_expected(found.surprises)
+)

@@ -11,6 +11,7 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.claims import as_expected
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
@@ -55,7 +56,7 @@ def numbers(study: Study) -> LongRuns | None:
 def claims(numbers: LongRuns) -> Sequence[Claim]:
     """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
     before it."""
-    unexpected = tuple(Claim(text, False) for text in numbers.surprises)
+    unexpected = as_expected(numbers.surprises)
     times = {run["method"]: [level["measured"] for level in run["times"]] for run in numbers.runs}
     if not {"ode/rk4", "ode/leapfrog"} <= set(times):
         return unexpected

@@ -13,7 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.claims import clear
-from plumbob.reports.analyses.measurements import Curve, case, runs
+from plumbob.reports.analyses.measurements import Curve, case, recordings, runs
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
 from plumbob.reports.view.content import Claim
 
@@ -75,15 +75,13 @@ def numbers(study: Study) -> RodTension:
     """The errors of the tension by scene and method, and its course in the first scene."""
     pairs = [(scene, method) for scene in SCENES for method in METHODS]
     every = [_errors(study, scene, method) for scene, method in pairs]
-    recorded = {request.method: study.answer(request) for request in _drawn()}
     times = np.linspace(0.0, DURATION, 240)
     return RodTension(
         tuple(filter(None, every)),
         (times, case(SCENES[0]).reference.observe(times)["tension"]),
         {
-            method: (run.times[1::6], run.observables["tension"][1::6])
-            for method, run in recorded.items()
-            if run
+            request.method: (run.times[1::6], run.observables["tension"][1::6])
+            for request, run in recordings(study, _drawn()).items()
         },
     )
 
@@ -98,8 +96,8 @@ def claims(tensions: RodTension) -> Sequence[Claim]:
 
 def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
     """The errors of a method's runs of a scene; None where one is missing."""
-    recorded = [study.answer(request) for request in runs((scene,), (method,), STEPS, DURATION)]
-    sizes = [_sizes(scene, run) for run in recorded if run]
+    recorded = recordings(study, runs((scene,), (method,), STEPS, DURATION))
+    sizes = [_sizes(scene, run) for run in recorded.values()]
     if len(sizes) < len(STEPS):
         return None
     errors, beside, left = zip(*sizes, strict=True)
