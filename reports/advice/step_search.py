@@ -346,19 +346,19 @@ def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
     """Whether the runs that check a step are short enough."""
     if evidence.seconds <= 0.0:
         return False
+    longest = max(scene.duration for scene in evidence.scenes)
+    checks, timed, most = 1.0 + len(FEW), step, 1.0  # times as many steps
     if method.control == "tolerance":
         near = [h for h in evidence.common(method, math.inf) if evidence.cost(method, h) > 0.0]
         if step < _TIGHTEST or not near:
             return False
-        nearest = min(near, key=lambda h: abs(math.log(h / step)))
-        most = max(1.0, (nearest / step) ** _STEEPEST)  # times as many steps
-        length = sum(scene.duration for scene in evidence.scenes)
-        each = 1e-9 * evidence.cost(method, nearest) * most * length
-        return step in near or each * (1 + len(FEW) + len(MORE)) <= evidence.seconds
-    counts = [scene.duration / step for scene in evidence.scenes]
-    seconds = 1e-9 * evidence.price(method) * sum(counts) * (1 + len(FEW))
-    known = all(step in evidence.of(scene, method) for scene in evidence.scenes)
-    return known or (max(counts) <= _MOST and seconds <= evidence.seconds)
+        timed = min(near, key=lambda h: abs(math.log(h / step)))
+        checks, most = checks + len(MORE), max(1.0, (timed / step) ** _STEEPEST)
+    elif longest / step > _MOST:
+        checks = math.inf
+    length = sum(scene.duration for scene in evidence.scenes)
+    seconds = 1e-9 * evidence.cost(method, timed) * most * length * checks
+    return step in evidence.common(method, math.inf) or seconds <= evidence.seconds
 
 
 def _holds(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from plumbob.engines.study.provenance import PACKAGES, PEERS, Provenance
@@ -26,25 +26,15 @@ class Versions:
 def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
     """The versions installed for each study of the store in `folder`, the newest first; None where
     all had the same engines. `history` has the studies by number."""
-    had = {number: _engines(source) for number, source in history.items()}
-    names = [n for n in ENGINES if len({each.get(n, UNKNOWN) for each in had.values()}) > 1]
+    made = dict(sorted(history.items(), reverse=True))
+    names = [n for n in ENGINES if len({of.versions.get(n, UNKNOWN) for of in made.values()}) > 1]
     if not names:
         return None
-    rows = [
-        (number, history[number].date, [each.get(name, UNKNOWN) for name in names])
-        for number, each in sorted(had.items(), reverse=True)
-    ]
-    newest = max(had)
-    older = max(n for n, each in had.items() if _differ(each, had[newest], names))
+    had = {number: [of.versions.get(n, UNKNOWN) for n in names] for number, of in made.items()}
+    newest, *others = had
+    older = next(number for number in others if had[number] != had[newest])
     command = shlex.join(
         ["plumbob", "compare", f"{folder}#{older}", f"{folder}#{newest}", "--page", "compared.html"]
     )
+    rows = [(number, of.date, had[number]) for number, of in made.items()]
     return Versions(table("versions", names=names, rows=rows), command)
-
-
-def _engines(provenance: Provenance) -> Mapping[str, str]:
-    return {name: provenance.versions[name] for name in ENGINES if name in provenance.versions}
-
-
-def _differ(newer: Mapping[str, str], older: Mapping[str, str], names: Sequence[str]) -> bool:
-    return any(newer.get(name, UNKNOWN) != older.get(name, UNKNOWN) for name in names)
