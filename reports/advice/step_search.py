@@ -346,8 +346,10 @@ def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
     """Whether the runs that check a step are short enough."""
     if evidence.seconds <= 0.0:
         return False
+    if step in evidence.common(method, math.inf):
+        return True
     longest = max(scene.duration for scene in evidence.scenes)
-    checks, timed, most = 1.0 + len(FEW), step, 1.0  # times as many steps
+    checks, timed, most = 1 + len(FEW), step, 1.0  # times as many steps
     if method.control == "tolerance":
         near = [h for h in evidence.common(method, math.inf) if evidence.cost(method, h) > 0.0]
         if step < _TIGHTEST or not near:
@@ -355,10 +357,10 @@ def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
         timed = min(near, key=lambda h: abs(math.log(h / step)))
         checks, most = checks + len(MORE), max(1.0, (timed / step) ** _STEEPEST)
     elif longest / step > _MOST:
-        checks = math.inf
+        return False
     length = sum(scene.duration for scene in evidence.scenes)
     seconds = 1e-9 * evidence.cost(method, timed) * most * length * checks
-    return step in evidence.common(method, math.inf) or seconds <= evidence.seconds
+    return seconds <= evidence.seconds
 
 
 def _holds(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:
