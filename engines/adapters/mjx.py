@@ -6,21 +6,24 @@ one compiled loop.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, cast
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import sampling
+from plumbob.engines.abilities import OwnDerivative
 from plumbob.engines.adapters.divergence import within
+from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.method import Engine, Method, ModelError, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.gradient import Number
 from plumbob.models.scene import Case
 
 SINGLE = Scheme("semi-implicit euler in single precision")
@@ -82,17 +85,22 @@ class MjxSimulation:
     def _compiled(self) -> tuple[Any, Any, Any, Any]:
         """The model, the loop, already compiled, the start, and the controls of all steps."""
         import jax
-        from mujoco import mjx
 
-        model, take = mjx.put_model(self.model), _loop()
-        start = mjx.make_data(self.model)
-        kind = np.float64 if self.precise else np.float32
-        begun = {"qpos": self.translation.qpos, "qvel": self.translation.qvel}
-        start = start.replace(**{n: jax.numpy.asarray(v.astype(kind)) for n, v in begun.items()})
-        controls = self._controls(kind)
+        take, (model, start, controls) = _loop(), self.numbers(self.precise)
         once = take(model, start, controls, 0, 1)  # arguments and results have different
         jax.block_until_ready(take(model, once, controls, 1, 2))  # types: two compilations
         return model, take, start, controls
+
+    def numbers(self, precise: bool) -> tuple[Any, Any, Any]:
+        """The model, the start, and the controls of all steps, as JAX has them."""
+        import jax
+        from mujoco import mjx
+
+        kind = np.float64 if precise else np.float32
+        begun = {"qpos": self.translation.qpos, "qvel": self.translation.qvel}
+        start = mjx.make_data(self.model)
+        start = start.replace(**{n: jax.numpy.asarray(v.astype(kind)) for n, v in begun.items()})
+        return mjx.put_model(self.model), start, self._controls(kind)
 
     def _run(self) -> Trajectory:
         model, take, start, controls = self._compiled()
@@ -141,16 +149,24 @@ class MjxSimulation:
 def _loop() -> Callable[[Any, Any, Any, int, int], Any]:
     """The compiled loop: model, data, controls, and the first and last step."""
     import jax
-    from mujoco import mjx
 
     def take(model: Any, data: Any, controls: Any, first: Any, last: Any) -> Any:
-        def one(n: Any, held: Any) -> Any:
-            row = controls[jax.numpy.minimum(n, controls.shape[0] - 1)]
-            return mjx.step(model, held.replace(ctrl=row))
-
-        return jax.lax.fori_loop(first, last, one, data)
+        return jax.lax.fori_loop(first, last, _step(model, controls), data)
 
     return jax.jit(take)  # type: ignore[no-any-return]
+
+
+def _step(model: Any, controls: Any) -> Callable[[Any, Any], Any]:
+    """The step with this number, from a state to the next."""
+    import jax
+    from mujoco import mjx
+
+    last = controls.shape[0] - 1
+
+    def take(n: Any, data: Any) -> Any:
+        return mjx.step(model, data.replace(ctrl=controls[jax.numpy.minimum(n, last)]))
+
+    return take
 
 
 def _precision(double: bool) -> AbstractContextManager[None]:
@@ -188,6 +204,48 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return simulation
 
 
+def derivatives(way: str, number: Number, method: Method, step: float) -> Mapping[str, float]:
+    """Derivatives of the observables by JAX, forward or backward (`way`) through all steps, of a
+    number in the start, the controls or the model; raises Unsupported."""
+    import jax
+
+    cases, apart = nudged(number)
+    low, here, high = (cast(MjxSimulation, prepare(case, method, step)) for case in cases)
+    slopes = _slopes(low, high, apart)
+    with _precision(here.precise):
+        end = partial(_end, here.numbers(here.precise), slopes, here.steps)
+        slope, state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
+    qpos, qvel, by_qpos, by_qvel = (np.array(x, np.float64)[None] for x in (*state, *slope))
+    return moved(
+        lambda x: here.translation.observe(qpos + x * by_qpos, qvel + x * by_qvel)[0],
+        np.concatenate([by_qpos, by_qvel], axis=1),
+    )
+
+
+def _slopes(low: MjxSimulation, high: MjxSimulation, apart: float) -> list[Array]:
+    """The derivative of each of the numbers that a run starts with."""
+    import jax
+
+    with _precision(True):
+        sides = (jax.tree.leaves(simulation.numbers(True)) for simulation in (low, high))
+        return [(np.asarray(b, float) - a) / apart for a, b in zip(*sides, strict=True)]
+
+
+def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> tuple[Any, Any]:
+    """Positions and velocities after so many steps, from numbers moved by an amount of slopes, to
+    differentiate and as they are."""
+    import jax
+
+    def changed(x: Any, slope: Array) -> Any:
+        exact = not jax.numpy.issubdtype(x.dtype, jax.numpy.floating)
+        return x if exact else x + amount * slope.astype(x.dtype)
+
+    leaves, structure = jax.tree.flatten(numbers)
+    model, start, controls = jax.tree.unflatten(structure, map(changed, leaves, slopes))
+    end = jax.lax.fori_loop(0, steps, _step(model, controls), start)
+    return (end.qpos, end.qvel), (end.qpos, end.qvel)
+
+
 def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on the model's error, which is MuJoCo's."""
     bounds: ModelError = find_builder("mujoco", case.system).model_error(
@@ -205,4 +263,14 @@ def _seconds(take: Any, *arguments: Any) -> float:
     return time.perf_counter() - begin
 
 
-ENGINE = Engine("mjx", "mujoco.mjx", METHODS, prepare, model_error, optional=True)
+ENGINE = Engine(
+    "mjx",
+    "mujoco.mjx",
+    METHODS,
+    prepare,
+    model_error,
+    optional=True,
+    abilities=tuple(
+        OwnDerivative(way, partial(derivatives, way), 1e-12) for way in ("jacfwd", "jacrev")
+    ),
+)

@@ -5,18 +5,22 @@ alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.abilities import ModelReader
+from plumbob.engines.abilities import ModelReader, OwnDerivative
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
+from plumbob.engines.adapters.own_derivatives import nudged
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.sampling import step_count
+from plumbob.models.gradient import Number
 from plumbob.models.scene import Case
 
 NO_CONTACTS = (
@@ -32,7 +36,8 @@ METHODS = (
         kinds=PENDULUMS,
     ),
 )
-Acceleration = Callable[[float, float, float], float]  # of time [s], theta [rad], rate [rad/s]
+Acceleration = Callable[[float, Any, Any], Any]  # of time [s], theta [rad], rate [rad/s]
+INERTIAL = ("mass", "arm", "moments", "gravity", "pivot")
 
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
@@ -45,7 +50,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 
 def _built(body: HingedBody, integrator: str, step: float) -> Built:
     acceleration = _dynamics(body)
-    take = {EULER: _euler, RK4: _rk4}[integrator]
+    take = STEPS[integrator]
     state = [body.theta, body.theta_dot]
 
     def advance(first: int, last: int) -> None:
@@ -78,17 +83,13 @@ def _dynamics(body: HingedBody) -> Acceleration:
     import pinocchio
 
     model = _model(body)
-    data, (amplitude, frequency) = model.createData(), body.forcing or (0.0, 0.0)
-
-    def torque(time: float, theta: float, rate: float) -> float:
-        push = amplitude * float(np.sin(frequency * time)) if amplitude else 0.0
-        return push - body.damping * rate - body.stiffness * theta
+    data = model.createData()
 
     if body.platform_rate is None:
         q, v, tau = np.zeros(1), np.zeros(1), np.zeros(1)
 
         def forward(time: float, theta: float, rate: float) -> float:
-            q[0], v[0], tau[0] = theta, rate, torque(time, theta, rate)
+            q[0], v[0], tau[0] = theta, rate, _torque(body, time, theta, rate)
             return float(pinocchio.aba(model, data, q, v, tau)[0])
 
         return forward
@@ -100,17 +101,17 @@ def _dynamics(body: HingedBody) -> Acceleration:
     def hybrid(time: float, theta: float, rate: float) -> float:
         q2[1], v2[1] = theta, rate
         needed = float(pinocchio.rnea(model, data, q2, v2, none)[1])
-        return (torque(time, theta, rate) - needed) / inertia
+        return (_torque(body, time, theta, rate) - needed) / inertia
 
     return hybrid
 
 
-def _euler(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float, float]:
+def _euler(f: Acceleration, t: float, x: Any, v: Any, h: float) -> tuple[Any, Any]:
     v = v + h * f(t, x, v)
     return x + h * v, v
 
 
-def _rk4(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float, float]:
+def _rk4(f: Acceleration, t: float, x: Any, v: Any, h: float) -> tuple[Any, Any]:
     half = 0.5 * h
     a1 = f(t, x, v)
     v2 = v + half * a1
@@ -120,6 +121,60 @@ def _rk4(f: Acceleration, t: float, x: float, v: float, h: float) -> tuple[float
     v4 = v + h * a3
     a4 = f(t + h, x + h * v3, v4)
     return x + h / 6 * (v + 2 * (v2 + v3) + v4), v + h / 6 * (a1 + 2 * (a2 + a3) + a4)
+
+
+STEPS = MappingProxyType({EULER: _euler, RK4: _rk4})
+
+
+def derivatives(number: Number, method: Method, step: float) -> Mapping[str, float]:
+    """Derivatives of the angle and its rate at the end, by those of the articulated-body algorithm,
+    stepped with the motion as its variational equation; raises Unsupported."""
+    cases, apart = nudged(number)
+    low, here, high = (hinged_body(case) for case in cases)
+    if any(repr(getattr(low, n)) != repr(getattr(high, n)) for n in INERTIAL):
+        raise Unsupported(
+            f"its derivatives are by state and torque: {number.name} is a parameter of the model"
+        )
+    forward, take = _variational(low, here, high, apart), STEPS[method.scheme.integrator]
+    x, v = (
+        np.array([getattr(here, n), (getattr(high, n) - getattr(low, n)) / apart])
+        for n in ("theta", "theta_dot")
+    )
+    for n in range(step_count(number.case.scene.duration, step)):
+        x, v = take(forward, n * step, x, v, step)
+    return {"theta": float(x[1]), "theta_dot": float(v[1])}
+
+
+def _variational(low: HingedBody, here: HingedBody, high: HingedBody, apart: float) -> Acceleration:
+    """The acceleration of the angle and of its derivative: where inverse dynamics gives the torque
+    of the hinge, their derivatives are equal."""
+    import pinocchio
+
+    model, second = _model(here), _dynamics(here)
+    data, last = model.createData(), model.nv - 1
+    q, v, a = np.zeros(model.nv), np.zeros(model.nv), np.zeros(model.nv)
+    inertia = pinocchio.crba(model, data, q)[last, last]
+    low_rate, v[0], high_rate = (body.platform_rate or 0.0 for body in (low, here, high))
+
+    def forward(time: float, x: Any, rate: Any) -> Any:
+        q[last], v[last] = x[0], rate[0]
+        a[last] = second(time, x[0], rate[0])
+        pinocchio.computeRNEADerivatives(model, data, q, v, a)
+        torque = (_torque(high, time, x[0], rate[0]) - _torque(low, time, x[0], rate[0])) / apart
+        torque -= here.damping * rate[1] + here.stiffness * x[1]
+        torque -= data.dtau_dq[last, last] * x[1] + data.dtau_dv[last, last] * rate[1]
+        if last:
+            torque -= data.dtau_dv[last, 0] * (high_rate - low_rate) / apart
+        return np.array([a[last], torque / inertia])
+
+    return forward
+
+
+def _torque(body: HingedBody, time: float, theta: float, rate: float) -> float:
+    """On the hinge [N m]."""
+    amplitude, frequency = body.forcing or (0.0, 0.0)
+    push = amplitude * float(np.sin(frequency * time)) if amplitude else 0.0
+    return push - body.damping * rate - body.stiffness * theta
 
 
 def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
@@ -149,5 +204,5 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=(ModelReader(model_fields),),
+    abilities=(ModelReader(model_fields), OwnDerivative("rnea", derivatives, 1e-12)),
 )

@@ -35,7 +35,7 @@ def discrete(case: Case, step: float) -> Simulation:
 
 
 @dataclass
-class _Hinged:
+class Hinged:
     """A pendulum's diagram with its plant and its hinge."""
 
     diagram: Any
@@ -62,8 +62,8 @@ class _Hinged:
         )
 
 
-def _hinged(body: HingedBody, step: float) -> _Hinged:
-
+def hinged(body: HingedBody, step: float) -> Hinged:
+    """The diagram of a pendulum, discrete at `step` [s], or continuous where that is 0."""
     builder = DiagramBuilder()
     plant = builder.AddSystem(MultibodyPlant(step))
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -body.gravity])
@@ -92,15 +92,15 @@ def _hinged(body: HingedBody, step: float) -> _Hinged:
     if body.forcing is not None:
         source = builder.AddSystem(Sine(*body.forcing, 0.0, 1))
         builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
-    return _Hinged(builder.Build(), plant, hinge, platform, body)
+    return Hinged(builder.Build(), plant, hinge, platform, body)
 
 
 def _discrete_pendulum(body: HingedBody, step: float) -> Built:
-    hinged = _hinged(body, step)
-    simulator = simulator_of(hinged.diagram, hinged.start())
+    made = hinged(body, step)
+    simulator = simulator_of(made.diagram, made.start())
 
     def read() -> Mapping[str, float]:
-        theta, theta_dot = hinged.read(simulator.get_context())
+        theta, theta_dot = made.read(simulator.get_context())
         return {"theta": theta, "theta_dot": theta_dot}
 
     return Built(advancing(simulator, step), read, body.limits)
@@ -111,7 +111,7 @@ def error_controlled(case: Case, method: Method, accuracy: float, smallest: floa
     accuracy of at least the `smallest`; raises ParameterError."""
     relative_tolerance(accuracy, smallest)
     begin = time.perf_counter()
-    hinged = _hinged(hinged_body(case), 0.0)
+    made = hinged(hinged_body(case), 0.0)
     seconds = time.perf_counter() - begin
     name, duration = method.settings["integration_scheme"], case.scene.duration
-    return ErrorControlledSimulation(hinged, name, accuracy, duration, seconds)
+    return ErrorControlledSimulation(made, name, accuracy, duration, seconds)

@@ -16,24 +16,19 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
+from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
 from plumbob.engines.method import Method, Unsupported
 from plumbob.models.gradient import Number
-
-NUDGE = 1e-6  # of a state's number, for MuJoCo's differences, and of the parameter, relative
 
 
 def transition(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """Derivatives of the observables that a state gives; raises Unsupported."""
-    values = [number.value + side * NUDGE * number.size for side in (-1, 0, 1)]
-    try:
-        low, here, high = (compiled(number.moved(value), method, step) for value in values)
-    except ParameterError as error:
-        raise Unsupported(str(error)) from None
+    cases, apart = nudged(number)
+    low, here, high = (compiled(case, method, step) for case in cases)
     if here.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise Unsupported("mjd_transitionFD refuses RK4")
     if _numbers(low.model) != _numbers(high.model):
@@ -42,7 +37,7 @@ def transition(number: Number, method: Method, step: float) -> Mapping[str, floa
             "is a parameter of the model"
         )
     with options.collected():  # warnings are those of the run itself
-        return _multiplied(low, here, high, values[2] - values[0])
+        return _multiplied(low, here, high, apart)
 
 
 def _numbers(model: mujoco.MjModel) -> bytes:
@@ -85,11 +80,10 @@ def _at_start(model: mujoco.MjModel, low: Translation, high: Translation, apart:
 def _read(here: MujocoSimulation, along: Array) -> Mapping[str, float]:
     """The derivatives of the observables in a state that changes `along` a tangent."""
     model, data = here.model, here.data
-    length = NUDGE / (float(np.abs(along).max()) or 1.0)
-    ends = []
-    for side in (-length, length):
+
+    def observe(side: float) -> Mapping[str, Array]:
         qpos, qvel = data.qpos.copy(), data.qvel + side * along[model.nv : 2 * model.nv]
         mujoco.mj_integratePos(model, qpos, along[: model.nv], side)
-        ends.append(here.translation.observe(qpos[None], qvel[None])[0])
-    low, high = ends
-    return {n: float((high[n][0] - low[n][0]) / (2 * length)) for n in high}
+        return here.translation.observe(qpos[None], qvel[None])[0]
+
+    return moved(observe, along)

@@ -1,0 +1,31 @@
+"""What engines' own derivatives have in common: the cases beside one, and the end of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.engines.method import Unsupported
+from plumbob.models.gradient import Number
+from plumbob.models.scene import Case
+
+NUDGE = 1e-6  # of a number, relative, and of a state's
+
+
+def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
+    """The case with a number a little smaller, as it is, and larger, and how far the outer ones are
+    apart; raises Unsupported where one of them is not possible."""
+    low, here, high = (number.value + side * NUDGE * number.size for side in (-1, 0, 1))
+    try:
+        return (number.moved(low), number.moved(here), number.moved(high)), high - low
+    except ParameterError as error:
+        raise Unsupported(str(error)) from None
+
+
+def moved(observe: Callable[[float], Mapping[str, Array]], slope: Array) -> Mapping[str, float]:
+    """Derivatives of what `observe` reads off a state moved by so much of its own derivative, of
+    the size of `slope`."""
+    length = NUDGE / (float(abs(slope).max()) or 1.0)
+    low, high = observe(-length), observe(length)
+    return {name: float((high[name][0] - low[name][0]) / (2 * length)) for name in high}

@@ -1,0 +1,39 @@
+"""Derivatives by engines' own means, beside MuJoCo's: each has the error of its step."""
+
+from __future__ import annotations
+
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.engines.study.gradient import GradientSearch, gradients
+from plumbob.models.registry import case_of, scene
+from plumbob.reports.judge.gradients import judged_gradients
+from plumbob.tests.peers.test_smooth_peers import CONE, DAMPED, FORCED, SWING, needed
+
+NO_STATE = "is a parameter of the model"
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "by", "way", "why"),
+    [
+        (CONE, "pinocchio/aba+rk4", "platform_rate", "rnea", ""),
+        (CONE, "pinocchio/aba+euler", "theta", "rnea", ""),
+        (DAMPED, "pinocchio/aba+rk4", "damping_rate", "rnea", ""),
+        (FORCED, "pinocchio/aba+euler", "forcing_amplitude", "rnea", ""),
+        (SWING, "pinocchio/aba+rk4", "gravity", "rnea", NO_STATE),
+        (CONE, "drake/default", "pivot_y", "autodiff", ""),
+        (DAMPED, "drake/default", "length", "autodiff", ""),
+        (SWING, "drake/default", "gravity", "autodiff", "no parameter in a context"),
+        (CONE, "drake/rk3", "theta", "autodiff", "discrete plants alone"),
+        (SWING, "mjx/euler+float64", "length", "jacfwd", ""),
+        (SWING, "mjx/euler+float64", "gravity", "jacrev", ""),
+    ],
+)
+def test_an_own_way_has_the_error_of_its_step(
+    name: str, how: str, by: str, way: str, why: str
+) -> None:
+    needed(how)
+    search = GradientSearch(name, how, ("theta",), by, (way,), at=0.1)
+    (judged,) = judged_gradients(search, gradients(case_of(scene(name)), method(how), search))
+    assert judged.verdict == ("unsupported" if why else "predicted"), judged.why
+    assert why in judged.why
