@@ -232,13 +232,13 @@ def test_a_command_begins_no_process_that_looks_for_windows(
 def test_sensors_are_those_of_the_samples_to_the_bit(name: str) -> None:
     case = case_of(find_scene("simple-pendulum/damped-rotating"))
     made = compiled(case, find_method(name), 1e-2)
-    states = simulations.take_steps(made.model, made.data, made._start(), 40).states
+    kept = simulations.take_steps(made.model, made.data, made._start(), 40)
     before = made.model.opt.disableflags, made.model.opt.integrator
-    found = simulations.sensor_data(made.model, made.data, states, np.zeros((41, 0)))
+    found = made.readings(kept)
     assert (made.model.opt.disableflags, made.model.opt.integrator) == before
     made.model.opt.disableflags &= ~int(BIT.mjDSBL_SENSOR)
-    for row, state in zip(found, states, strict=True):
+    for row, state in zip(found, kept.states, strict=True):
         mujoco.mj_setState(made.model, made.data, state, simulations.STATE)
-        mujoco.mj_forward(made.model, made.data)
+        mujoco.mj_step(made.model, made.data)  # whose sensors are read at its start
         np.testing.assert_array_equal(row, made.data.sensordata)
     assert np.ptp(found[:, 2]) > 0.0

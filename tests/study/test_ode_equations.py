@@ -19,10 +19,11 @@ from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.adapters.ode.integrators import integrator
 from plumbob.engines.adapters.ode.simulation import (
+    SOLVERS,
     AdaptiveSimulation,
-    FixedStepSimulation,
-    solver_called,
+    fixed_steps,
 )
+from plumbob.engines.adapters.stepping import SteppedSimulation
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.study.measurement import measure
 from plumbob.models.scene import ONE_SMOOTH, Case, Observable, Scene, System
@@ -172,7 +173,7 @@ def test_a_declared_damping_rate_gives_the_same_leapfrog() -> None:
 def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     """All observables at 2 s."""
     advance = integrator(method.scheme.integrator)
-    run = FixedStepSimulation(problem.equation(), advance, round(2.0 / step), step, 0.0).run()
+    run = fixed_steps(problem.equation(), advance, round(2.0 / step), step).run()
     return np.array([values[-1] for values in run.observables.values()])
 
 
@@ -201,13 +202,13 @@ DIVERGING = {
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
 def test_divergence_is_a_result(method: Method, kind: str) -> None:
     equation = DIVERGING[kind]
-    simulation: FixedStepSimulation | AdaptiveSimulation
+    simulation: SteppedSimulation | AdaptiveSimulation
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
-        simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
+        simulation = fixed_steps(equation, advance, 30_000, 1e-3)
         assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
-        solver = solver_called(method.settings["method"])
+        solver = SOLVERS[method.settings["method"]]
         simulation = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0)
     trajectory = simulation.run()
     assert trajectory.diverged_at is not None

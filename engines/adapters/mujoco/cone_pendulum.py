@@ -14,7 +14,7 @@ from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits_on_platform
-from plumbob.engines.adapters.mujoco.translation import Named, Recorder, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
 from plumbob.engines.method import Method, ModelError
 
 # Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
@@ -43,7 +43,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         observe=_observe,
         limits=limits_on_platform(problem),
         control=control,
-        probe=_energies if settings.get("reads_energy") else None,
+        sensors=_named_energies if settings.get("reads_energy") else None,
+        probe=_energies,
     )
 
 
@@ -57,20 +58,11 @@ def _drive(spec: mujoco.MjSpec, problem: Any, rate: float) -> Callable[[Any], Ar
     return lambda times: np.full((len(times), 1), problem.platform_rate)
 
 
-def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
-    """A reading of MuJoCo's potential and kinetic energy [J], the platform's included."""
-    energies: list[Array] = []
-
-    def take() -> None:
-        mujoco.mj_energyPos(model, data)
-        mujoco.mj_energyVel(model, data)
-        energies.append(data.energy.copy())
-
-    def read() -> tuple[Named, Named]:
-        potential, kinetic = np.reshape(energies, (-1, 2)).T
-        return {}, {"potential": potential, "kinetic": kinetic}
-
-    return Recorder(take, read)
+def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """MuJoCo's potential and kinetic energy [J], the platform's included."""
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_energyVel(model, data)
+    return np.array(data.energy)
 
 
 def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
@@ -119,3 +111,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
     return {"theta": qpos[:, 1], "theta_dot": qvel[:, 1]}, {"platform_rate": qvel[:, 0]}
+
+
+def _named_energies(energies: Array) -> tuple[Named, Named]:
+    return {}, {"potential": energies[:, 0], "kinetic": energies[:, 1]}

@@ -4,7 +4,6 @@ keeping every k-th state."""
 from __future__ import annotations
 
 import time
-from collections import ChainMap
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -16,12 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.translation import (
-    LARGEST,
-    Named,
-    Probe,
-    Translation,
-)
+from plumbob.engines.adapters.mujoco.translation import LARGEST, Translation
 from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
@@ -61,16 +55,11 @@ class MujocoSimulation:
             return trajectory
         nq, nv = self.model.nq, self.model.nv
         qpos, qvel = kept.states[:, 1 : 1 + nq], kept.states[:, 1 + nq : 1 + nq + nv]
-        readings, held = [self.translation.observe(qpos, qvel)], self.held_controls(kept.steps)
-        with options.collected():  # as the run's own
-            if self.translation.sensors is not None:
-                data = sensor_data(self.model, self.data, kept.states, held)
-                readings.append(self.translation.sensors(data))
-            if (probe := self.translation.probe) is not None:
-                readings.append(probe_readings(self.model, self.data, kept.states, held, probe))
-        observables, channels = (
-            dict(ChainMap(*reversed(parts))) for parts in zip(*readings, strict=True)
-        )
+        observables, channels = self.translation.observe(qpos, qvel)
+        if self.translation.sensors is not None:
+            with options.collected():  # as the run's own
+                more = self.translation.sensors(self.readings(kept))
+            observables, channels = {**observables, **more[0]}, {**channels, **more[1]}
         trajectory = replace(trajectory, observables=observables, channels=channels)
         return within(trajectory, self.translation.limits)
 
@@ -83,6 +72,21 @@ class MujocoSimulation:
                 self.model, self.data, self._start(), steps, control, clock=time.thread_time
             )
         return Stepping(kept.taken, kept.seconds)
+
+    def readings(self, kept: KeptStates) -> Array:
+        """What the translation's probe reads in each state, with the forces that begin there, shape
+        (n, k); the solver begins each time where the run has ended."""
+        model, data, rows = self.model, self.data, []
+        option, before = model.opt, (model.opt.disableflags, model.opt.integrator)
+        option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
+        for state, control in zip(kept.states, self.held_controls(kept.steps), strict=True):
+            mujoco.mj_setState(model, data, state, STATE)
+            data.ctrl[:] = control
+            mujoco.mj_forward(model, data)
+            rows.append(self.translation.probe(model, data))
+        option.disableflags, option.integrator = before
+        return np.array(rows)
 
     def _start(self) -> Array:
         """Full physics state at time 0."""
@@ -211,48 +215,6 @@ def _roll_out(
         state=out,
     )
     return clock() - begin
-
-
-def sensor_data(
-    model: mujoco.MjModel, data: mujoco.MjData, states: Array, controls: Array
-) -> Array:
-    """Sensor data in each of `states`, shape (n, nstate), with the forces that begin there under
-    `controls`, shape (n, nu): (n, nsensordata). Those of a step are read at its start, and one step
-    is taken from each state, in C; the solver begins each time where the run has ended."""
-    rows, option = np.empty((len(states), 1, model.nsensordata)), model.opt
-    flags, integrator = option.disableflags, option.integrator
-    option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)  # the cheapest
-    warm = np.repeat(data.qacc_warmstart[None], len(states), axis=0)
-    with Rollout(nthread=0) as engine:
-        engine.rollout(
-            [model] * len(states),
-            [data],
-            states.copy(),
-            controls[:, None],
-            skip_checks=True,
-            control_spec=CTRL,
-            nstep=1,
-            initial_warmstart=warm,
-            state=np.empty((len(states), 1, states.shape[1])),
-            sensordata=rows,
-        )
-    option.disableflags, option.integrator = flags, integrator
-    return rows[:, 0]
-
-
-def probe_readings(
-    model: mujoco.MjModel, data: mujoco.MjData, states: Array, controls: Array, probe: Probe
-) -> tuple[Named, Named]:
-    """Readings of `probe` in each of `states`, shape (n, nstate), with the forces that begin there
-    under `controls`, shape (n, nu): observables and channels, of shape (n,) each."""
-    recorder, held = probe(model, data), data.ctrl
-    for state, ctrl in zip(states, controls, strict=True):
-        mujoco.mj_setState(model, data, state, STATE)
-        held[:] = ctrl
-        mujoco.mj_forward(model, data)
-        recorder.take()
-    return recorder.read()
 
 
 def reliable(states: Array) -> bool:

@@ -20,16 +20,9 @@ Named = Mapping[str, Array]
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
 
 
-@dataclass(frozen=True)
-class Recorder:
-    """Records numbers of one state after another, and returns all of them at once."""
-
-    take: Callable[[], None]  # what the data hold now, forces of the step that begins included
-    read: Callable[[], tuple[Named, Named]]
-    """The recorded states' observables and channels, shape (n,)."""
-
-
-Probe = Callable[[mujoco.MjModel, mujoco.MjData], Recorder]
+def sensor_data(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """The sensor data of one state, shape (nsensordata,)."""
+    return np.array(data.sensordata)
 
 
 @dataclass(frozen=True)
@@ -47,9 +40,9 @@ class Translation:
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
     sensors: Callable[[Array], tuple[Named, Named]] | None = None
-    """Sensor data at the samples, shape (n, nsensordata) -> further observables and channels."""
-    probe: Probe | None = None
-    """Model and data -> a recorder of observables and channels that states do not hold."""
+    """Readings at the samples, shape (n, k) -> observables and channels that states do not hold."""
+    probe: Callable[[mujoco.MjModel, mujoco.MjData], Array] = sensor_data
+    """Model and data, with the forces of the step that begins -> a reading, shape (k,)."""
     whole: mujoco.MjSpec | None = None
     """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None

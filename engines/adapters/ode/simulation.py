@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,24 +14,26 @@ from scipy.integrate import DOP853, LSODA, Radau
 from scipy.linalg.lapack import dgetrs, zgetrs
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
+from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
-SOLVERS: tuple[type[Any], ...] = (DOP853, Radau, LSODA)
+SOLVERS: Mapping[str, type[Any]] = MappingProxyType(
+    {"DOP853": DOP853, "Radau": Radau, "LSODA": LSODA}
+)
 HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 
 
-def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | AdaptiveSimulation:
+def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | AdaptiveSimulation:
     """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
@@ -43,7 +45,7 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
 
 def of_equation(
     equation: Equation, method: Method, step: float, duration: float
-) -> FixedStepSimulation | AdaptiveSimulation:
+) -> SteppedSimulation | AdaptiveSimulation:
     """Set up an equation for `method` at `step` [s], or at the relative tolerance `step`; raises
     ParameterError."""
     if method.control == "step":
@@ -51,62 +53,30 @@ def of_equation(
         name = method.scheme.integrator
         turning = isinstance(equation, TurningEquation)
         advance = turning_integrator(name) if turning else integrator(name)
-        return FixedStepSimulation(equation, advance, steps, step, 0.0)
-    if not SMALLEST <= positive("step", step) < 1.0:
-        raise ParameterError("step", step, f"a relative tolerance from {SMALLEST:.1e} to below 1")
-    solver = solver_called(method.settings["method"])
-    return AdaptiveSimulation(equation, solver, step, duration, 0.0)
+        return fixed_steps(equation, advance, steps, step)
+    solver = SOLVERS[method.settings["method"]]
+    return AdaptiveSimulation(equation, solver, relative_tolerance(step, SMALLEST), duration, 0.0)
 
 
-def solver_called(name: str) -> type[Any]:
-    """The solver of SOLVERS called `name`; raises ParameterError."""
-    for solver in SOLVERS:
-        if solver.__name__ == name:
-            return solver
-    names = ", ".join(solver.__name__ for solver in SOLVERS)
-    raise ParameterError("method", name, f"one of {names}")
+def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -> SteppedSimulation:
+    """An equation with an integrator and so many steps [s]."""
+    names = (*equation.names, *equation.rate_names)
 
+    def build() -> Built:
+        state = equation.start
 
-@dataclass
-class FixedStepSimulation:
-    """An equation with an integrator and a step [s]; every `run` starts afresh."""
+        def move(first: int, last: int) -> None:
+            nonlocal state
+            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off at samples
+                state = advance(equation, state, first, last, step)
 
-    equation: Equation
-    advance: Advance
-    steps: int
-    step: float
-    compile_seconds: float
+        def read() -> Mapping[str, float]:
+            values = state if len(names) == 2 else (*state[0], *state[1])
+            return dict(zip(names, values, strict=True))
 
-    def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges."""
-        marks = [int(mark) for mark in sampling.sampled(self.steps)]
-        states = [self.equation.start]
-        diverged, begin = None, time.perf_counter()
-        try:
-            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off below
-                for first, last in pairwise(marks):
-                    states.append(self.advance(self.equation, states[-1], first, last, self.step))
-        except (ValueError, OverflowError):  # math.sin of infinity
-            diverged = marks[len(states)] * self.step
-        seconds = time.perf_counter() - begin
-        trajectory = Trajectory(
-            times=np.array(marks[: len(states)]) * self.step,
-            observables=self.equation.observed(states),
-            steps=marks[len(states) - 1],
-            seconds=seconds,
-            diverged_at=diverged,
-        )
-        return within(trajectory, self.equation.limits)
+        return Built(move, read, equation.limits)
 
-    def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone."""
-        steps, begin = sampling.first_steps(self.steps, fraction), time.thread_time()
-        try:
-            with np.errstate(over="ignore", invalid="ignore"):
-                self.advance(self.equation, self.equation.start, 0, steps, self.step)
-        except (ValueError, OverflowError):
-            return Stepping(0, 0.0)
-        return Stepping(steps, time.thread_time() - begin)
+    return SteppedSimulation(build, steps, step, 0.0)
 
 
 @dataclass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -12,7 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco.capsule.readings import control, set_slider
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
-from plumbob.engines.adapters.mujoco.translation import Named, Probe, Recorder, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
 from plumbob.engines.method import Unsupported
 
 
@@ -45,7 +46,8 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
         qvel=start,
         observe=_plane(setup) if coasting else _along,
         control=control(setup, step),
-        probe=None if coasting else _friction(setup),
+        sensors=None if coasting else _forces,
+        probe=partial(_friction, setup),
         whole=spec.copy(),
         tune=tune,
     )
@@ -71,23 +73,15 @@ def _plane(setup: CapsuleSetup) -> Callable[[Array, Array], tuple[Named, Named]]
     return observe
 
 
-def _friction(setup: CapsuleSetup) -> Probe:
-    both = setup.capsule.body_mass + setup.capsule.slider_mass
+def _friction(setup: CapsuleSetup, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Friction, and the force on the slider [N]."""
+    both, slider = setup.capsule.body_mass + setup.capsule.slider_mass, model.body("slider").id
+    masses = np.array([both, setup.capsule.slider_mass][: model.nv])
+    # From the accelerations: the solver finds those, but forces only to its tolerance.
+    friction = float(masses @ data.qacc) - both * setup.pull
+    mujoco.mj_rnePostConstraint(model, data)
+    return np.array([friction, data.cfrc_int[slider, 3]])
 
-    def probe(model: mujoco.MjModel, data: mujoco.MjData) -> Recorder:
-        masses = np.array([both, setup.capsule.slider_mass][: model.nv])
-        slider, forces = model.body("slider").id, list[tuple[float, float]]()
 
-        def take() -> None:
-            # From the accelerations: the solver finds those, but forces only to its tolerance.
-            friction = float(masses @ data.qacc) - both * setup.pull
-            mujoco.mj_rnePostConstraint(model, data)
-            forces.append((friction, float(data.cfrc_int[slider, 3])))
-
-        def read() -> tuple[Named, Named]:
-            friction, driving = np.reshape(forces, (-1, 2)).T
-            return {"friction_force": friction, "driving_force": driving}, {}
-
-        return Recorder(take, read)
-
-    return probe
+def _forces(forces: Array) -> tuple[Named, Named]:
+    return {"friction_force": forces[:, 0], "driving_force": forces[:, 1]}, {}
