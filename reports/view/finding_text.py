@@ -60,7 +60,7 @@ def written(
     parts = Parts()
     whole = filled_text(template, parts, {"numbers": numbers} | dict(numbers))
     head, *sections = re.split(r"^# ", whole.strip(), flags=re.MULTILINE)
-    keys = _keys(head, template)
+    keys = keys_of(head, template)
     name = keys.get("name", [template.rpartition("/")[2].replace("_", "-")])[0]
     judgement, commands = keys.get("judgement", [""])[0], tuple(keys.get("command", ()))
     empty = Finding(name, "", judgement, "", commands=commands, claims=claims)
@@ -102,7 +102,7 @@ def _line(block: str) -> str:
     return " ".join(block.split())
 
 
-def _keys(block: str, template: str) -> dict[str, list[str]]:
+def keys_of(block: str, template: str) -> dict[str, list[str]]:
     """The values of a block of lines `name: value`, by name; a line without one goes on."""
     values: dict[str, list[str]] = {}
     key = ""
@@ -119,7 +119,7 @@ def _keys(block: str, template: str) -> dict[str, list[str]]:
 
 def _statement(block: str, template: str) -> Statement:
     """A source's statement and the result for it."""
-    keys = {name: " ".join(lines) for name, lines in _keys(block, template).items()}
+    keys = {name: " ".join(lines) for name, lines in keys_of(block, template).items()}
     source = next((name for name in SOURCES if keys["statement"].startswith(f"{name}, ")), None)
     if source is None:
         raise TextError(f"{template}: {keys['statement']!r} names none of {', '.join(SOURCES)}")
