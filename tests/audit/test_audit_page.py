@@ -9,6 +9,7 @@ import zlib
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, page, page_name, rows, write_page
+from plumbob.reports.view.audit.page import answered, card, page, page_name, rows, write_page
+from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball, ready
 from plumbob.tests.support.page_document import plotted_inside
 
@@ -38,6 +40,23 @@ def test_page_says_what_the_text_says(found: Audit) -> None:
         assert line in shown
     assert "plumbob audit ball.xml --out &lt;folder&gt;" in text
     assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
+
+
+@pytest.mark.long
+def test_the_card_says_the_error_the_choice_and_the_certificate(found: Audit) -> None:
+    """Its lines are MJCF that sets what the row of what to do says."""
+    said, *change = card(found)
+    lines = dict(rows(answered(found)))
+    error, choice, known = said.split(" · ")
+    assert error == f"{lines['your error'].partition(' (')[0]} wrong after 0.2 s"
+    assert known == f"certified to ±{metres(found.uncertainty)}"
+    options = ElementTree.fromstring("\n".join(change)).attrib
+    assert options
+    for name, value in options.items():
+        assert f"{name} {value}" in choice
+        assert f'{name}="{value}" in place of ' in lines["to do"]
+    shown = unescape(re.sub("<[^>]+>", "", page(answered(found), found, "")))
+    assert said in shown.replace("\u00a0", " ")
 
 
 @pytest.mark.long

@@ -16,6 +16,7 @@ from plumbob.reports.view.audit.motion import Motion
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import written as worded
 from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.tables import lines as text_lines
 
 MARK = re.compile(r'data-model="(\w+)"')
 
@@ -63,7 +64,14 @@ def page(
         seconds=f"{audit.seconds:.3g}",
         command=command,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
+        card=() if isinstance(audit, ContactAudit) else card(audit),
     )
+
+
+def card(audit: Audit) -> list[str]:
+    """The answer in a line: the error, what to choose, and how well that is known; then the lines
+    that a file needs for it."""
+    return text_lines("audit_card", audit=audit, motion=Motion(audit))
 
 
 def page_name(model: str, folder: Path, ending: str) -> str:
