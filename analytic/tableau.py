@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
+from itertools import repeat
 from operator import add
 from typing import Any
 
@@ -34,14 +35,14 @@ class Tableau:
             stage = state
             for weight, slope in zip(row, stages, strict=False):
                 if weight:
-                    stage = [moved(*part, weight, 1.0) for part in zip(stage, slope, strict=True)]
+                    stage = list(map(moved, stage, slope, repeat(weight), repeat(1.0)))
             stages.append(slopes_at(node, stage))
         return [_weighted(self.weights, parts) for parts in zip(*stages, strict=True)]
 
     def advanced(self, slopes_at: Slopes, state: Sequence[Any], moved: Moved) -> list[Any]:
         """The parts of `state` after a step."""
         sums = self.slopes(slopes_at, state, moved)
-        return [moved(*part, 1.0, self.divisor) for part in zip(state, sums, strict=True)]
+        return list(map(moved, state, sums, repeat(1.0), repeat(self.divisor)))
 
     def change(self, slope: Callable[[Any, Any], Any], time: Any, state: Any, step: Any) -> Any:
         """Change of `state` in a `step` [s] from `time` [s] under its rate `slope(time, state)`;
@@ -60,7 +61,12 @@ def along(step: Any) -> Moved:
 
 
 def _weighted(weights: Sequence[float], slopes: Sequence[Any]) -> Any:
-    parts = [k if w == 1.0 else w * k for w, k in zip(weights, slopes, strict=True) if w]
+    # A sum is twice as fast as a product with a number, which numpy converts.
+    parts = [
+        k if w == 1.0 else k + k if w == 2.0 else w * k
+        for w, k in zip(weights, slopes, strict=True)
+        if w
+    ]
     return reduce(add, parts)
 
 

@@ -47,6 +47,7 @@ from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
 from plumbob.analytic.tableau import Moved, Tableau, along, order_8
 
+NEXT, LAST = np.arange(3) - 2, np.arange(3) - 1  # of three axes
 Rates = Sequence[Any]  # the three parts of an angular velocity [rad/s]
 Step = Callable[..., Rates]
 SAMPLES = 257
@@ -58,10 +59,11 @@ DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: b
 
 @dataclass(frozen=True)
 class RateSteps:
-    """The schemes' steps of the angular velocity, for many sizes `h` [s] at once; `factors` are
-    (I_j - I_k)/I_i of each axis. All complex, as the rates are: numpy converts others each time."""
+    """The schemes' steps of the angular velocity, shape (3, n), and of the attitude after it, (5,
+    n), for n sizes `h` [s] at once; `factors` are (I_j - I_k)/I_i of each axis. All are complex and
+    of the same shape: numpy converts others each time."""
 
-    factors: tuple[Any, Any, Any]
+    factors: Any
     h: Any
 
     @cached_property
@@ -69,66 +71,60 @@ class RateSteps:
         """See `along`."""
         return along(self.h)
 
-    def slope(self, rates: Rates) -> list[Any]:
+    def slope(self, rates: Any) -> Any:
         """Its rate of change (Euler's equations)."""
-        x, y, z = rates
-        a, b, c = self.factors
-        return [a * y * z, b * z * x, c * x * y]
+        return self.factors * rates.take(NEXT, 0) * rates.take(LAST, 0)
 
-    def slopes(self, state: Rates) -> list[Any]:
+    def slopes(self, state: Any) -> Any:
         """The rates of change of the angular velocity and, where it belongs to the state, of the
         quaternion (d, a, b, c) after it, as d + ic and a + ib: q' = q w / 2."""
-        x, y, z, *attitude = state
-        if not attitude:
+        if len(state) == 3:
             return self.slope(state)
-        (first, second), across = attitude, 0.5 * x.real + 0.5j * y.real
-        about = 0.5j * z.real
-        turned = about * first - across.conj() * second
-        return [*self.slope((x, y, z)), turned, across * first - about * second]
+        slopes, first, second = np.empty_like(state), *state[3:]
+        slopes[:3] = self.slope(state[:3])
+        half = 0.5 * state[:3]
+        across, about = half[0] + 1j * half[1], 1j * half[2]
+        slopes[3] = about * first - across.conj() * second
+        slopes[4] = across * first - about * second
+        return slopes
 
-    def euler(self, time: Any, *w: Any) -> Rates:
+    def euler(self, time: Any, *w: Any) -> Any:
         """w + h f(w)."""
-        return [p + self.h * q for p, q in zip(w, self.slope(w), strict=True)]
+        rates = np.array(w)
+        return rates + self.h * self.slope(rates)
 
-    def linearly_implicit(self, time: Any, *w: Any) -> Rates:
-        """w + h k, (1 - h J) k = f(w), J the slope's derivative: by Cramer's rule, of columns."""
-        (x, y, z), (a, b, c) = (self.h * part for part in w), self.factors
-        one, right = np.ones_like(x), self.slope(w)
-        columns = [one, -b * z, -c * y], [-a * z, one, -c * x], [-a * y, -b * x, one]
-        first, second, third = columns
-        minors = _cross(second, third), _cross(third, first), _cross(first, second)
-        scale = self.h / _dot(first, minors[0])
-        return [p + scale * _dot(right, minor) for p, minor in zip(w, minors, strict=True)]
+    def linearly_implicit(self, time: Any, *w: Any) -> Any:
+        """w + h k, (1 - h J) k = f(w), J the slope's derivative: by its adjugate."""
+        rates = np.array(w)
+        turned, factors = self.h * rates, self.factors
+        change = self.slope(turned)
+        across, pairs = turned + change, factors.take(NEXT, 0) * factors.take(LAST, 0)
+        squares = pairs * turned * turned
+        determinant = 1.0 - squares.sum(0) - 2.0 * factors.prod(0) * turned.prod(0)
+        others = across.take(LAST, 0) * change.take(NEXT, 0)
+        others += across.take(NEXT, 0) * change.take(LAST, 0)
+        return rates + ((1.0 - squares) * change + factors * others) / (self.h * determinant)
 
-    def leapfrog(self, time: Any, *w: Any) -> Rates:
+    def leapfrog(self, time: Any, *w: Any) -> Any:
         """Half a kick, explicit, and half a kick, implicit, by a fixed-point iteration that goes on
         while its changes shrink."""
-        half = 0.5 * self.h
-        kicked = np.array(w) + half * np.array(self.slope(w))
+        half, start = 0.5 * self.h, np.array(w)
+        kicked = start + half * self.slope(start)
         rates, before, shrinks = kicked, np.inf, np.ones(kicked.shape[1:], dtype=bool)
         for _ in range(CORRECTIONS):
-            corrected = kicked + half * np.array(self.slope(rates))
+            corrected = kicked + half * self.slope(rates)
             change = np.abs(corrected - rates).max(axis=0)
             rates = np.where(shrinks, corrected, rates)
             shrinks &= (change > 0.0) & (change < before)
             if not shrinks.any():
                 break
             before = change
-        return list(rates)
+        return rates
 
-    def explicit(self, tableau: Tableau, time: Any, *state: Any) -> Rates:
+    def explicit(self, tableau: Tableau, time: Any, *state: Any) -> Any:
         """A Runge-Kutta method."""
-        return tableau.advanced(lambda _, stage: self.slopes(stage), state, self.moved)
-
-
-def _cross(left: Rates, right: Rates) -> Rates:
-    (x, y, z), (a, b, c) = left, right
-    return y * c - z * b, z * a - x * c, x * b - y * a
-
-
-def _dot(left: Rates, right: Rates) -> Any:
-    (x, y, z), (a, b, c) = left, right
-    return x * a + y * b + z * c
+        one_part = (np.array(state),)
+        return tableau.advanced(lambda _, stage: [self.slopes(*stage)], one_part, self.moved)[0]
 
 
 def rate_step(scheme: Scheme) -> Step | None:
@@ -162,9 +158,9 @@ class FreeRotationStability:
         x, y, z = self.body.inertia
         return (y - z) / x, (z - x) / y, (x - y) / z
 
-    def _steps(self, sizes: Array) -> RateSteps:
-        a, b, c = (np.full(len(sizes), factor + 0j) for factor in self._factors)
-        return RateSteps((a, b, c), sizes + 0j)
+    def _steps(self, sizes: Array, parts: int = 3) -> RateSteps:
+        size = np.ones((parts, len(sizes)), dtype=complex)
+        return RateSteps(size[:3] * np.array(self._factors)[:, None], size * sizes)
 
     def _jacobian(self, rates: Array) -> Array:
         """The derivative of Euler's equations at one angular velocity, shape (3, 3)."""
@@ -315,13 +311,13 @@ class FreeRotationStability:
         start = self.body.angular_velocity
         nudge = 1j * TINY / 3**0.5
 
-        def begun(sizes: Array) -> tuple[Callable[..., Rates], Rates]:
-            rates = [np.full(len(sizes), w) + nudge for w in start]
-            turned = [np.full(len(sizes), w) for w in (1.0 + 0.0j, 0.0j)]
-            return partial(step, self._steps(sizes)), [*rates, *turned] if stepped else rates
+        def begin(sizes: Array) -> tuple[Callable[..., Rates], Rates]:
+            begun = [w + nudge for w in start] + [1.0, 0.0j] * bool(stepped)
+            steps = self._steps(sizes, len(begun))
+            return partial(step, steps), np.multiply.outer(begun, np.ones(len(sizes)))
 
         return SteppedMotion(
-            begun,
+            begin,
             self._nudge,
             lambda state: dict(zip(RATES, (part.real for part in state), strict=False)),
             math.tau / self.rate,

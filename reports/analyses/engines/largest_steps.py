@@ -18,7 +18,8 @@ from plumbob.reports.analyses.claims import as_expected
 from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.step_ranges import SCENES
 
-# In the quick profile: an equilibrium with every method, and a swing with one of each engine.
+# In the quick profile: an equilibrium with each scheme of each engine, and a swing with one of each
+# engine.
 EQUILIBRIUM, SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
 OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
 
@@ -46,16 +47,18 @@ def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
     """In the full profile every method that is given a step, on each smooth scene of the quick
     one."""
     quick = plan.profile == "quick"
-    return tuple(
-        StabilitySearch(scene.name, method.name)
-        for scene in plan.scenes
-        for method in plan.methods
+    by_scheme = {
+        (scene.name, method.engine, method.scheme if quick else method.name): method.name
+        for scene in reversed(plan.scenes)
+        for method in reversed(plan.methods)
         if scene.profile == "quick" and scene.kind != ON_SUPPORTS
         if method.control == "step" and plan.has(scene.name, method.name)
         if not quick
         or scene.name == EQUILIBRIUM
         or (scene.name == SWING and method.name in OF_SWING)
-    )
+    }
+    searched = reversed(by_scheme.items())  # of equal ones the first
+    return tuple(StabilitySearch(scene, method) for (scene, *_), method in searched)
 
 
 def predictions(plan: StudyPlan) -> Sequence[StepPrediction]:
