@@ -42,6 +42,7 @@ class JudgedLimit:
             "holds": found and found.holds,
             "fails": found and found.fails,
             "why": self.why,
+            "predicted_why": found.reason if found else "",
             "verdict": self.verdict,
             "expected": not self.surprise,
             "known_limit": self.known,

@@ -39,7 +39,9 @@ def render(judged: Judged, provenance: Provenance) -> str:
 
 def table(judged: Judged) -> Table:
     """A row a limit, or a long run."""
-    return table_of("long_runs" if _long(judged) else "largest_steps", judged=judged)
+    if _long(judged):
+        return table_of("long_runs", judged=judged)
+    return table_of("largest_steps", limits=[of.record() for of in judged], folded=False)
 
 
 def _long(judged: Judged) -> bool:

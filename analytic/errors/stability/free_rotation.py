@@ -80,7 +80,7 @@ class RateSteps:
         quaternion (d, a, b, c) after it, as d + ic and a + ib: q' = q w / 2."""
         if len(state) == 3:
             return self.slope(state)
-        slopes, first, second = np.empty_like(state), *state[3:]
+        (first, second), slopes = state[3:], np.empty_like(state)
         slopes[:3] = self.slope(state[:3])
         half = 0.5 * state[:3]
         across, about = half[0] + 1j * half[1], 1j * half[2]
@@ -311,7 +311,7 @@ class FreeRotationStability:
         start = self.body.angular_velocity
         nudge = 1j * TINY / 3**0.5
 
-        def begin(sizes: Array) -> tuple[Callable[..., Rates], Rates]:
+        def begin(sizes: Array) -> tuple[Callable[..., Rates], Any]:
             begun = [w + nudge for w in start] + [1.0, 0.0j] * bool(stepped)
             steps = self._steps(sizes, len(begun))
             return partial(step, steps), np.multiply.outer(begun, np.ones(len(sizes)))
