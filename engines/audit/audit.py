@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.gradient import Gradients, gradients
 from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, refined
@@ -55,6 +57,7 @@ class Audit:
     model: OwnModel | None = None
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
+    changes: tuple[Moved, ...] | None = None  # since another audit; None where it is held to none
     slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property
@@ -62,6 +65,14 @@ class Audit:
         """Error [m] at the model's own integrator and step, as far as the reference is known; not a
         number where there is none."""
         return self.found.own.at(self.found.index) if self.found else float("nan")
+
+    @property
+    def pose(self) -> Mapping[str, Array]:
+        """{body: centre of mass [m]} of the reference at `until`; empty where there is none."""
+        if self.found is None or self.model is None:
+            return {}
+        last = self.reference.positions[self.found.index]
+        return dict(zip(self.model.bodies, last, strict=True))
 
     @property
     def uncertainty(self) -> float:

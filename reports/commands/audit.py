@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import json
 import math
 import os
 import shlex
@@ -23,6 +24,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.trims import tried
@@ -40,7 +42,7 @@ PATIENCE = 10.0  # times the budget, after which an audit of several hangs
 _LARGEST = 100_000_000  # bytes of a control file
 # Options of one audit, which the other does not take: those that decide its numbers, and the rest.
 MOTION = ("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs")
-OF_MOTION = (*MOTION, "write_trimmed", "stable", "require_reference", "gradient")
+OF_MOTION = (*MOTION, "write_trimmed", "stable", "require_reference", "gradient", "against")
 OF_CONTACTS = ("body", "speed", "friction")
 
 
@@ -60,6 +62,12 @@ def command(chosen: argparse.Namespace) -> int:
     _fits(chosen)
     if chosen.policy is not None and chosen.ctrl != "rest":
         raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
+    if chosen.fail_above is not None:
+        if chosen.against is None:
+            raise ParameterError("fail-above", chosen.fail_above, "given with --against")
+        numbers["fail_above"] = values.fraction("fail-above", chosen.fail_above)
+    if chosen.against is not None:
+        chosen.against = stored_audits(Path(chosen.against))
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
     files = model_files(chosen.model)
     if files is not None and target is not None:
@@ -125,7 +133,8 @@ def _of_file(
             friction=numbers.get("friction"),
             keyframe=chosen.keyframe,
         )
-    return audit(
+    old = None if chosen.against is None else audit_of(file, chosen.against)
+    result = audit(
         file,
         chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
         **start_given(chosen),
@@ -137,6 +146,9 @@ def _of_file(
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else policy_of(chosen.policy),
     )
+    if old is None:
+        return result
+    return replace(result, changes=changes(old, values.plain(record(result))))
 
 
 def _of_several(file: Path, chosen: argparse.Namespace, numbers: Mapping[str, float]) -> Row:
@@ -155,7 +167,7 @@ def _row(
     numbers: Mapping[str, float],
 ) -> Row:
     """All that is printed and written of an audit, its page where one is wanted."""
-    answer, missed = answered(result), list(_missed(result, chosen, numbers.get("absolute")))
+    answer, missed = answered(result), list(_missed(result, chosen, numbers))
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     text = ""
     if chosen.out is not None:
@@ -202,9 +214,10 @@ def _several(
 
 
 def _missed(
-    result: Audit | ContactAudit, chosen: argparse.Namespace, metres: float | None
+    result: Audit | ContactAudit, chosen: argparse.Namespace, numbers: Mapping[str, float]
 ) -> Iterator[str]:
     """Why what is asked for is missed."""
+    metres, above = numbers.get("absolute"), numbers.get("fail_above", math.inf)
     held: list[Callable[[], None]] = []
     if isinstance(result, Audit):
         held += [result.assert_stable] * chosen.stable
@@ -216,6 +229,9 @@ def _missed(
             check()
         except AssertionError as why:
             yield str(why)
+    for moved in (isinstance(result, Audit) and result.changes) or ():
+        if moved.growth is not None and (moved.growth > above or moved.growth == above == math.inf):
+            yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
 
 
 def _fits(chosen: argparse.Namespace) -> None:
@@ -242,6 +258,33 @@ def _command(chosen: argparse.Namespace, files: str) -> str:
     words = [f"--{o.replace('_', '-')}={v}" for o, v in given if v and v != "rest"]
     words += ["--contacts"] * chosen.contacts + ["--gradient"] * chosen.gradient
     return f"plumbob audit {files} {shlex.join([*words, '--out', chosen.out])}"
+
+
+def stored_audits(file: Path) -> list[Any]:
+    """The audits in a file, as --json printed them; raises ParameterError."""
+    what = "a file that `plumbob audit --json` has printed"
+    if not file.is_file() or file.stat().st_size > _LARGEST:
+        raise ParameterError("against", str(file), what)
+    try:
+        stored = json.loads(file.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ParameterError("against", str(file), f"{what} ({error})") from None
+    stored = stored if isinstance(stored, list) else [stored]
+    if not all(isinstance(old, dict) and ("fields" in old or "why" in old) for old in stored):
+        raise ParameterError("against", str(file), what)
+    return stored
+
+
+def audit_of(file: Path, stored: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+    """The audit of a file among those that are `stored`: by its path, else its name, or the only
+    one; raises ParameterError."""
+    paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
+    of_path = [old for old, path in zip(stored, paths, strict=True) if path == file]
+    of_name = [old for old, path in zip(stored, paths, strict=True) if path.name == file.name]
+    for candidates in (of_path, of_name, stored):
+        if len(candidates) == 1:
+            return candidates[0]
+    raise ParameterError("against", str(file), "a model whose audit is in that file")
 
 
 def new_file(target: Path) -> Path:

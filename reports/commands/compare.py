@@ -32,7 +32,7 @@ SEVERAL, ALONE_MORE = 3, 2.0
 
 def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
-    above = math.inf if chosen.above is None else _fraction(chosen.above)
+    above = math.inf if chosen.above is None else values.fraction("fail-above", chosen.above)
     file = None if chosen.page is None else html_file("page", chosen.page)
     runs = _benchmark("OLD", chosen.old), _benchmark("NEW", chosen.new)
     if runs != (None, None):
@@ -70,17 +70,6 @@ def _words(chosen: argparse.Namespace) -> str:
     words = ["plumbob", "compare", chosen.old, chosen.new, "--page", chosen.page]
     words += [] if chosen.above is None else ["--fail-above", chosen.above]
     return shlex.join(words)
-
-
-def _fraction(text: str) -> float:
-    """5% or 0.05 as a fraction, 0 or more; raises ParameterError."""
-    try:
-        fraction = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
-    except ValueError:
-        fraction = math.nan
-    if not 0.0 <= fraction < math.inf:
-        raise ParameterError("fail-above", text, "a percentage such as 5%, or a fraction: 0.05")
-    return fraction
 
 
 def _made_with(provenance: Provenance) -> str:

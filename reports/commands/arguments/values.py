@@ -42,6 +42,17 @@ def count(name: str, text: str) -> int:
     return int(text)
 
 
+def fraction(name: str, text: str) -> float:
+    """5% or 0.05 as a fraction, 0 or more; raises ParameterError."""
+    try:
+        value = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < math.inf:
+        raise ParameterError(name, text, "a percentage such as 5%, or a fraction: 0.05")
+    return value
+
+
 def times(text: str) -> Array:
     """T,T,... as times [s], shape (n,), none negative; raises ParameterError."""
     instants = np.array([number("times", part) for part in text.split(",")])

@@ -60,7 +60,7 @@ def page(
         finding=replace(answer, tables=(replace(table, rows=cells), *answer.tables[1:])),
         mark=mark_of(audit.name),
         picture="" if drawn is None else base64.b64encode(drawn).decode("ascii"),
-        versions=", ".join(f"{n} {metadata.version(n)}" for n in ("mujoco", "numpy", "scipy")),
+        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
         seconds=f"{audit.seconds:.3g}",
         command=command,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
@@ -72,6 +72,11 @@ def card(audit: Audit) -> list[str]:
     """The answer in a line: the error, what to choose, and how well that is known; then the lines
     that a file needs for it."""
     return text_lines("audit_card", audit=audit, motion=Motion(audit))
+
+
+def versions() -> dict[str, str]:
+    """Of the packages whose numbers an audit has."""
+    return {name: metadata.version(name) for name in ("mujoco", "numpy", "scipy")}
 
 
 def page_name(model: str, folder: Path, ending: str) -> str:

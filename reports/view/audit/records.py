@@ -10,7 +10,7 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim
-from plumbob.reports.view.audit.page import answered, rows
+from plumbob.reports.view.audit.page import answered, rows, versions
 
 
 def record(audit: Audit | ContactAudit) -> dict[str, Any]:
@@ -69,8 +69,13 @@ def _motion(audit: Audit) -> dict[str, Any]:
         else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
         "slides": audit.slides or None,
+        "start": audit.script.start,
+        "pose": audit.pose,
+        "fields": audit.model.fields if audit.model else {},
+        "versions": versions(),
         **_stability(audit),
         **_gradient(audit.gradient),
+        **({} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}),
         "seconds": audit.seconds,
     }
 

@@ -19,6 +19,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
+from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
@@ -78,6 +79,7 @@ class MujocoModel:
     steppable: tuple[str, ...]
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
+    fields: Mapping[str, str]
     refsafe: bool = True  # as the file has it
     idle: int = 0  # disable flags of the stages that have nothing to do
 
@@ -356,7 +358,18 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     refsafe = not model.opt.disableflags & REFSAFE
     idle = needless_stages(effective)
     return MujocoModel(
-        name, effective, data, step, integrator, tried, stepped, clamped, notes, refsafe, idle
+        name,
+        effective,
+        data,
+        step,
+        integrator,
+        tried,
+        stepped,
+        clamped,
+        notes,
+        fields(model),
+        refsafe,
+        idle,
     )
 
 

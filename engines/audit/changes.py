@@ -1,0 +1,82 @@
+"""What has moved between two audits of a model, as their JSON has them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+SETTINGS = ("integrator", "step", "start", "control", "control_period", "duration", "worst_body")
+ABSENT = "none"
+MOST = 12  # numbers of a state that are written out
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A difference of an audit from an older one."""
+
+    what: str
+    old: str
+    new: str
+    growth: float | None = None
+    """By how much it is worse, relative to the old error; infinite where something is lost; None
+    where it is neither better nor worse."""
+
+
+def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]:
+    """Everything that two audits, as plain data, tell apart. An error that no longer has a value
+    counts as infinite, one below what the references are known to as none."""
+    if "fields" not in old:
+        return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
+    rows = [*_worse(old, new)]
+    for group, names in (("version of", "versions"), ("", ""), ("field", "fields")):
+        was, now = (audit[names] if names else _settings(audit) for audit in (old, new))
+        for name in dict.fromkeys((*was, *now)):
+            values = was.get(name, ABSENT), now.get(name, ABSENT)
+            if values[0] != values[1]:
+                rows.append(_moved(f"{group} {name}".strip(), *values))
+    return tuple(rows)
+
+
+def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
+    """A difference with its values as short texts."""
+
+    def text(value: Any) -> str:
+        if isinstance(value, list):
+            return " ".join(map(text, value)) if len(value) <= MOST else f"{len(value)} numbers"
+        return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+    return Moved(what, text(old), text(new), growth)
+
+
+def _settings(audit: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: audit[name] for name in SETTINGS}
+
+
+def _worse(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
+    """Changes of the error, the certified motion, its end and stability."""
+    ends, before = [audit["certified_until"] for audit in (old, new)], _error(old)
+    known = sum(audit["uncertainty"] or 0.0 for audit in (old, new))
+    if all(ends) and abs(_error(new) - before) > known:
+        yield _moved("error [m]", before, _error(new), _relative(_error(new), before) - 1.0)
+    if not math.isclose(*ends):
+        lost = math.inf if ends[1] < ends[0] else None
+        yield _moved("certified until [s]", ends[0], ends[1], lost)
+    elif (both := old["pose"].keys() & new["pose"].keys()) and ends[0]:
+        apart = {body: math.dist(old["pose"][body], new["pose"][body]) for body in both}
+        furthest = max(sorted(apart), key=lambda body: apart[body])
+        if (distance := apart[furthest]) > known:
+            what = f"certified {furthest} at {ends[0]:.3g} s by [m]"
+            yield _moved(what, 0.0, distance, _relative(distance, before))
+    if old["unstable"] != new["unstable"]:
+        lost = math.inf if new["unstable"] else None
+        yield _moved("unstable", old["unstable"], new["unstable"], lost)
+
+
+def _error(audit: Mapping[str, Any]) -> float:
+    return math.inf if audit["error"] is None else float(audit["error"])
+
+
+def _relative(size: float, error: float) -> float:
+    return size / error if error else math.inf

@@ -1,0 +1,124 @@
+"""An audit held against an older one: what has moved, and which of it fails."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import pytest
+
+from plumbob.engines.adapters.mujoco.own_model.fields import fields
+from plumbob.engines.audit.changes import changes
+from plumbob.reports.cli import main
+
+ROD = """<mujoco><option timestep="0.005"/><worldbody><body name="rod"><joint axis="0 1 0"/>
+<geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
+AUDIT: dict[str, Any] = {
+    "integrator": "euler",
+    "step": 0.005,
+    "start": [0.0, 0.0],
+    "control": "rest",
+    "control_period": 0.02,
+    "duration": 1.0,
+    "worst_body": "rod",
+    "certified_until": 1.0,
+    "uncertainty": 1e-6,
+    "error": 0.01,
+    "unstable": False,
+    "pose": {"world": [0.0, 0.0, 0.0], "rod": [0.3, 0.0, 0.4]},
+    "fields": {"opt.timestep": "0.005"},
+    "versions": {"mujoco": "3.17.0"},
+}
+
+
+@pytest.mark.parametrize(
+    ("new", "what", "growth"),
+    [
+        ({"error": 0.010001}, None, None),  # within what both references leave open, 2e-6
+        ({"error": 0.0101}, "error [m]", 0.01),
+        ({"error": 0.005}, "error [m]", -0.5),
+        ({"error": None}, "error [m]", math.inf),  # it diverges
+        ({"pose": {"rod": [0.3, 1e-6, 0.4]}}, None, None),
+        ({"pose": {"rod": [0.3, 1e-3, 0.4]}}, "certified rod at 1 s by [m]", 0.1),
+        ({"certified_until": 0.5}, "certified until [s]", math.inf),
+        ({"unstable": True}, "unstable", math.inf),
+        ({"step": 0.01}, "step", None),
+        ({"versions": {"mujoco": "4.0.0"}}, "version of mujoco", None),
+        ({"fields": {"opt.timestep": "0.01"}}, "field opt.timestep", None),
+        ({"fields": {}}, "field opt.timestep", None),
+    ],
+)
+def test_what_moves_beyond_what_is_known(
+    new: dict[str, Any], what: str | None, growth: float | None
+) -> None:
+    rows = changes(AUDIT, AUDIT | new)
+    assert [row.what for row in rows] == ([] if what is None else [what])
+    assert [row.growth for row in rows] == pytest.approx([] if what is None else [growth])
+
+
+def test_fields_tell_a_change_from_rounding() -> None:
+    """Written out or as a digest, a relative change by 1e-6 is seen, by 1e-14 not."""
+    geoms = "".join(f'<geom name="g{i}" size=".1" mass="{{mass}}"/>' for i in range(20))
+    text = f'<mujoco><worldbody><body name="b"><freejoint/>{geoms}</body></worldbody></mujoco>'
+    before, rounded, other = (
+        mujoco.MjModel.from_xml_string(text.format(mass=mass)) for mass in (1.0, 1.0, 1.000001)
+    )
+    rounded.geom_size[:] *= 1.0 + 1e-14
+    rounded.body_mass[:] *= 1.0 + 1e-14
+    assert fields(rounded) == fields(before)
+    assert {"body_mass", "body_inertia"} <= {
+        name for name, text in fields(other).items() if text != fields(before)[name]
+    }
+    before.geom_size[7] *= 1.0 + 1e-6  # one of sixty numbers
+    assert fields(rounded)["geom_size"] != fields(before)["geom_size"]
+
+
+def test_an_edit_is_named_and_fails_where_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, old = tmp_path / "rod.xml", tmp_path / "old.json"
+    file.write_text(ROD)
+    quick = ["audit", str(file), "--duration", "0.1", "--budget", "5"]
+    assert main([*quick, "--json"]) == 0
+    old.write_text(capsys.readouterr().out)
+    against = [*quick, "--against", str(old), "--fail-above", "5%"]
+    assert main(against) == 0
+    assert "since then" in (out := capsys.readouterr().out)
+    assert "nothing has moved" in out
+    file.write_text(ROD.replace("0.005", "0.01"))
+    assert main([*against, "--json"]) == 1
+    printed = capsys.readouterr()
+    moved = {row["what"]: row for row in json.loads(printed.out)["changes"]}
+    assert moved["error [m]"]["growth"] == pytest.approx(1.0, abs=0.01)  # twice the step
+    assert {"step", "field opt.timestep"} < set(moved)
+    assert not any(what.startswith("certified") for what in moved)
+    assert printed.err.count("\n") == 1
+    file.write_text(ROD.replace("<joint", '<joint damping="0.1"'))
+    assert main([*quick, "--against", str(old)]) == 0  # without a limit nothing fails
+    out = capsys.readouterr().out
+    assert "certified rod at 0.1 s by [m] 0 -> " in out
+    assert "field dof_damping 0 -> 0.1" in out
+
+
+def test_several_find_their_own_and_what_is_no_audit_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.xml").write_text(ROD)
+    old = tmp_path / "old.json"
+    stored = [{**AUDIT, "model": str(tmp_path / f"{n}.xml"), "error": 1.0} for n in ("a", "b")]
+    old.write_text(json.dumps([{**stored[0], "error": 1e-9, "uncertainty": 0.0}, stored[1]]))
+    words = [str(tmp_path), "--duration", "0.04", "--budget", "5", "--against", str(old)]
+    assert main(["audit", *words, "--fail-above", "5%"]) == 1
+    err = capsys.readouterr().err
+    assert (err.count("a.xml: error"), err.count("b.xml: error")) == (1, 0)
+    assert main(["audit", *words, "--contacts"]) == 2
+    for text in ("{", "[1]", '{"model": "a"}', "[" * 100_000):
+        old.write_text(text)
+        capsys.readouterr()
+        assert main(["audit", *words]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+    assert main(["audit", str(tmp_path), "--fail-above", "5%"]) == 2
