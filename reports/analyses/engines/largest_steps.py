@@ -2,26 +2,38 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from plumbob.analytic.errors.stability.adaptive_cost import stiffness_cost
+from plumbob.analytic.tableau import order_8
 from plumbob.engines.method import meant
-from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import StabilitySearch, StepPrediction
-from plumbob.models.registry import system_of
+from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import ON_SUPPORTS
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import as_expected
+from plumbob.reports.analyses.claims import as_expected, as_predicted
+from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.stability import study_limits
+from plumbob.reports.view.content import Claim
 from plumbob.reports.view.step_ranges import SCENES
 
 # In the quick profile: an equilibrium with each scheme of each engine, and a swing with one of each
 # engine.
 EQUILIBRIUM, SWING = "linear-pendulum/overdamped", "simple-pendulum/free-large"
 OF_SWING = ("mujoco/euler", "ode/leapfrog", "pymunk/default")
+SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # which choose their steps
+DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s], in place of the equilibrium's own
+LONG = 3e3  # time constants of the fastest mode, roughly, that they are run for
+TOLERANCE = 1e-3  # the largest: accuracy asks for next to nothing
+EVALUATIONS = 12  # of the equation of motion in a step of DOP853
 
 
 @dataclass(frozen=True)
@@ -31,6 +43,9 @@ class LargestSteps:
 
     limits: tuple[Mapping[str, Any], ...]
     surprises: tuple[str, ...]
+    paid: Mapping[float, Mapping[str, float]]
+    """Evaluations per second [1/s] of solvers that choose their steps, by the damping rate [1/s]
+    and their names; "predicted" is what stability asks of the first."""
 
     @property
     def predicted(self) -> int:
@@ -73,9 +88,40 @@ def predictions(plan: StudyPlan) -> Sequence[StepPrediction]:
     )
 
 
+def solver_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """Of solvers that choose their steps, on the equilibrium at several damping rates."""
+    return tuple(
+        ExtraRun(
+            EQUILIBRIUM,
+            solver,
+            TOLERANCE,
+            LONG / damping,
+            (("damping_rate", damping),),
+            end_alone=True,
+        )
+        for damping in DAMPING
+        for solver in SOLVERS
+        if plan.has(EQUILIBRIUM, solver)
+    )
+
+
 def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
-    """Searches and predictions of limits."""
-    return (*searches(plan), *predictions(plan))
+    """Searches and predictions of limits, and runs of solvers that choose their steps."""
+    return (*searches(plan), *predictions(plan), *solver_runs(plan))
+
+
+def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
+    """See `LargestSteps`."""
+    rates: dict[float, dict[str, float]] = {}
+    for request in solver_runs(plan_of(study)):
+        theory = stability_of(case_of(request.posed()))
+        assert theory is not None
+        fastest = np.array([-math.tau / theory.fastest + 0j])
+        predicted = EVALUATIONS * float(stiffness_cost(order_8(), fastest))
+        of = rates.setdefault(dict(request.changes)["damping_rate"], {"predicted": predicted})
+        if run := study.answer(request):
+            of[request.method] = run.steps / float(run.times[-1])
+    return rates
 
 
 def numbers(study: Study) -> LargestSteps | None:
@@ -84,9 +130,18 @@ def numbers(study: Study) -> LargestSteps | None:
     if not judged:
         return None
     surprises = [f"{of.scene} {of.method}: {of.surprise}" for of in judged if of.surprise]
-    return LargestSteps(tuple(limit.record() for limit in judged), tuple(surprises))
+    records = tuple(limit.record() for limit in judged)
+    return LargestSteps(records, tuple(surprises), paid(study))
 
 
-LARGEST_STEPS = Analysis(
-    "engines/largest_steps", numbers, requests, lambda found: as_expected(found.surprises)
-)
+def claims(numbers: LargestSteps) -> Sequence[Claim]:
+    """That no limit is unexpected, and that the first solver pays what stability asks of it."""
+    pays = (
+        as_predicted(f"what DOP853 pays at {damping:g}/s", of[SOLVERS[0]], of["predicted"], "1/s")
+        for damping, of in numbers.paid.items()
+        if SOLVERS[0] in of
+    )
+    return (*as_expected(numbers.surprises), *pays)
+
+
+LARGEST_STEPS = Analysis("engines/largest_steps", numbers, requests, claims)
