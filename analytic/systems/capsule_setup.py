@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -68,11 +68,6 @@ class InWorld:
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """That of the motion."""
         return self.own.nonlinearity(times, errors)
-
-    def beside(self, known: InWorld) -> InWorld:
-        """The same, to be computed at less cost from one that is `known`, where it can be."""
-        beside = getattr(self.own, "beside", None)
-        return self if beside is None else replace(self, own=beside(known.own))
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 def step_term(scene: str, step: float) -> float:
     """-phi (1 - phi)(mu w2 + f g) dt^2/2 [m], phi the fraction of t_star/dt; with the velocity's
     corner at t1 where that is off the grid."""
-    return float(step_error(problem(scene).motion, step, "mean"))
+    return float(step_error(problem(scene).motion, step))
 
 
 def contact_of(scene: str, method: str, step: float) -> SoftContact:

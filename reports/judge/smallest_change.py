@@ -7,7 +7,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -31,15 +30,6 @@ SAMPLES = 200  # of a run, on no grid of steps: on none falls a switch that a nu
 FREED = "excess"  # gives the start's rate in another way; other changes keep that rate
 TINY = 1e-300  # in place of nothing allowed, where the exact value is zero
 PLANNED = "capsule-plan"  # whose slider moves as its parameters need
-
-
-@runtime_checkable
-class Neighbouring(Protocol):
-    """A reference that costs less where one of nearly the same motion is known."""
-
-    def beside(self, known: Any) -> Reference:
-        """The same reference, to be computed from a `known` one of its own type."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -161,8 +151,6 @@ class Sensitivities:
             return None
         reference = other.reference
         known = self._known.setdefault(_way(reference), _Known(reference, self._times))
-        if reference is not known.reference and isinstance(reference, Neighbouring):
-            reference = reference.beside(known.reference)
         observed = reference.observe(self._times)
         names = [observable.name for observable in self._case.system.observables]
         moved = {name: np.abs(observed[name] - self._right[name]) for name in names}

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.rotor import taylor_series
@@ -112,8 +111,6 @@ IMPOSSIBLE: tuple[tuple[str, Callable[..., Any], tuple[Any, ...]], ...] = (  # c
     ("times", motion(CASES["cone"]).observe, (np.array([-0.1]),)),
     ("times", motion(CASES["cone"]).observe, (np.array([math.nan]),)),
     ("tolerance", motion(CASES["cone"]).horizon, (0.0,)),
-    ("friction", step_error, (replace(LINE, capsule=SMOOTH), 1e-3)),
-    ("step", step_error, (LINE, 0.0)),
     ("rotor", energy_drift_rate, (CASES["damped-large"].rotor, 1.0, 0.0, 1.0, Scheme(RK4))),
 )
 SCENES: tuple[tuple[str, str, dict[str, Any]], ...] = (  # how the message begins

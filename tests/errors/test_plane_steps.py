@@ -34,7 +34,7 @@ def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
     steps = math.ceil(line.t_star / step) + 2
     end = trajectory(CHECK, path, Start(), EULER, step, steps)[-1]
     gone = end[X] * math.cos(direction) + end[Y] * math.sin(direction)
-    predicted = line.displacement + float(step_error(line, step, "mean"))
+    predicted = line.displacement + float(step_error(line, step))
     assert gone == pytest.approx(predicted, abs=1e-15)  # rounding of 5.6e-3 m in a hundred steps
     assert abs(end[HEADING]) < 1e-13
 

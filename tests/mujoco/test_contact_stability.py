@@ -16,9 +16,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.contact_stability import (
     ContactSpring,
-    contact_spring,
     largest_contact_step,
-    safe_spring,
 )
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, IMPEDANCE, STIFFNESS
@@ -38,6 +36,24 @@ EXPLICIT = Scheme(EULER)  # in the damping of contacts, whatever a joint's is
 INTEGRATORS = {"euler": EXPLICIT, "implicitfast": EXPLICIT, "rk4": Scheme(RK4)}
 CAPSULE = Path(__file__).parents[2] / "models" / "tripod_capsule" / "tripod_capsule.xml"
 BOX, STAND = "four-footed box", "four-legged stand"
+
+
+def contact_spring(frequency: float, damping_ratio: float, impedance: float) -> ContactSpring:
+    """A contact along its normal that has this natural `frequency` [rad/s] on a lone body, but for
+    a fraction `impedance` (MuJoCo's direct `solref`)."""
+    regularisation = (1.0 - impedance) / impedance
+    pull, drag = frequency**2 / impedance, 2.0 * damping_ratio * frequency / impedance
+    return ContactSpring(pull, drag, regularisation)
+
+
+def safe_spring(
+    time_constant: float, damping_ratio: float, impedance: float, step: float = 0.0
+) -> ContactSpring:
+    """The same by a `time_constant` [s] (MuJoCo's `solref` of two positive numbers), which
+    `refsafe` raises to two of `step` [s]; 0 where it is switched off."""
+    tau = max(time_constant, 2.0 * step)
+    stiffness = 1.0 / (impedance * (tau * damping_ratio) ** 2)
+    return ContactSpring(stiffness, 2.0 / (impedance * tau), (1.0 - impedance) / impedance)
 
 
 @cache

@@ -43,7 +43,7 @@ def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> Non
     allowed = sum(bounds["displacement"].values())
     times = np.array([line.t2])
     rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])
-    seen, predicted = moved(line, model, step), float(step_error(line, step, "mean"))
+    seen, predicted = moved(line, model, step), float(step_error(line, step))
     assert abs(seen["displacement"] - line.displacement - predicted) <= allowed + rounded
     assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and the bound is not excessive
     if model == "feet":
@@ -66,7 +66,7 @@ def test_with_light_feet_one_sticking_foot_stops_the_body() -> None:
     step, problem = 0.03 * line.t2, problem_of(line)
     count = capsule.described(problem, method, step).iterations
     off = moved(line, "feet", step)["displacement"] - line.displacement
-    off -= float(step_error(line, step, "mean"))
+    off -= float(step_error(line, step))
     asked = line.closed.braking * step**2
     mass = foot_mass(line.capsule)
     one, two = (slipping_feet_factor(line.capsule, mass, n) ** count for n in (1, 2))

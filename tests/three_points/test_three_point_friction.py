@@ -124,20 +124,6 @@ def test_a_slow_onset_of_sliding_is_its_formula() -> None:
     np.testing.assert_allclose(moved, -mu * jerk * late**3 / 6, rtol=0, atol=ROUND)
 
 
-@pytest.mark.parametrize("fraction", [0.5, 0.999, 1.0])
-def test_a_slope_below_the_threshold_moves_nothing(fraction: float) -> None:
-    pull = fraction * CHECK.friction * CHECK.gravity
-    motion = three_point_motion(CHECK, fixed((0.05, 0.02)), tilt=(0.0, pull), until=10.0)
-    assert [event.mode for event in motion.events] == ["rest"]
-    assert not pose(motion, 10.0).any()
-
-
-def test_a_slope_above_the_threshold_pulls_straight_down() -> None:
-    limit = CHECK.friction * CHECK.gravity
-    motion = three_point_motion(CHECK, fixed((0.05, 0.02)), tilt=(0.0, 1.5 * limit), until=2.0)
-    np.testing.assert_allclose(pose(motion, 2.0), [0.0, limit, 0.0], rtol=0, atol=1e-13)
-
-
 def gradual(motion: ThreePointMotion) -> bool:
     """Whether a load grows through the friction limit within a piece."""
     return any(

@@ -27,24 +27,6 @@ class ContactSpring:
     regularisation: float = 0.0
 
 
-def contact_spring(frequency: float, damping_ratio: float, impedance: float) -> ContactSpring:
-    """A contact along its normal that has this natural `frequency` [rad/s] on a lone body, but for
-    a fraction `impedance` (MuJoCo's direct `solref`)."""
-    regularisation = (1.0 - impedance) / impedance
-    pull, drag = frequency**2 / impedance, 2.0 * damping_ratio * frequency / impedance
-    return ContactSpring(pull, drag, regularisation)
-
-
-def safe_spring(
-    time_constant: float, damping_ratio: float, impedance: float, step: float = 0.0
-) -> ContactSpring:
-    """The same by a `time_constant` [s] (MuJoCo's `solref` of two positive numbers), which
-    `refsafe` raises to two of `step` [s]; 0 where it is switched off."""
-    tau = max(time_constant, 2.0 * step)
-    stiffness = 1.0 / (impedance * (tau * damping_ratio) ** 2)
-    return ContactSpring(stiffness, 2.0 / (impedance * tau), (1.0 - impedance) / impedance)
-
-
 def largest_contact_step(effect: Array, springs: Sequence[ContactSpring], scheme: Scheme) -> float:
     """The step [s] of `scheme` below which all that touches at once holds (eq. 9.2). `effect` is
     the acceleration of each of n directions of contacts by a force in each, over the contacts'

@@ -29,7 +29,8 @@ from plumbob.analytic.errors.free_body.steps import (
     unit,
 )
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.collocation import gauss_collocation
+from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
+from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow, Response
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.free_body.problem import FreeBody
@@ -52,96 +53,52 @@ class Panels:
     until: float  # [s]
 
     @cached_property
-    def edges(self) -> Array:
-        """Where panels begin and end [s], shape (panels + 1,)."""
+    def grid(self) -> TimeGrid:
+        """Where panels begin and end [s]."""
         count = max(1, math.ceil(self.until * self.body.fastest / PANEL))
-        return np.linspace(0.0, self.until, count + 1)
-
-    @cached_property
-    def length(self) -> float:
-        """Length of a panel [s]."""
-        return float(self.edges[1])
+        return TimeGrid(np.linspace(0.0, self.until, count + 1))
 
     @cached_property
     def state(self) -> tuple[Array, Array]:
         """Angular velocity, shape (3, nodes), and attitude, shape (4, nodes), at all nodes."""
-        times = self.edges[:-1, None] + self.length * gauss_collocation(STAGES).nodes
+        edges = self.grid.breakpoints
+        times = edges[:-1, None] + edges[1] * gauss_collocation(STAGES).nodes
         return self.body.rotation.state(times.reshape(-1))
 
     @cached_property
-    def _inverse(self) -> Array:
-        """Inverse of the collocation equations of w' = J w + S, (panels, 3 stages, 3 stages)."""
-        system = -self.length * np.einsum(
-            "npij,nm->pnimj", self._jacobian, gauss_collocation(STAGES).integral
-        )
-        size = 3 * STAGES
-        flat = system.reshape(-1, size, size)
-        flat[:, np.arange(size), np.arange(size)] += 1.0
-        return np.linalg.inv(flat)
-
-    @cached_property
-    def _jacobian(self) -> Array:
-        """J at the nodes, shape (stages, panels, 3, 3)."""
+    def _flow(self) -> LinearFlow:
+        """w' = J w."""
         w = self.state[0].reshape(3, -1, STAGES)
         factors = Body.of(self.body.inertia).factors[:, 0]
-        jacobian = np.zeros((STAGES, w.shape[1], 3, 3))
+        jacobian = np.zeros((*w.shape[1:], 3, 3))
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
-            jacobian[:, :, i, j], jacobian[:, :, i, k] = factors[i] * w[k].T, factors[i] * w[j].T
-        return jacobian
+            jacobian[..., i, j], jacobian[..., i, k] = factors[i] * w[k], factors[i] * w[j]
+        return LinearFlow(self.grid, jacobian)
 
-    def respond(self, source: Array) -> Curve:
+    def respond(self, source: Array) -> Response:
         """The solution of w' = J w + S from 0, S of shape (3, nodes)."""
-        panels, rule = len(self.edges) - 1, gauss_collocation(STAGES)
-        forcing = source.reshape(3, panels, STAGES).transpose(1, 2, 0).reshape(panels, -1, 1)
-        free = self._jacobian.transpose(1, 0, 2, 3).reshape(panels, -1, 3)
-        solved = self._inverse @ np.concatenate([forcing, free], axis=2)
-        slopes = solved.reshape(panels, STAGES, 3, 4)
-        across = self.length * np.einsum("m,pmij->pij", rule.weights, slopes)
-        starts = np.zeros((panels, 3))
-        for n in range(panels - 1):
-            starts[n + 1] = starts[n] + across[n, :, 0] + across[n, :, 1:] @ starts[n]
-        total = slopes[..., 0] + np.einsum("pmij,pj->pmi", slopes[..., 1:], starts)
-        return Curve(self, starts, total)
+        return self._flow.respond(np.zeros((3, 1)), self._at_nodes(source))
 
-    def integrate(self, source: Array) -> Curve:
+    def integrate(self, source: Array) -> Response:
         """The integral from 0 of a source, shape (k, nodes)."""
-        panels = len(self.edges) - 1
-        slopes = source.reshape(len(source), panels, STAGES).transpose(1, 2, 0)
-        weights = self.length * gauss_collocation(STAGES).weights
-        across = np.einsum("m,pmi->pi", weights, slopes)
-        starts = np.cumsum(across, axis=0) - across
-        return Curve(self, starts, slopes)
+        slopes, length = self._at_nodes(source), self.grid.breakpoints[1]
+        across = length * np.einsum("m,pmij->pij", gauss_collocation(STAGES).weights, slopes)
+        ends = np.cumsum(across, axis=0)
+        return Response(self.grid, ends - across, ends[-1], slopes)
+
+    def _at_nodes(self, source: Array) -> Array:
+        panels = source.reshape(len(source), -1, STAGES)
+        return np.moveaxis(panels, 0, -1)[..., None]
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A function of time with values of shape (k,), by its slopes at the nodes."""
-
-    panels: Panels
-    starts: Array  # shape (panels, k)
-    slopes: Array  # shape (panels, stages, k)
-
-    @property
-    def at_nodes(self) -> Array:
-        """Values at all nodes, shape (k, nodes)."""
-        gained = np.einsum("im,pmj->pij", gauss_collocation(STAGES).integral, self.slopes)
-        values = self.starts[:, None] + self.panels.length * gained
-        return np.asarray(values.reshape(-1, values.shape[2]).T)
-
-    def above(self, level: float) -> Curve:
-        """The curve, or zero where it never exceeds `level`."""
-        if np.abs(self.at_nodes).max() > level:
-            return self
-        return Curve(self.panels, np.zeros_like(self.starts), np.zeros_like(self.slopes))
-
-    def at(self, times: Array) -> Array:
-        """Values at `times` [s], shape (n,), as shape (k, n)."""
-        length = self.panels.length
-        panel = np.clip((times / length).astype(int), 0, len(self.starts) - 1)
-        weights = gauss_collocation(STAGES).integral_to(times / length - panel)
-        gained = np.einsum("nm,nmj->nj", weights, self.slopes[panel])
-        return np.asarray((self.starts[panel] + length * gained).T)
+def _known(curve: Response, level: float) -> tuple[Response, Array]:
+    """A curve, or zero where it never exceeds `level`, and its values at the nodes, (k, nodes)."""
+    values = curve.at_nodes()
+    if not np.abs(values).max() > level:
+        zero = Response(curve.orbit, 0.0 * curve.starts, 0.0 * curve.end, 0.0 * curve.slopes)
+        return zero, np.zeros((values.shape[2], values[..., 0, 0].size))
+    return curve, values.reshape(-1, values.shape[2]).T
 
 
 def modified_equation(step: Step, body: Body, w: Array) -> tuple[Array, Array]:
@@ -165,7 +122,7 @@ class FreeBodyErrors:
     """The error series of one body's motion, each computed once; an `ErrorTheory`."""
 
     body: FreeBody
-    _found: dict[Scheme, tuple[float, tuple[tuple[int, Curve, Curve], ...]]] = field(
+    _found: dict[Scheme, tuple[float, tuple[tuple[int, Response, Response], ...]]] = field(
         default_factory=dict, repr=False, compare=False
     )
 
@@ -179,10 +136,9 @@ class FreeBodyErrors:
             terms = expansion(Panels(self.body, until), *known)
             self._found[scheme] = until, terms
         exact = self.body.rotation.state(times)[1]
+        names = (*RATES, *ATTITUDE)
         return {
-            order: dict(
-                zip((*RATES, *ATTITUDE), (*w.at(times), *composed(p.at(times), exact)), strict=True)
-            )
+            order: dict(zip(names, (*_at(w, times), *composed(_at(p, times), exact)), strict=True))
             for order, w, p in terms
         }
 
@@ -191,12 +147,17 @@ class FreeBodyErrors:
         return SteppedErrors({})
 
 
+def _at(curve: Response, times: Array) -> Array:
+    """Values at `times` [s], shape (n,), as shape (k, n)."""
+    return curve.at(times)[..., 0].T
+
+
 def _drift(p: Array, defect: Array, k: int) -> Array:
     """Rate of p_k: the defects, composed with the errors of lower order."""
     return np.asarray(sum(composed(p[k - j], defect[j]) for j in range(1, k + 1)))
 
 
-def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve, Curve], ...]:
+def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Response, Response], ...]:
     """Order, w_k in the body's axes and p_k in the world's, from the first that is not zero."""
     body = Body.of(panels.body.inertia)
     rates, attitude = panels.state
@@ -208,12 +169,10 @@ def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Curve,
     for k in range(order, last + 1):
         source, turn = modified_equation(step, body, w[: k + 1])
         level = ROUNDING * panels.body.fastest**k * (1.0 + panels.body.fastest * panels.until)
-        curve = panels.respond(source[k]).above(level * panels.body.fastest)
-        w[k] = curve.at_nodes
+        curve, w[k] = _known(panels.respond(source[k]), level * panels.body.fastest)
         turn[k, 1:] += w[k] / 2  # as w_k was not in the series yet
         defect[k] = composed(composed(attitude, turn[k]), conjugate)
-        moved = panels.integrate(_drift(p, defect, k)).above(level)
-        p[k] = moved.at_nodes
+        moved, p[k] = _known(panels.integrate(_drift(p, defect, k)), level)
         terms.append((k, curve, moved))
     return tuple(terms)
 
@@ -232,7 +191,7 @@ def euler_drifts(body: FreeBody, until: float) -> Mapping[str, float]:
     rates = panels.state[0]
     torque = np.cross(inertia * rates, rates, axis=0)
     source = np.stack([(torque**2 / inertia).sum(axis=0), (torque**2).sum(axis=0)])
-    energy, square = panels.integrate(source).at(np.array([until]))[:, 0]
+    energy, square = panels.integrate(source).end[:, 0]
     twice = float((inertia * rates**2).sum(axis=0)[0])
     return {
         "energy": float(energy) / twice,

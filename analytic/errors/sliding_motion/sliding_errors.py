@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Literal
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import (
     trapezoid_error,
     trapezoid_errors,
 )
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes
@@ -30,7 +28,6 @@ from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 STARTS = 1e-8
 
 Errors = Mapping[str, Array]
-Sampling = Literal["middle", "mean"]
 
 # With w averaged over the step the velocities at grid times are exact while the body slides, for
 # every acceleration is constant between the switches; it stops in the step that has t_star in it.
@@ -207,72 +204,18 @@ def _normal_forces(motion: LineManoeuvre | SlowStroke, slid: Array) -> dict[str,
     return dict(zip(NORMAL_FORCES, np.outer(slopes, slid), strict=True))
 
 
-def coasting_step_error(coasting: Coasting, step: float | Array, lead: float = 0.5) -> Array:
-    """Error of the whole way [m or rad], simulated minus exact, of semi-implicit Euler with
-    friction resolved within the step: -q' dt/2 (+q' dt/2 if positions go first: `lead` -1/2), and
-    p (1 - p) deceleration dt^2/2, p the fraction in duration/dt. Shape of `step` [s]."""
-    steps = np.asarray(step, dtype=np.float64)
-    part = coasting.duration / steps - np.floor(coasting.duration / steps)
-    tooth = 0.5 * math.copysign(coasting.deceleration, coasting.rate) * part * (1.0 - part)
-    return np.asarray(-lead * coasting.rate * steps + tooth * steps**2)
-
-
-# The line manoeuvre's end, for any step and two ways of reading the control. The scheme
+# The line manoeuvre's end, for any step. The scheme
 #     u = v - mu w dt,  v+ = sgn(u) max(|u| - f g dt, 0),  x+ = x + v+ dt
-# with one w held over the step has at t_k the exact velocity for the control as held, and x is the
-# trapezoid sum of v(t_k) because the body starts and ends at rest (so it does not matter whether v
-# or x is advanced first).
+# with w averaged over the step has the exact velocity at t_k, and x is the trapezoid sum of v(t_k)
+# because the body starts and ends at rest (so it does not matter whether v or x is advanced first).
 
 
-def _pushing_steps(time: float, step: Array) -> Array:
-    """Number of steps whose middle comes before `time`."""
-    return np.maximum(np.ceil(time / step - 0.5), 0.0)
-
-
-def step_error(line: LineManoeuvre, step: float | Array, sampling: Sampling = "middle") -> Array:
+def step_error(line: LineManoeuvre, step: float | Array) -> Array:
     """Error of the final displacement [m], simulated minus exact, of semi-implicit Euler with
-    Coulomb friction resolved within the step, shape of `step` [s].
-
-    sampling: "middle", w is taken at mid-step; "mean", w is averaged over the step. With t1 on the
-    grid both give -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction in t_star/dt: a sawtooth in dt.
-    Off the grid, "mean" adds the trapezoid error at t1 and stays second order; "middle" does the
-    manoeuvre of the nearest t1 on the grid, which is first order. Raises ParameterError for
-    "middle" without friction, where the speed left at t2 never decays.
-    """
+    Coulomb friction resolved within the step and w averaged over it, shape of `step` [s]: with t1
+    on the grid -p (1 - p)(mu w2 + f g) dt^2/2, p the fraction in t_star/dt, a sawtooth in dt; off
+    it with the trapezoid error at t1."""
     steps = np.asarray(step, dtype=np.float64)
-    if not np.all(steps > 0.0):
-        raise ParameterError("step", step, "greater than 0")
     a1, a2 = line.closed.backward, line.closed.braking
-    if sampling == "mean":
-        error = trapezoid_error(a1 + a2, line.t1 / steps) - trapezoid_error(a2, line.t_star / steps)
-        return np.asarray(error * steps**2)
-    friction = line.capsule.friction * line.capsule.gravity
-    if not friction > 0.0:
-        raise ParameterError("friction", line.capsule.friction, "above 0 with w taken at mid-step")
-    pushing, until = _pushing_steps(line.t1, steps), _pushing_steps(line.t2, steps)
-    pulling = until - pushing
-    stop = pushing * (a1 + a2) / a2
-    # A large step may end the pull before the body rests; friction alone then stops it.
-    left = np.maximum(a1 * pushing - a2 * pulling, 0.0)
-    pulled = a1 * pushing**2 * (a1 + a2) / a2
-    cut = a1 * pushing**2 + (a1 * pushing + left) * pulling + left**2 / friction
-    early = left > 0.0
-    distance = 0.5 * np.where(early, cut, pulled)
-    at_rest = np.where(
-        early, trapezoid_error(friction, until + left / friction), trapezoid_error(a2, stop)
-    )
-    return np.asarray(-(distance + at_rest) * steps**2 - line.displacement)
-
-
-def step_error_envelope(line: LineManoeuvre, step: float | Array) -> Array:
-    """Largest |error| of the final displacement [m] over the places that t_star may take in its
-    step, with t1 on the grid: (mu w2 + f g) dt^2/8, shape of `step` [s]."""
-    return np.asarray(line.closed.braking * np.asarray(step, dtype=np.float64) ** 2 / 8)
-
-
-def leftover_stroke_rate(line: LineManoeuvre, step: float | Array) -> Array:
-    """Velocity in the body that the slider keeps after t2 [m/s], shape of `step` [s], when w is
-    taken at mid-step and t1 or t2 is off the grid; averaged over the step, w leaves none."""
-    steps = np.asarray(step, dtype=np.float64)
-    pushing, until = _pushing_steps(line.t1, steps), _pushing_steps(line.t2, steps)
-    return np.asarray((line.w1 * pushing - line.w2 * (until - pushing)) * steps)
+    error = trapezoid_error(a1 + a2, line.t1 / steps) - trapezoid_error(a2, line.t_star / steps)
+    return np.asarray(error * steps**2)

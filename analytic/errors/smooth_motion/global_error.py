@@ -33,8 +33,9 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
 )
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.linear_flow import Response, together
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import Response, TangentFlow, together
+from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme

@@ -35,7 +35,8 @@ from plumbob.analytic.errors.smooth_motion.global_error import flow_until, respo
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.variational import STAGES, Response, TangentFlow, together
+from plumbob.analytic.numerics.rotor.linear_flow import Response, together
+from plumbob.analytic.numerics.rotor.variational import STAGES, TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
 from plumbob.analytic.theory import Coefficients

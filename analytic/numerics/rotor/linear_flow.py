@@ -2,16 +2,75 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
-from plumbob.analytic.numerics.rotor.variational import Response
+from plumbob.analytic.numerics.collocation import Collocation, TimeGrid, gauss_collocation
 from plumbob.analytic.reference import Array
 
 BLOCK = 256  # steps solved at once: a hundred MB at most
+
+
+@dataclass(frozen=True)
+class Response:
+    """Solutions w(t) along an orbit, one for each column of the forcing."""
+
+    orbit: TimeGrid
+    starts: Array  # w at the start of each step, shape (steps, d, columns)
+    end: Array  # w at the end of the last step, shape (d, columns)
+    slopes: Array  # w' at the nodes of each step, shape (steps, stages, d, columns)
+
+    @property
+    def _rule(self) -> Collocation:
+        return gauss_collocation(self.slopes.shape[1])
+
+    @cached_property
+    def _lengths(self) -> Array:
+        return np.diff(self.orbit.breakpoints)[:, None, None, None]
+
+    def at(self, times: Array) -> Array:
+        """Values at `times` [s], shape (n,), as shape (n, d, columns). Raises ParameterError."""
+        step = self.orbit.locate(times)
+        length = np.diff(self.orbit.breakpoints)[step]
+        weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
+        gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
+        return self.starts[step] + gained.reshape(-1, *self.end.shape)
+
+    def followed_by(self, other: Response) -> Response:
+        """This response and the `other`, which begins where it ends."""
+        edges = np.concatenate([self.orbit.breakpoints, other.orbit.breakpoints[1:]])
+        starts = np.concatenate([self.starts, other.starts])
+        slopes = np.concatenate([self.slopes, other.slopes])
+        return Response(TimeGrid(edges), starts, other.end, slopes)
+
+    def at_nodes(self, derivative: int = 0) -> Array:
+        """Values, or time derivatives of the order given, at the nodes of all steps, shape
+        (steps, stages, d, columns)."""
+        if derivative == 0:
+            gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
+            return self.starts[:, None] + self._lengths * gained
+        values = _flat(self.slopes)
+        for _ in range(derivative - 1):
+            values = self._rule.derivative @ values / self._lengths[..., 0]
+        return values.reshape(self.slopes.shape)
+
+
+def _flat(slopes: Array) -> Array:
+    """The slopes at each node of a step in one row, shape (steps, stages, d columns)."""
+    return slopes.reshape(*slopes.shape[:2], -1)
+
+
+def together(responses: Sequence[Response]) -> Response:
+    """Responses along one orbit as one, with the columns of all."""
+    return Response(
+        responses[0].orbit,
+        np.concatenate([response.starts for response in responses], axis=-1),
+        np.concatenate([response.end for response in responses], axis=-1),
+        np.concatenate([response.slopes for response in responses], axis=-1),
+    )
 
 
 @dataclass(frozen=True)
@@ -22,38 +81,40 @@ class LinearFlow:
     matrix: Array  # A, shape (steps, stages, d, d)
 
     @cached_property
-    def _lengths(self) -> Array:
-        return np.diff(self.grid.breakpoints)
+    def _free(self) -> Array:
+        """Slopes at the nodes for each component at a step's start, (steps, stages, d, d)."""
+        return self._solved(self.matrix)
+
+    @cached_property
+    def transitions(self) -> Array:
+        """Fundamental matrix across each step, shape (steps, d, d)."""
+        return np.eye(self.matrix.shape[-1]) + self._across(self._free)
 
     def respond(self, start: Array, forcing: Array) -> Response:
         """Response that begins at `start`, shape (d, columns), under `forcing`, the q at the nodes,
         shape (steps, stages, d, columns)."""
-        blocks = range(0, len(self._lengths), BLOCK)
-        solved = [self._solved(slice(k, k + BLOCK), forcing[k : k + BLOCK]) for k in blocks]
-        free, forced = (np.concatenate(part) for part in zip(*solved, strict=True))
-        weights = gauss_collocation(self.matrix.shape[1]).weights
-        across, gained = (
-            self._lengths[:, None, None] * np.einsum("n,snab->sab", weights, slopes)
-            for slopes in (free, forced)
-        )
-        states = [start]
-        for whole, part in zip(across, gained, strict=True):
-            states.append(states[-1] + whole @ states[-1] + part)
+        forced, states = self._solved(forcing), [start]
+        for across, gained in zip(self.transitions, self._across(forced), strict=True):
+            states.append(across @ states[-1] + gained)
         starts = np.array(states)
-        slopes = forced + free @ starts[:-1, None]
+        slopes = forced + self._free @ starts[:-1, None]
         return Response(self.grid, starts[:-1], starts[-1], slopes)
 
-    def _solved(self, block: slice, forcing: Array) -> tuple[Array, Array]:
-        """Slopes at the nodes of a block of steps for each component at a step's start, (steps,
-        stages, d, d), and from rest under `forcing`."""
-        matrix, lengths = self.matrix[block], self._lengths[block]
-        steps, stages, size, _ = matrix.shape
-        rule = gauss_collocation(stages)
+    def _across(self, slopes: Array) -> Array:
+        """What a step adds, (steps, d, columns), with these slopes at its nodes."""
+        weights = gauss_collocation(slopes.shape[1]).weights
+        gained = np.einsum("n,snab->sab", weights, slopes)
+        return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * gained)
+
+    def _solved(self, sources: Array) -> Array:
+        """Slopes at the nodes of each step from rest, for `sources` there, the same shape."""
+        steps, stages, size, _ = self.matrix.shape
+        scaled = np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
+        slopes = np.empty(sources.shape)
         # Slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i, all nodes of a step together.
-        scaled = lengths[:, None, None] * rule.integral
-        system = -np.einsum("sij,siab->siajb", scaled, matrix)
-        flat = system.reshape(steps, stages * size, stages * size)
-        flat += np.eye(stages * size)
-        right = np.concatenate([matrix, forcing], axis=-1).reshape(steps, stages * size, -1)
-        found = np.linalg.solve(flat, right).reshape(steps, stages, size, -1)
-        return found[..., :size], found[..., size:]
+        for block in (slice(k, k + BLOCK) for k in range(0, steps, BLOCK)):
+            system = -np.einsum("sij,siab->siajb", scaled[block], self.matrix[block])
+            flat = system.reshape(-1, stages * size, stages * size) + np.eye(stages * size)
+            right = sources[block].reshape(len(flat), stages * size, -1)
+            slopes[block] = np.linalg.solve(flat, right).reshape(slopes[block].shape)
+        return slopes

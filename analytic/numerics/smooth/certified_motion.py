@@ -18,7 +18,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import TimeGrid, collocate, gauss_collocation
-from plumbob.analytic.numerics.rotor.variational import Response
+from plumbob.analytic.numerics.rotor.linear_flow import Response
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array

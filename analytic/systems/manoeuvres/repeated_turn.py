@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -26,14 +26,13 @@ class RepeatedTurn:
     """`count` equal turn manoeuvres, the slider fixed for `pause` [s] after each.
 
     Every turn begins as the first one in body axes: several turns need a slider that moves through
-    whole circles, and a pause in which the residual motion ends. `near` is the first turn of others
-    that are nearly the same. Raises ParameterError.
+    whole circles, and a pause in which the residual motion ends. Raises
+    ParameterError.
     """
 
     manoeuvre: TurnManoeuvre
     count: int = 1
     pause: float = 0.0
-    near: ThreePointMotion | None = field(default=None, repr=False, compare=False)
     kind: ClassVar[MotionKind] = "plane"
 
     def __post_init__(self) -> None:
@@ -87,13 +86,7 @@ class RepeatedTurn:
         if friction < least:
             need = f"greater than {least:.2g}, for a double to show what friction does in this turn"
             raise ParameterError("friction", friction, need)
-        motion = three_point_motion(self.manoeuvre.capsule, self.manoeuvre.path)
-        return motion if self.near is None else motion.beside(self.near)
-
-    def beside(self, known: ThreePointMotion) -> RepeatedTurn:
-        """The same turns, to be computed at less cost from a first one that is `known` and nearly
-        the same."""
-        return replace(self, near=known)
+        return three_point_motion(self.manoeuvre.capsule, self.manoeuvre.path)
 
     @cached_property
     def _gained(self) -> tuple[complex, float]:

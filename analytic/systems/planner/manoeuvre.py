@@ -91,7 +91,7 @@ def turn(radius: float, angle: float, angular_acceleration: float, half_time: fl
 def _peak_load(body: Mechanics, path: SliderPath, samples: int) -> float:
     """Largest load factor of friction while the body rests, over `samples` of each piece."""
     return 1.0 + max(
-        excess_load(body, piece, float(time), 0.0)
+        excess_load(body, piece, float(time))
         for piece in path.pieces
         for time in np.linspace(0.0, piece.duration, samples)
     )

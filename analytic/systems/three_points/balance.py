@@ -40,7 +40,7 @@ def actuator_force(body: Mechanics, load: Loading) -> Complex:
     growth = body.reduced_mass * (2.0 * (r.conjugate() * v).real * omega + cross(r, w))
     spin_up = (load.torque - growth) / at.inertia
     relative = w + 2j * omega * v + 1j * spin_up * r - omega**2 * r
-    # Q is at (1 - mu) r from G; the slope pulls at Q too, and that part cancels.
+    # Q is at (1 - mu) r from G.
     return body.mass * mu * (load.force / body.mass + (1.0 - mu) * relative)
 
 
@@ -50,7 +50,7 @@ def actuator_power(body: Mechanics, load: Loading) -> Array:
 
 
 def _totals(body: Mechanics, load: Loading) -> Array:
-    """Energy with that of the slope [J], momentum (2) [N s] and angular momentum [N m s], shape
+    """Energy [J], momentum (2) [N s] and angular momentum [N m s], shape
     (n, 4)."""
     at = load.at
     within = at.velocity + 1j * load.omega * at.position
@@ -59,7 +59,6 @@ def _totals(body: Mechanics, load: Loading) -> Array:
         + body.reduced_mass * np.abs(within) ** 2
         + body.body_inertia * load.omega**2
     )
-    energy = energy - body.mass * (np.conjugate(body.tilt) * load.place).real
     momentum = body.mass * load.centre * np.exp(1j * load.heading)
     spin = at.inertia * load.omega + body.reduced_mass * cross(at.position, at.velocity)
     return np.column_stack(
@@ -85,7 +84,7 @@ def _rates(body: Mechanics, load: Loading) -> Array:
     resisting = np.where(
         load.velocities == 0.0, 0.0, load.support_forces.conjugate() * load.velocities
     )
-    force = load.force * np.exp(1j * load.heading) + body.mass * body.tilt
+    force = load.force * np.exp(1j * load.heading)
     return np.column_stack(
         [
             resisting.real.sum(axis=1),

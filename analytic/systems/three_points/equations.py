@@ -3,7 +3,7 @@
 Written for the body's point that the combined centre G = C + mu r is passing, with velocity p
 (Chernousko 2020, eqs. 2-4 and 23 with the slider's force eliminated):
 
-    dp/dt = sum F_i/(M + m) + tilt - mu w - omega k x (p + mu v)        (rate in body axes)
+    dp/dt = sum F_i/(M + m) - mu w - omega k x (p + mu v)        (rate in body axes)
     (J + mu M r^2) d(omega)/dt = sum (CA_i - mu r) x F_i - mu M (r x w + 2 (r.v) omega)
     v_i = p + omega k x (CA_i - mu r)
 
@@ -36,7 +36,6 @@ class Mechanics:
     supports: Complex  # [m], shape (3,)
     centre_limits: Array  # f N_i with Q at C [N], shape (3,)
     limit_slopes: Array  # change of f N_i with r [N/m], shape (2, 3)
-    tilt: complex  # in-plane gravity in ground axes [m/s^2]
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,8 @@ class Configuration:
     inertia: Array  # J + mu M r^2 [kg m^2]
 
 
-def mechanics(capsule: Capsule, tilt: tuple[float, float] = (0.0, 0.0)) -> Mechanics:
-    """Constants of `capsule` on ground whose slope pulls with `tilt` [m/s^2] along ground axes."""
+def mechanics(capsule: Capsule) -> Mechanics:
+    """Constants of `capsule`."""
     here, x, y = capsule.friction * normal_forces(capsule, CORNERS)
     return Mechanics(
         mass=capsule.body_mass + capsule.slider_mass,
@@ -62,7 +61,6 @@ def mechanics(capsule: Capsule, tilt: tuple[float, float] = (0.0, 0.0)) -> Mecha
         supports=np.array([complex(*point) for point in capsule.supports]),
         centre_limits=here,
         limit_slopes=np.stack([x - here, y - here]),
-        tilt=complex(*tilt),
     )
 
 
@@ -104,7 +102,6 @@ def sliding_rates(
     body: Mechanics,
     at: Configuration,
     state: Array,
-    heading: Array,
     clock: tuple[float, Array] | None,
     jerk: Complex | None = None,
     derived: bool = True,
@@ -113,13 +110,12 @@ def sliding_rates(
     by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
     as far as they become large where v_i -> 0; without `derived` an empty array instead.
 
-    `heading` psi [rad] matters on tilted ground only; `jerk` dw/dt [m/s^3], shape (n,), only in the
-    derivatives. With `clock` = (a, b_i) the rates are by sigma in place of time, d sigma = dt (a +
-    sum b_i/|v_i|): v_i = 0, where a force is singular in time, is approached as sigma -> infinity,
-    and smoothly.
+    `jerk` dw/dt [m/s^3], shape (n,), matters in the derivatives only. With `clock` = (a, b_i) the
+    rates are by sigma in place of time, d sigma = dt (a + sum b_i/|v_i|): v_i = 0, where a force is
+    singular in time, is approached as sigma -> infinity, and smoothly.
     """
     now = Slide.of(body, at, state)
-    rates = now.rates(body, at, heading)
+    rates = now.rates(body, at)
     if not derived:
         return (rates * now.pace(clock)[:, None] if clock else rates), np.empty(0)
     if clock is None:
@@ -139,9 +135,9 @@ def sliding_rates(
     return rates, derivative
 
 
-def rates_in_time(body: Mechanics, at: Configuration, state: Array, heading: Array) -> Array:
+def rates_in_time(body: Mechanics, at: Configuration, state: Array) -> Array:
     """Rates of (p_x, p_y, omega, t) by time while every support slides, shape (n, 4)."""
-    return Slide.of(body, at, state).rates(body, at, heading)
+    return Slide.of(body, at, state).rates(body, at)
 
 
 @dataclass(frozen=True)
@@ -170,13 +166,11 @@ class Slide:
         """dt/d(sigma) of the `clock`, shape (n,)."""
         return 1.0 / (clock[0] + (1.0 / self.speeds) @ clock[1])
 
-    def rates(self, body: Mechanics, at: Configuration, heading: Array) -> Array:
+    def rates(self, body: Mechanics, at: Configuration) -> Array:
         """Rates of (p_x, p_y, omega, t) by time, shape (n, 4)."""
         mu, w, omega = body.mass_ratio, at.acceleration, self.omega
         resistance = np.vecdot(self.back, at.limits) / body.mass
         push = -resistance - mu * w - 1j * omega * (self.point + mu * at.velocity)
-        if body.tilt:
-            push += body.tilt * np.exp(-1j * heading)
         rates = np.empty((len(omega), 4))
         rates[:, 0], rates[:, 1] = push.real, push.imag
         moment = np.vecdot(at.limits, self.turned.imag)

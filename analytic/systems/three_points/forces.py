@@ -48,7 +48,7 @@ def resting(motion: ThreePointMotion, segment: SmoothSegment, times: Array) -> L
     at = configuration(body, piece, times)
     com = com_of(body, piece, segment.first)
     heading = np.full(times.size, segment.first.heading)
-    force, torque = needed_wrench(body, at, heading)
+    force, torque = needed_wrench(body, at)
     return Loading(
         at=at,
         centre=body.mass_ratio * at.velocity,
@@ -74,7 +74,7 @@ def moving(motion: ThreePointMotion, segment: SmoothSegment, places: Array) -> L
         velocities[:, segment.support] = 0.0
         forces = sliding_forces(at, velocities)
         sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
-        turning = Pivot(body, piece, segment.support, sense).motion(at, omega, heading)
+        turning = Pivot(body, piece, segment.support, sense).motion(at, omega)
         forces[:, segment.support] = turning.needed_force
     elif segment.support >= 0:
         forces[:, segment.support] += _missing(motion, segment, places, at, forces)
@@ -105,10 +105,9 @@ def _missing(
     """
     assert segment.coefficients is not None
     body = motion.body
-    px, py, omega, _, heading, *_ = evaluate(segment.coefficients, places).T
+    px, py, omega, *_ = evaluate(segment.coefficients, places).T
     slopes = evaluate(np.asarray(2.0 * legder(segment.coefficients)), places)
     carried = px + 1j * py + body.mass_ratio * at.velocity
     change = (slopes[:, 0] + 1j * slopes[:, 1]) / slopes[:, 3]
     push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
-    pull = body.tilt * np.exp(-1j * heading)
-    return np.asarray(body.mass * (push - pull) - forces.sum(axis=1))
+    return np.asarray(body.mass * push - forces.sum(axis=1))

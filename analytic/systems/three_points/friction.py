@@ -61,14 +61,13 @@ class Start:
 
 @dataclass(frozen=True)
 class Now:
-    """A mode about to begin; `near` are slides of a motion that is nearly the same from there."""
+    """A mode about to begin."""
 
     state: State
     mode: Mode
     support: int = -1
     sense: float = 1.0
     departure: Guess | None = None
-    near: Segments = ()
 
 
 @lru_cache(maxsize=16)  # a reference and what theory samples are one motion
@@ -77,15 +76,12 @@ def three_point_motion(
     path: SliderPath,
     start: Start | None = None,
     *,
-    tilt: tuple[float, float] = (0.0, 0.0),
-    until: float = np.inf,
     nodes: int = 24,
     tolerance: float = 1e-11,
 ) -> ThreePointMotion:
     """Motion of `capsule` from `start` (None: rest at the origin) while the slider follows `path`,
-    until its final rest or `until` [s].
+    until its final rest.
 
-    `tilt` is the in-plane part of gravity along ground axes [m/s^2], at unchanged normal forces;
     `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
     ParameterError where a support would lose contact, or if the body would never stop.
     """
@@ -95,21 +91,19 @@ def three_point_motion(
     finite("heading", start.heading), finite("angular_velocity", start.angular_velocity)
     for error in validity(capsule, path.track()):
         raise error
-    if capsule.friction == 0.0 and not np.isfinite(until):
-        raise ParameterError("friction", 0.0, "greater than 0 for a motion without `until`")
-    body = mechanics(capsule, tilt)
+    if capsule.friction == 0.0:
+        raise ParameterError("friction", 0.0, "greater than 0 for the body to stop")
+    body = mechanics(capsule)
     accuracy = Accuracy(radau_collocation(nodes), tolerance)
 
-    def integrated(near: Segments) -> Segments:
-        return _integrate(body, path, start, until, accuracy, near)
+    def integrated() -> Segments:
+        return _integrate(body, path, start, accuracy)
 
     def coarser() -> ThreePointMotion:
         return three_point_motion(
             capsule,
             path,
             start,
-            tilt=tilt,
-            until=until,
             nodes=nodes - COARSER_NODES,
             tolerance=COARSER * tolerance,
         )
@@ -124,14 +118,11 @@ def _piece_motion(
     duration: float,
     now: Now,
     accuracy: Accuracy,
-    near: Segments,
 ) -> tuple[list[SmoothSegment], Now]:
-    """All segments of one piece, and the mode at its end; `near` are those of the piece in a motion
-    that is nearly the same."""
-    segments, slides = list[SmoothSegment](), tuple(s for s in near if s.mode == "slide")
+    """All segments of one piece, and the mode at its end."""
+    segments = list[SmoothSegment]()
     for _ in range(EVENTS):
         phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
-        now = replace(now, near=slides[sum(s.mode == "slide" for s in segments) :])
         phase_segments, now, over = phase(body, piece, number, duration, now, accuracy)
         segments += phase_segments
         if over:
@@ -148,7 +139,7 @@ def _resting(
 ) -> Phase:
     """Rest until static friction no longer suffices."""
     state = now.state
-    broken = held_until(body, piece, state.time, duration, state.heading)
+    broken = held_until(body, piece, state.time, duration)
     end = duration if broken is None else broken
     resting = SmoothSegment("rest", -1, number, state.time, end, state)
     segments = [resting] if end > state.time else []
@@ -180,7 +171,7 @@ def _sliding(
 ) -> Phase:
     """Slide until a support, or the whole body, comes to rest."""
     state, slipped = now.state, now.support
-    slid = slide(body, piece, number, duration, state, accuracy, now.departure, slipped, now.near)
+    slid = slide(body, piece, number, duration, state, accuracy, now.departure, slipped)
     if not slid.still:
         return slid.segments, Now(slid.state, "slide"), True
     if len(slid.still) == 1:
@@ -208,23 +199,14 @@ def _integrate(
     body: Mechanics,
     path: SliderPath,
     start: Start,
-    until: float,
     accuracy: Accuracy,
-    near: Segments,
 ) -> Segments:
     pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
     now, segments = _initial(body, pieces[0], start), list[SmoothSegment]()
     for number, piece in enumerate(pieces):
-        began = float(path.breakpoints[number])
-        duration = min(piece.duration, until - began)
-        if duration <= 0.0 and number < len(path.pieces):
-            continue
         now = _begin(body, piece, now)
-        beside = tuple(segment for segment in near if segment.piece == number)
-        piece_segments, now = _piece_motion(body, piece, number, duration, now, accuracy, beside)
+        piece_segments, now = _piece_motion(body, piece, number, piece.duration, now, accuracy)
         segments += piece_segments
-        if until <= began + piece.duration:
-            break
         now = replace(now, state=replace(now.state, time=0.0), departure=None)
     return tuple(segments)
 
@@ -257,7 +239,7 @@ def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
     """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
     has just reached the friction limit."""
     at = configuration(body, piece, np.array([state.time + ramp]))
-    force, torque = needed_wrench(body, at, state.heading)
+    force, torque = needed_wrench(body, at)
     answer = onset(
         *(body.mass, float(at.inertia[0]), at.limits[0], at.arms[0]),
         *(complex(force[0]), float(torque[0])),
@@ -277,12 +259,11 @@ def _with_one_at_rest(
     at = configuration(body, piece, np.array([state.time]))
     omega, sense = np.array([state.omega]), float(np.sign(state.omega))
     turning = Pivot(body, piece, support, sense)
-    motion = turning.motion(at, omega, np.array([state.heading]))
+    motion = turning.motion(at, omega)
     rate = float(motion.omega_rate[0])
     if ramp:
         at = configuration(body, piece, np.array([state.time + ramp]))
-        heading = np.array([state.heading + ramp * state.omega])
-        motion = turning.motion(at, omega + ramp * rate, heading)
+        motion = turning.motion(at, omega + ramp * rate)
     needed, limit = complex(motion.needed_force[0]), float(at.limits[0, support])
     if abs(needed) <= limit * (1.0 + EDGE):
         return Now(state, "pivot", support, sense)
@@ -295,7 +276,7 @@ def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> 
     """Time [s] in which the turning about `support` would stop at its present rate of change."""
     at = configuration(body, piece, np.array([state.time]))
     turning = Pivot(body, piece, support, float(np.sign(state.omega)))
-    motion = turning.motion(at, np.array([state.omega]), np.array([state.heading]))
+    motion = turning.motion(at, np.array([state.omega]))
     return abs(state.omega / float(motion.omega_rate[0]))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
@@ -53,23 +53,21 @@ class Pose:
 class ThreePointMotion(SingleMotion):
     """An exact motion, in segments of one mode each, and the events between them.
 
-    `integrated` gives the segments, at less cost where it is given those of a motion that is nearly
-    the same, as `near` is; `coarser` computes the motion with fewer nodes and a larger tolerance,
-    for `error`.
+    `integrated` gives the segments; `coarser` computes the motion with fewer nodes and a larger
+    tolerance, for `error`.
     """
 
     capsule: Capsule
     path: SliderPath
     body: Mechanics
-    integrated: Callable[[Segments], Segments]
+    integrated: Callable[[], Segments]
     coarser: Callable[[], ThreePointMotion]
-    near: ThreePointMotion | None = None
     kind: ClassVar[MotionKind] = "plane"
 
     @cached_property
     def segments(self) -> Segments:
         """The segments, in the order of time."""
-        return self.integrated(() if self.near is None else self.near.segments)
+        return self.integrated()
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -82,11 +80,6 @@ class ThreePointMotion(SingleMotion):
                 time = float(self.path.breakpoints[segment.piece]) + segment.start
                 events.append(Event(time, segment.mode, segment.support))
         return tuple(events)
-
-    def beside(self, known: ThreePointMotion) -> ThreePointMotion:
-        """The same motion, to be computed at less cost from one that is `known` and nearly the
-        same; it agrees with this one to their errors."""
-        return replace(self, near=known)
 
     @property
     def sliding_time(self) -> float:

@@ -1,8 +1,8 @@
 """Pivoting: one support at rest, the body turns about it, until it stops or the support slips.
 
 With A_i at rest the angular momentum about it changes by the slider's m (CQ - CA_i) x w and by the
-moments of the two sliding supports, f N_j |A_iA_j| each against the turning: on level ground omega
-is a plain integral over time.
+moments of the two sliding supports, f N_j |A_iA_j| each against the turning: omega is a plain
+integral over time.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 )
 
 SAMPLES = 129  # of an element, for changes of sign
-HEADING_PASSES = 40
 ELEMENTS = 2000  # in one piece, before giving up
 UNBALANCED = 1e-3  # smallest unbalanced part of the moments as a pivot starts, over their size
 ROUNDING = 1e-15  # of the moments, in omega
@@ -83,23 +82,18 @@ class Pivot:
         inertia = body.body_inertia + (body.mass - slider) * abs(support) ** 2
         return arm, inertia + slider * np.abs(arm) ** 2
 
-    def moment(self, at: Configuration, heading: Array) -> Array:
-        """Moment about A_i of sliding friction and slope [N m], shape (n,)."""
-        body = self.body
-        distances = np.abs(body.supports - body.supports[self.support])
-        moment = -self.sense * at.limits @ distances
-        if body.tilt:
-            pull = body.mass * body.tilt * np.exp(-1j * heading)
-            moment = moment - cross(at.arms[:, self.support], pull)
-        return np.asarray(moment)
+    def moment(self, at: Configuration) -> Array:
+        """Moment about A_i of sliding friction [N m], shape (n,)."""
+        supports = self.body.supports
+        return np.asarray(-self.sense * at.limits @ np.abs(supports - supports[self.support]))
 
-    def motion(self, at: Configuration, omega: Array, heading: Array) -> PivotMotion:
+    def motion(self, at: Configuration, omega: Array) -> PivotMotion:
         """Motion, and the friction force at the support at rest, while the body turns at `omega`
-        [rad/s], shape (n,), with `heading` [rad], shape (n,)."""
+        [rad/s], shape (n,)."""
         body, mu = self.body, self.body.mass_ratio
         (arm, inertia), slider = self.about(at), body.mass * mu
         growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
-        moment = self.moment(at, heading)
+        moment = self.moment(at)
         rate = (moment - slider * cross(arm, at.acceleration) - growth * omega) / inertia
         to_centre = -at.arms[:, self.support]
         acceleration = (1j * rate - omega**2) * to_centre + mu * (
@@ -108,15 +102,14 @@ class Pivot:
         levers = body.supports - body.supports[self.support]
         levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
         others = -1j * self.sense * at.limits @ levers
-        pull = body.mass * body.tilt * np.exp(-1j * heading)
-        return PivotMotion(rate, 1j * omega * to_centre, body.mass * acceleration - others - pull)
+        return PivotMotion(rate, 1j * omega * to_centre, body.mass * acceleration - others)
 
     def margins(self, coefficients: Array, places: Array) -> tuple[Array, Array]:
         """Turning speed [rad/s] and how far |F_i| is below its limit [N] at `places` of an element,
         shape (n,): each is positive until its event."""
-        _, _, omega, time, heading, *_ = evaluate(coefficients, places).T
+        _, _, omega, time, *_ = evaluate(coefficients, places).T
         at = self.at(time)
-        needed = np.abs(self.motion(at, omega, heading).needed_force)
+        needed = np.abs(self.motion(at, omega).needed_force)
         return self.sense * omega, at.limits[:, self.support] - needed
 
 
@@ -177,7 +170,7 @@ def _first_size(turning: Pivot, state: State, remaining: float) -> float:
     if np.isfinite(remaining):
         return remaining
     here = turning.at(np.array([state.time]))
-    braking = abs(float(turning.moment(here, np.zeros(1))[0]))
+    braking = abs(float(turning.moment(here)[0]))
     return 1.5 * abs(state.omega) * float(turning.about(here)[1][0]) / braking
 
 
@@ -199,14 +192,18 @@ def _solved(turning: Pivot, accuracy: Accuracy, state: State, size: float) -> _E
     """The element from `state` over `size` [s]."""
     rule, here = accuracy.rule, turning.at(np.array([state.time]))
     at = turning.at(state.time + size * rule.nodes)
-    omega, heading, angular_acceleration = _turned(turning, accuracy, state, size, here, at)
-    motion = turning.motion(at, omega, heading)
+    (arm, inertia), moment = turning.about(at), turning.moment(at)
+    # From the angular momentum about the support.
+    driving = -turning.body.mass * turning.body.mass_ratio * cross(arm, at.acceleration)
+    momentum = turning.about(here)[1] * state.omega + size * rule.integral @ (driving + moment)
+    omega = momentum / inertia
+    motion = turning.motion(at, omega)
     # The round-off speed that the support had as it stuck is set to zero here.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
     moved = motion.point - point
     values = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
     slopes: Array = np.asarray(np.linalg.solve(rule.integral, values))
-    gain = size * angular_acceleration
+    gain = size * float((np.abs(moment) / inertia).max())
     rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
     speed = rate * float(np.abs(here.arms).max())
     start = replace(state, point=point)
@@ -216,31 +213,6 @@ def _solved(turning: Pivot, accuracy: Accuracy, state: State, size: float) -> _E
         rule.truncation(slopes, np.array([speed, speed, rate, size])),
         ROUNDING * gain,
     )
-
-
-def _turned(
-    turning: Pivot,
-    accuracy: Accuracy,
-    state: State,
-    size: float,
-    here: Configuration,
-    at: Configuration,
-) -> tuple[Array, Array, float]:
-    """omega [rad/s] and heading [rad] at the nodes, shape (n,), from the angular momentum about the
-    support, and the largest angular acceleration [rad/s^2] that friction alone gives."""
-    integral = accuracy.rule.integral
-    momentum = turning.about(here)[1] * state.omega
-    arm, inertia = turning.about(at)
-    slider = turning.body.mass * turning.body.mass_ratio
-    driving = -slider * cross(arm, at.acceleration)
-    heading = np.full(accuracy.rule.nodes.size, state.heading)
-    for _ in range(HEADING_PASSES if turning.body.tilt else 1):
-        moment = turning.moment(at, heading)
-        omega = (momentum + size * integral @ (driving + moment)) / inertia
-        before, heading = heading, state.heading + size * integral @ omega
-        if np.abs(heading - before).max() <= 1e-15:
-            break
-    return omega, heading, float((np.abs(moment) / inertia).max())
 
 
 def _first_event(turning: Pivot, element: _Element, state: State) -> _Event:

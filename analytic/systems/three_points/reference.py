@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol
 
@@ -50,11 +50,6 @@ class PlaneMotion(Protocol):
     @property
     def single(self) -> ThreePointMotion:
         """The motion itself, or the one that it repeats."""
-        ...
-
-    def beside(self, known: ThreePointMotion) -> PlaneMotion:
-        """The same motion, to be computed at less cost from one that is `known` and nearly the
-        same as `single`."""
         ...
 
 
@@ -130,11 +125,6 @@ class PlaneReference(LinearResponse):
         late = ROUNDINGS * float(np.max(np.abs(times))) * float(np.hypot(*speeds.T).max())
         reach = float(np.hypot(*places.T).max())
         return normal_force_uncertainty(capsule, reach) + steepest_load(capsule) * late
-
-    def beside(self, known: PlaneReference) -> PlaneReference:
-        """The same motion, to be computed at less cost from one that is `known` and nearly the
-        same."""
-        return replace(self, motion=self.motion.beside(known.motion.single))
 
     @property
     def begun(self) -> Start:

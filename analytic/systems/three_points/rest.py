@@ -89,13 +89,10 @@ def _leave(value: Callable[[Array], float], place: Array, direction: Array, size
     return place + size * direction
 
 
-def needed_wrench(
-    body: Mechanics, at: Configuration, heading: Array | float
-) -> tuple[Complex, Array]:
+def needed_wrench(body: Mechanics, at: Configuration) -> tuple[Complex, Array]:
     """Force [N] and torque about G [N m] that friction must balance for the body to stay at rest,
-    shape (n,): the slider's reaction -m w and the slope's pull."""
-    pull = body.tilt * np.exp(-1j * np.asarray(heading))
-    force = body.mass * (pull - body.mass_ratio * at.acceleration)
+    shape (n,): the slider's reaction -m w."""
+    force = -body.mass * body.mass_ratio * at.acceleration
     return np.asarray(force), -body.reduced_mass * cross(at.position, at.acceleration)
 
 
@@ -278,16 +275,14 @@ def slip_onset(mass: float, inertia: float, limit: float, arm: complex, needed: 
     return complex(a[0], a[1])
 
 
-def excess_load(body: Mechanics, piece: Piece, time: float, heading: float) -> float:
+def excess_load(body: Mechanics, piece: Piece, time: float) -> float:
     """Load factor of static friction at local `time` [s], less 1: the body sticks up to 0."""
     at = configuration(body, piece, np.array([time]))
-    force, torque = needed_wrench(body, at, heading)
+    force, torque = needed_wrench(body, at)
     return load_factor(at.limits[0], at.arms[0], complex(force[0]), float(torque[0]))[0] - 1.0
 
 
-def held_until(
-    body: Mechanics, piece: Piece, start: float, duration: float, heading: float
-) -> float | None:
+def held_until(body: Mechanics, piece: Piece, start: float, duration: float) -> float | None:
     """First local time [s] after `start` at which static friction no longer suffices, or None if it
     does until `duration` [s]; on a piece of infinite duration nothing changes."""
     from scipy.optimize import brentq
@@ -297,10 +292,10 @@ def held_until(
     fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))
     times = start + (duration - start) * fractions
     at = configuration(body, piece, times)
-    held = simply_held(at, *needed_wrench(body, at, heading))
+    held = simply_held(at, *needed_wrench(body, at))
 
     def excess(time: float) -> float:
-        return excess_load(body, piece, time, heading)
+        return excess_load(body, piece, time)
 
     for k in np.flatnonzero(~held):
         if k == 0 or excess(float(times[k])) <= EDGE:

@@ -15,7 +15,7 @@ open set of motions meets v = 0 exactly and leaves it again at once along the ot
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +35,6 @@ from plumbob.analytic.systems.three_points.equations import (
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Accuracy,
     SmoothSegment,
-    Solution,
     State,
     fitted,
     monotone_root,
@@ -55,8 +54,6 @@ FIRST = 2.0  # length in sigma: e-folds of the speed that changes fastest
 NEAR_POLE = 3.0  # time scales from a zero of v_i, within which the element runs in sigma
 REACH = 4.0  # times the time in which the slowest change stops a support
 FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element may end
-NEAR = 1e-2  # of the rest of a piece: a known element this near its end ends with it
-LOOSER = 2.0  # times the tolerance: a known element's truncation error may be a little larger
 ELEMENTS = 2000  # in one piece, before giving up
 
 Guess = Callable[[Array, Configuration], Array]  # times since the start, slider -> states (n, 3)
@@ -94,11 +91,11 @@ class ElementPlan:
 
 @dataclass(frozen=True)
 class Element:
-    """A solved element: SmoothSegment coefficients, how they were found, and the next one's length
-    in its variable."""
+    """A solved element: SmoothSegment coefficients, its length in its variable, and the next
+    one's."""
 
     coefficients: Array
-    solution: Solution
+    size: float
     next_size: float
 
 
@@ -133,14 +130,12 @@ def slide(
     accuracy: Accuracy,
     departure: Guess | None = None,
     slipped: int = -1,
-    near: Sequence[SmoothSegment] = (),
 ) -> Slid:
     """Slide from `state` until a support comes to rest or `duration` [s] of piece `number` is over.
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
-    support. `near` are the elements of a slide that is nearly the same: where they suffice as first
-    guesses they save most of the cost. Raises RuntimeError when no element is small enough.
+    support. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []
     size, timed, fastest = 0.0, True, 0.0
@@ -151,21 +146,16 @@ def slide(
         still = () if departure is not None else _at_rest(at, state, fastest)
         if still or remaining <= 0.0:
             return Slid(segments, state, still)
-        element = _following(body, piece, accuracy, state, near[len(segments) :], remaining)
-        if element is not None:
-            timed = element.solution.clock is None
+        if departure is not None:
+            plan = _departing(body, piece, at, accuracy.rule, state, remaining, departure)
         else:
-            near = ()
-            if departure is not None:
-                plan = _departing(body, piece, at, accuracy.rule, state, remaining, departure)
-            else:
-                plan = _continuing(body, at, accuracy.rule, state, remaining, fastest)
-            if size == 0.0 or timed != (plan.clock is None):
-                size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
-            element = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
+            plan = _continuing(body, at, accuracy.rule, state, remaining, fastest)
+        if size == 0.0 or timed != (plan.clock is None):
+            size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
+        element = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
 
         last, end = 1.0, float(element.coefficients[:, 3].sum())
-        if timed and element.solution.size == remaining:
+        if timed and element.size == remaining:
             end = duration
         elif end > duration:
             last = float(monotone_root(element.coefficients[:, 3], np.array([duration]))[0])
@@ -173,7 +163,7 @@ def slide(
         segments.append(
             SmoothSegment(
                 *("slide", slipped, number, state.time, end, state),
-                *(element.coefficients, last, element.solution),
+                *(element.coefficients, last),
             )
         )
         state = replace(state_at(element.coefficients, last), time=end)
@@ -198,7 +188,7 @@ def _row(state: State) -> Array:
 def _acceleration(body: Mechanics, at: Configuration) -> float:
     """Acceleration [m/s^2] that the forces would give if they did not balance."""
     push = body.mass_ratio * abs(complex(at.acceleration[0]))
-    return float(at.limits[0].sum()) / body.mass + push + abs(body.tilt)
+    return float(at.limits[0].sum()) / body.mass + push
 
 
 def _departing(
@@ -243,15 +233,15 @@ def _continuing(
 ) -> ElementPlan:
     """The element that continues sliding from `state`, with the slider as in `at`; `remaining` [s]
     are left of the piece, `fastest` [m/s] is the largest speed scale met in it."""
-    start, heading = _row(state)[None, :], np.array([state.heading])
-    supports = _support_motion(body, at, state, rates_in_time(body, at, start, heading)[0])
+    start = _row(state)[None, :]
+    supports = _support_motion(body, at, state, rates_in_time(body, at, start)[0])
     slowing, speed = supports.slowing, speed_scale(at, state)
     time_scale = min(remaining, REACH * float((supports.speeds / slowing).max()))
     clock, longest = None, min(time_scale, remaining)
     # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
     if (supports.speeds < NEAR_POLE * time_scale * slowing).any():
         clock = (1.0 / time_scale, slowing)
-    rates, derivative = sliding_rates(body, at, start, heading, clock)
+    rates, derivative = sliding_rates(body, at, start, clock)
     if clock:
         longest = _longest_decay(supports, -float(rates[0, 3]), speed, fastest)
 
@@ -303,59 +293,30 @@ def _element(
     guess = plan.guess(size)
     while size >= least:
         scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
-        first = Solution(plan.clock, size, scale, guess)
-        slopes = _solved(body, piece, rule, state, first)
+        slopes = _solved(body, piece, rule, state, plan.clock, size, scale, guess)
         truncation = np.inf if slopes is None else rule.truncation(slopes, scale)
-        change = _change(accuracy, truncation)
+        change = 0.9 * (accuracy.tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS
         if slopes is not None and truncation <= accuracy.tolerance:
             coefficients = fitted(rule, body, piece, state, slopes)
-            return Element(coefficients, replace(first, slopes=slopes), size * change)
+            return Element(coefficients, size, size * change)
         shorter = min(GROWTH[1], max(GROWTH[0], change))
         size *= shorter
         guess = plan.guess(size) if slopes is None else rule.shortened(slopes, shorter)
     raise RuntimeError(f"no step is small enough at {state.time!r} s of a piece")
 
 
-def _change(accuracy: Accuracy, truncation: float) -> float:
-    """The factor on an element's length that brings its `truncation` within the tolerance."""
-    return float(0.9 * (accuracy.tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS)
-
-
-def _following(
+def _solved(
     body: Mechanics,
     piece: Piece,
-    accuracy: Accuracy,
+    rule: Collocation,
     state: State,
-    near: Sequence[SmoothSegment],
-    remaining: float,
-) -> Element | None:
-    """The element from `state` that is nearly the first of `near`, with `remaining` [s] of the
-    piece; None where it is not, or its truncation error is not within the tolerance."""
-    known = near[0].solution if near else None
-    if known is None:
-        return None
-    size, rule = known.size, accuracy.rule
-    if known.slopes.shape[0] != rule.nodes.size:
-        return None
-    if known.clock is None and size > remaining * (1.0 - NEAR):
-        size = remaining
-    first = Solution(known.clock, size, known.scale, known.slopes * (size / known.size))
-    slopes = _solved(body, piece, rule, state, first)
-    truncation = np.inf if slopes is None else rule.truncation(slopes, known.scale)
-    if slopes is None or truncation > LOOSER * accuracy.tolerance:
-        return None
-    coefficients = fitted(rule, body, piece, state, slopes)
-    return Element(
-        coefficients, replace(first, slopes=slopes), size * _change(accuracy, truncation)
-    )
-
-
-def _solved(
-    body: Mechanics, piece: Piece, rule: Collocation, state: State, first: Solution
+    clock: tuple[float, Array] | None,
+    size: float,
+    scale: Array,
+    guess: Array,
 ) -> Array | None:
-    """Slopes at the nodes, shape (n, 4), of the element that begins at `state`, from those of its
-    `first` guess; None where Newton's method does not converge."""
-    heading, size, clock = np.full(rule.nodes.size, state.heading), first.size, first.clock
+    """Slopes at the nodes, shape (n, 4), of the element of length `size` that begins at `state`,
+    from a `guess`; None where Newton's method does not converge."""
 
     def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
         at, jerk = configuration(body, piece, states[:, 3]), None
@@ -363,13 +324,11 @@ def _solved(
             passing = rule.derivative @ states[:, 3]
             if passing.min() > SHORT * abs(states[-1, 3]):
                 jerk = (rule.derivative @ at.acceleration) / passing
-        rates, derivative = sliding_rates(body, at, states, heading, clock, jerk, derived)
-        if body.tilt:
-            heading[:] = state.heading + size * rule.integral @ (states[:, 2] * rates[:, 3])
+        rates, derivative = sliding_rates(body, at, states, clock, jerk, derived)
         return size * rates, size * derivative
 
     with np.errstate(all="ignore"):
-        return collocate(rule, right_hand_side, _row(state), first.slopes, first.scale)
+        return collocate(rule, right_hand_side, _row(state), guess, scale)
 
 
 def _state_scale(plan: ElementPlan, change: Array) -> Array:

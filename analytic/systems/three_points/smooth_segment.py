@@ -42,25 +42,12 @@ class State:
 
 
 @dataclass(frozen=True)
-class Solution:
-    """How an element of a slide was solved: its `clock` (see `equations.sliding_rates`; None: it
-    runs in time), its length `size` in sigma or in time [s], the `scale` of (p_x, p_y, omega, t)
-    over it, shape (4,), and their `slopes` at the nodes, shape (n, 4)."""
-
-    clock: tuple[float, Array] | None
-    size: float
-    scale: Array
-    slopes: Array
-
-
-@dataclass(frozen=True)
 class SmoothSegment:
     """One mode from local time `start` to `end` [s] of piece number `piece`; `support` is the one
     at rest in a pivot, or the one that slips as a slide begins, else -1.
 
     `coefficients`, shape (k, 7): p_x, p_y, omega, t, psi and the place of G as Legendre series in a
-    parameter from 0 to `last`, at most 1. None while the body rests in its first state. `solution`
-    is that of a slide.
+    parameter from 0 to `last`, at most 1. None while the body rests in its first state.
     """
 
     mode: Mode
@@ -71,7 +58,6 @@ class SmoothSegment:
     first: State
     coefficients: Array | None = None
     last: float = 1.0
-    solution: Solution | None = None
 
 
 def states_of(segments: Sequence[SmoothSegment], which: Indices, times: Array) -> Array:
