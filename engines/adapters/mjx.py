@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -23,8 +23,10 @@ from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.method import Engine, Method, ModelError, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.gradient import Number
 from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from plumbob.models.gradient import Number
 
 SINGLE = Scheme("semi-implicit euler in single precision")
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
-from plumbob.models.gradient import Number
 from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from plumbob.models.gradient import Number
 
 NUDGE = 1e-6  # of a number, relative, and of a state's
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,8 +20,10 @@ from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.sampling import step_count
-from plumbob.models.gradient import Number
 from plumbob.models.scene import Case
+
+if TYPE_CHECKING:
+    from plumbob.models.gradient import Number
 
 NO_CONTACTS = (
     "its forward dynamics has bilateral constraints: contacts would be those of its caller"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,19 +63,17 @@ def convergence_study(
     method: Method,
     most_steps: int,
     step_sizes: tuple[float, ...] = (),
-    keep: Callable[[float, Trajectory], None] = lambda step, run: None,
     seed: int | None = None,
 ) -> ConvergenceStudy:
     """Run `scene` with `method` at its step sizes (or those given), coarse to fine, leaving out
     runs of more than `most_steps`, and stopping two step sizes after the error reaches its floor;
     where no theory covers the method, at steps between them too; at the step at which methods are
-    compared; and at one that `seed` draws. `keep` is given each run, for what a measurement does
-    not hold."""
+    compared; and at one that `seed` draws."""
     case = case_of(scene)
     leading = case.system.observables[0].name
     chosen = chosen_step_sizes(scene, method, most_steps, step_sizes)
     beside = () if step_sizes else steps_beside(scene, method, most_steps)
-    measurements, finest, at_floor = _measured(case, method, chosen, beside, keep)
+    measurements, finest, at_floor = _measured(case, method, chosen, beside)
     cut = at_floor <= 2 and len(chosen) < len(
         chosen_step_sizes(scene, method, math.inf, step_sizes)
     )
@@ -95,7 +93,6 @@ def _measured(
     method: Method,
     chosen: tuple[float, ...],
     beside: tuple[float, ...],
-    keep: Callable[[float, Trajectory], None],
 ) -> tuple[list[Measurement], tuple[float, Trajectory] | None, int]:
     """The measurements, the finest run with an error of the leading observable, and how many of
     these errors are at their floor."""
@@ -108,8 +105,6 @@ def _measured(
         step = waiting.pop(0)
         measurement, run = measure(case, method, step)
         measurements.append(measurement)
-        if run is not None:
-            keep(step, run)
         if measurement.status in ("unsupported", "missing"):
             break
         if measurement.status != "done":

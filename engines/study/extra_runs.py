@@ -13,10 +13,8 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
-from plumbob.engines.study.stability import StepPrediction, predicted_limits
 from plumbob.engines.trajectory import Trajectory, last_sample, lost
 from plumbob.models.registry import case_of, system_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
 MOST_STEPS = 25_000  # of a run in an extra convergence study: the quick profile's limit
@@ -127,40 +125,3 @@ def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajec
     if lost(run) or not_asked_for(case_of(scene), method, step, run):
         return None
     return run
-
-
-def convergence_with(
-    scene: Scene, method: Method, most_steps: int, asked: Sequence[Request[Any]], seed: int
-) -> tuple[ConvergenceStudy, dict[Request[Any], Any]]:
-    """The convergence study of a pair, and what is `asked` for of the same pair: recordings, those
-    of its own runs where the steps are the same, others run beside them, and predicted limits."""
-    recorded = [request for request in asked if isinstance(request, ExtraRun)]
-    runs: dict[float, Trajectory | None] = {}
-
-    def keep(step: float, run: Trajectory) -> None:
-        if any(request.step == step for request in recorded):
-            runs[step] = _whole(run, scene, method, step)
-
-    found = convergence_study(scene, method, most_steps, keep=keep, seed=seed)
-    for request in recorded:
-        if request.step not in runs:
-            runs[request.step] = request.answer(method)
-    results: dict[Request[Any], Any] = {request: runs[request.step] for request in recorded}
-    if StepPrediction(scene.name, method.name) in asked:
-        results[StepPrediction(scene.name, method.name)] = predicted_limits(scene, method)
-    return found, results
-
-
-def is_of(request: Request[Any], scene: Scene, method: Method) -> bool:
-    """Whether a request is of this very scene with this very method: one more run, kept whole, or
-    what theory predicts of its steps."""
-    if not isinstance(request, ExtraRun | StepPrediction):
-        return False
-    if (request.scene, request.method) != (scene.name, method.name):
-        return False
-    if isinstance(request, StepPrediction):
-        return True
-    if request.changes or request.settings or request.duration is not None or request.end_alone:
-        return False
-    usual = find_scene(scene.name)
-    return (usual.parameters, usual.duration) == (scene.parameters, scene.duration)

@@ -68,8 +68,8 @@ class Answers(Mapping[Request[Any], Any]):
 
 @dataclass(frozen=True)
 class TaskResult:
-    """The result of one task of a study: a convergence study with recordings of it, extra runs, a
-    cost with the reference step's [ns] beside it, or an analysis; or why it was given up."""
+    """The result of one task of a study: a convergence study, an extra run, a cost with the
+    reference step's [ns] beside it, or an analysis; or why it was given up."""
 
     convergence: ConvergenceStudy | None = None
     extras: Mapping[Request[Any], Any] = field(default_factory=dict)

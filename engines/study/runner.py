@@ -19,6 +19,7 @@ from plumbob.engines.study.convergence import (
     SEED,
     ConvergenceStudy,
     chosen_step_sizes,
+    convergence_study,
     steps_beside,
     timed_run,
 )
@@ -26,8 +27,6 @@ from plumbob.engines.study.cost import costs
 from plumbob.engines.study.extra_runs import (
     Requests,
     StudyPlan,
-    convergence_with,
-    is_of,
     nothing_more,
 )
 from plumbob.engines.study.measurement import Measurement
@@ -170,11 +169,10 @@ def _tasks(
     seed: int,
 ) -> tuple[list[Task], list[Task]]:
     """The tasks of the error half, and those whose time counts."""
-    errors = [convergence_task(*pair, plan.profile, asked, seed) for pair in chosen]
-    others = [r for r in asked if not any(is_of(r, *pair) for pair in chosen)]
-    timed = [r for r in others if isinstance(r, RunRequest) and r.timed]
+    errors = [convergence_task(*pair, plan.profile, seed) for pair in chosen]
+    timed = [r for r in asked if isinstance(r, RunRequest) and r.timed]
     trims = [_extra_task(r, plan) for r in timed]
-    errors += [_extra_task(r, plan) for r in others if r not in timed]
+    errors += [_extra_task(r, plan) for r in asked if r not in timed]
     return errors, trims
 
 
@@ -252,31 +250,25 @@ def most_steps(scene: Scene, profile: Profile) -> int:
     return int(most / system_of(scene).weight) if profile == "quick" else most
 
 
-def convergence_task(
-    scene: Scene, method: Method, profile: Profile, asked: Sequence[Request[Any]], seed: int
-) -> Task:
-    """The convergence study of a pair, with the recordings of it that are asked for; one run that
-    is missing where it is given up."""
+def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) -> Task:
+    """The convergence study of a pair; one run that is missing where it is given up."""
     most = most_steps(scene, profile)
     steps = chosen_step_sizes(scene, method, most)
-    own = [r for r in asked if is_of(r, scene, method)]
-    key = key_of("errors", scene, method, most, own, versions_of(method), seed)
+    key = key_of("errors", scene, method, most, versions_of(method), seed)
     names = scene.name, method.name
     missing = Measurement(*names, steps[0] if steps else scene.duration, "missing")
-    instead = TaskResult(ConvergenceStudy(*names, (missing,)), dict.fromkeys(own), pair=names)
-    arguments = scene, method, most, own, seed
+    instead = TaskResult(ConvergenceStudy(*names, (missing,)), pair=names)
+    arguments = scene, method, most, seed
     work = predicted_work(scene, method, profile)
     return study_task(" ".join(names), key, scene.name, work, _pair, arguments, instead)
 
 
-def _pair(
-    scene: Scene, method: Method, most: int, own: Sequence[Request[Any]], seed: int
-) -> TaskResult:
+def _pair(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
     try:
-        found, extras = convergence_with(scene, method, most, own, seed)
+        runs = convergence_study(scene, method, most, seed=seed)
     except Exception as error:
         return _defect(scene, error)
-    return TaskResult(found, extras, pair=(scene.name, method.name))
+    return TaskResult(runs, pair=(scene.name, method.name))
 
 
 def _defect(scene: Scene, error: Exception) -> TaskResult:

@@ -15,7 +15,7 @@ from plumbob.analytic.systems.free_body.rotation import ATTITUDE
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes, steps_beside
-from plumbob.engines.study.extra_runs import StudyPlan, is_of
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.engines.study.runner import most_steps
 from plumbob.engines.trajectory import Trajectory
@@ -111,14 +111,14 @@ def test_numbers_survive_their_packing(span: float) -> None:
     assert coded(np.full(5, span)) == fine(np.full(5, span)) == span
 
 
-def test_no_run_is_made_for_a_replay() -> None:
-    """Each is one that the study makes anyway, of which the recording is kept."""
+def test_a_replay_is_of_runs_of_the_study() -> None:
+    """Whose errors stand beside it."""
     for scene in plan().scenes:
         shown = shown_runs(plan(), scene)
         assert [one.role for one in shown] == ["default", "recommended"]
         for one in shown:
             method = find_method(one.run.method)
-            assert is_of(one.run, scene, method)
+            assert one.run == ExtraRun(scene.name, method.name, one.run.step)
             most = most_steps(scene, "quick")
             beside = steps_beside(scene, method, most)
             assert one.run.step in (*chosen_step_sizes(scene, method, most), *beside)

@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study import store
 from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, StudyPlan, TrimmingRun
@@ -20,7 +19,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes, systems
-from plumbob.models.scene import Case, System
+from plumbob.models.scene import System
 from plumbob.reports.judge import verdict
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.support.fixture_types import Patch
@@ -130,27 +129,6 @@ def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
     nothing: dict[str, Any] = {"extras": {}, "reference_step": 0.0}  # which is NaN: not timed
     assert replace(back, **nothing) == replace(study, **nothing)
     assert math.isnan(back.reference_step)
-
-
-def test_a_run_of_the_study_itself_is_not_made_again(monkeypatch: Patch) -> None:
-    (own,), (how,) = scenes(SCENE), methods("ode/rk4")
-    engine, prepared = engine_of(how), list[float]()
-
-    def counted(case: Case, method: Method, step: float) -> Any:
-        prepared.append(step)
-        return engine.prepare(case, method, step)
-
-    watched = replace(engine, prepare=counted)
-    for module in ("measurement", "extra_runs"):
-        monkeypatch.setattr(f"plumbob.engines.study.{module}.engine_of", lambda method: watched)
-    asked = tuple(ExtraRun(SCENE, "ode/rk4", step) for step in (own.steps[0], 1.5e-4))
-    found = run_study([own], [how], timed=False, requests=lambda plan: asked)
-    steps = [m.step for m in found.convergence[0].measurements]
-    drawn = found.convergence[0].drawn
-    assert drawn is not None
-    assert prepared == [*steps, drawn.step, 1.5e-4]
-    for request in asked:
-        assert untimed(found.answer(request)) == untimed(run_directly(request))
 
 
 @pytest.mark.long

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
@@ -113,9 +113,9 @@ def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
     asked: list[float] = []
 
     def record(
-        tasks: Sequence[tuple[Case, Method, float]], *how: object, runs: object
+        tasks: Sequence[tuple[Case, Method, float, Stepping]], *how: object
     ) -> tuple[dict[tuple[str, str], Cost], float]:
-        asked.extend(step for _, _, step in tasks)
+        asked.extend(step for _, _, step, _ in tasks)
         return {}, 1.0
 
     monkeypatch.setattr("plumbob.engines.study.runner.costs", record)

@@ -32,7 +32,7 @@ class Shared(Unkept):
     def keep(self, results: Mapping[str, TaskResult]) -> None:
         """Keep convergence studies; a file of its name is whole."""
         for key, result in results.items():
-            if result.convergence is not None and not result.extras:
+            if result.convergence is not None:
                 part = self.folder / f"{key}.{os.getpid()}"
                 part.write_bytes(pickle.dumps(result))
                 part.replace(self.folder / key)
@@ -41,7 +41,7 @@ class Shared(Unkept):
         self, scene: Scene, method: Method, profile: Profile, seed: int = SEED
     ) -> ConvergenceStudy:
         """The convergence study of a pair, as `run_study` measures it."""
-        task = convergence_task(scene, method, profile, (), seed)
+        task = convergence_task(scene, method, profile, seed)
         result = self.there([task.key]).get(task.key)
         if result is None:
             result = task.do(*task.arguments)

@@ -67,8 +67,7 @@ def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -
 
         def move(first: int, last: int) -> None:
             nonlocal state
-            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off at samples
-                state = advance(equation, state, first, last, step)
+            state = advance(equation, state, first, last, step)
 
         def read() -> Mapping[str, float]:
             values = state if len(names) == 2 else (*state[0], *state[1])
