@@ -181,7 +181,8 @@ def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
 
 
 def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
-    """The pairs, and the steps of pairs, that one of the studies alone has."""
+    """The pairs, and the steps of pairs, that one of the studies alone has, though it may be that
+    the other was not asked for them."""
     before, after = (
         {(c.scene, c.method): [m.step for m in c.measurements] for c in s.convergence}
         for s in (old, new)
@@ -190,8 +191,7 @@ def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
     for pair in dict.fromkeys((*before, *after)):
         had, has = before.get(pair), after.get(pair)
         if had is None or has is None:
-            there = ("yes", "no") if has is None else ("no", "yes")
-            rows.append(_row(pair, "measured", *there))
+            rows.append(_row(pair, "measured", _presence_of(old, pair), _presence_of(new, pair)))
         elif had != has:
             gone, come = (
                 ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
@@ -199,6 +199,13 @@ def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
             )
             rows.append(_row(pair, "steps of one study alone:", gone, come))
     return rows
+
+
+def _presence_of(study: Study, pair: tuple[str, str]) -> str:
+    if any((c.scene, c.method) == pair for c in study.convergence):
+        return "yes"
+    asked = {s.name for s in study.scenes}, {m.name for m in study.methods}
+    return "no" if pair[0] in asked[0] and pair[1] in asked[1] else "not asked for"
 
 
 def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:

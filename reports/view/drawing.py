@@ -20,14 +20,15 @@ from plumbob.reports.view.plotly_figure import FRONT, Trace
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
 LEFT, RIGHT, TOP, BOTTOM = 64, 18, 10, 40  # margins [px]
-LETTER, ROW, SAMPLE = 6.6, 17, 20  # [px]: a letter at most, a line of names, a piece of a curve
+LETTER, ROW, SAMPLE = 7.4, 17, 20  # [px]: a letter at most, a line of names, a piece of a curve
+NARROW = 0.8  # of its width: a picture that is shown smaller has larger letters
 NAMES, LONGEST = 6, 24  # that stand at their lines' ends: so many, of so many letters
 SHADES = 16
 FINE = 3.0  # tenths of a pixel by which a curve may be off
 STYLE = (
     "<style>text{font:11px Arial,sans-serif;fill:#4d565f}.m{text-anchor:middle}.e{text-anchor:end}"
     ".a{stroke:#b4bcc4}.g{stroke:#e6e9ec}@media(prefers-color-scheme:dark){text{fill:#b4bec7}"
-    ".a{stroke:#4b565f}.g{stroke:#2a3137}}</style>"
+    ".a{stroke:#4b565f}.g{stroke:#2a3137}}@media(max-width:%dpx){text{font-size:14px}}</style>"
 )
 # Marks by plotly's names: corners, the direction of the first one in half turns, and how far the
 # middles of the sides are from the centre, where these are no straight ones.
@@ -77,7 +78,7 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
         return None
     text = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {frame.width:g} {frame.height:g}">'
-        f"{STYLE}{inside}</svg>"
+        f"{STYLE % (NARROW * frame.width)}{inside}</svg>"
     )
     return Drawing(text, round(frame.width), round(frame.height))
 

@@ -189,6 +189,10 @@ def test_what_vanished_and_what_is_new_is_said(study: Study, compare: Compare) -
     first, *rest = study.convergence
     _, out = compare(replace(study, convergence=tuple(rest)))
     assert f"{first.scene} {first.method}: measured yes -> no" in out
+    others = tuple(s for s in study.scenes if s.name != first.scene)
+    kept = tuple(c for c in rest if c.scene != first.scene)
+    _, out = compare(replace(study, convergence=kept, scenes=others))
+    assert f"{first.scene} {first.method}: measured yes -> not asked for" in out
     shorter = replace(first, measurements=first.measurements[:-1])
     _, out = compare(replace(study, convergence=(shorter, *rest)))
     last = first.measurements[-1].step

@@ -71,12 +71,12 @@ def _lead(comparison: Comparison) -> str:
         f"{len(moved)} have an error that moved by more than rounding explains, and "
         f"{plural(len(comparison.verdicts), 'verdict')} changed."
     )
-    gone, come = (
-        sum(move["what"] == "measured" and move[when] == "yes" for move in comparison.presence)
-        for when in ("old", "new")
-    )
+    absent = [m["new"] if m["old"] == "yes" else m["old"] for m in comparison.presence]
+    gone, come = (sum(m[when] == "no" for m in comparison.presence) for when in ("new", "old"))
     if gone or come:
         text += f" {plural(gone, 'pair')} vanished, and {come} are new."
+    if aside := absent.count("not asked for"):
+        text += f" {plural(aside, 'pair')} more one study alone was asked for."
     if comparison.above:
         text += f" {plural(comparison.grown, 'error')} grew by more than {comparison.above}."
     return text
