@@ -134,6 +134,12 @@ def test_contact_chatter() -> None:
         assert run.vertical_range < 1e-9
         assert (run.missing, min(run.contacts)) == (0.0, 3.0)
         assert run.loads == pytest.approx(1.0, abs=5e-3)
+    assert [run.step / chatter.limit for run in chatter.kept[1:3]] == pytest.approx(
+        [0.97, 1.03], abs=3e-3
+    )  # of contacts kept beyond the step they are for, which theory knows to 3 % from both sides
+    assert [run.vertical_range > 1e-6 for run in chatter.kept] == [False, False, True, True]
+    at_wrong_steps = replace(chatter, kept=chatter.kept[1:3] + chatter.kept[:1] + chatter.kept[3:])
+    assert not all(claim.holds for claim in contacts.CHATTER.claims(at_wrong_steps))
     (shown,) = written(contacts.CHATTER.template, plain(chatter))
     assert [len(plot.traces) for plot in shown.figures] == [2, 2, 2]
 

@@ -121,11 +121,11 @@ PROFILES = MappingProxyType(
 
 
 def profile(settings: Mapping[str, Any]) -> ContactProfile:
-    """The contact profile that a method's settings name, or spell out as a mapping of fields of a
-    contact, which no theory covers; raises ParameterError."""
+    """The contact profile that a method's settings name, or spell out as a mapping, or pairs, of
+    fields of a contact, which no theory covers; raises ParameterError."""
     name = settings.get("contact", "default")
-    if isinstance(name, Mapping):
-        return _own(name, settings)
+    if isinstance(name, Mapping | tuple):
+        return _own(dict(name), settings)
     if name not in PROFILES:
         raise ParameterError("contact", name, unknown(str(name), list(PROFILES)))
     return PROFILES[name]

@@ -7,7 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.errors.contact_models.contact_stability import (
+    contact_spring,
+    largest_contact_step,
+)
 from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
@@ -33,7 +38,22 @@ STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
 CHATTERS = 1e-3  # of the samples: a contact is missing in many times that
 TRUSTED = 1e-3  # of a normal force: what is nearer to statics can be trusted
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
-CHATTER_RUNS = runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
+# Contacts as `plumbob settings` writes them for a step of 1 ms, kept while the step grows.
+FREQUENCY, DAMPING, IMPEDANCE = 0.4 / 1e-3, 0.3, 1e-4  # [rad/s]
+ON_THREE = 3.0  # a body on three supports rises at the square root of this times one's frequency
+SIDES = (0.5, 0.97, 1.03, 1.1)  # of the largest step that holds by theory
+KEPT = (
+    ("cone", "elliptic"),
+    ("impratio", 1e9),
+    (
+        "contact",
+        (
+            ("solimp", (IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0)),
+            ("solref", (-(FREQUENCY**2), -2.0 * DAMPING * FREQUENCY)),
+            ("solreffriction", (-1.0, -IMPEDANCE / 1e-3)),
+        ),
+    ),
+)
 LOAD_RUNS = runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
@@ -57,6 +77,8 @@ class Chatter:
     """Default and convergent contacts, each at both steps."""
 
     contacts: tuple[ContactRun, ...]
+    kept: tuple[ContactRun, ...]  # with contacts for 1 ms, at steps on both sides of their limit
+    limit: float  # [s] the largest step at which those hold, by theory
 
 
 @dataclass(frozen=True)
@@ -80,12 +102,28 @@ class Loads:
 
 
 def chatter(study: Study) -> Chatter | None:
-    """Vertical displacement, contacts and normal force over time, default against convergent; None
-    where either did not run."""
-    by_request = recordings(study, CHATTER_RUNS)
-    if len(by_request) < len(CHATTER_RUNS):
+    """Vertical displacement, contacts and normal force over time, default against convergent, and
+    of those past their limit; None where one did not run."""
+    asked = chatter_runs()
+    by_request = recordings(study, asked)
+    if len(by_request) < len(asked):
         return None
-    return Chatter(tuple(_contacts(request, run) for request, run in by_request.items()))
+    contacts = tuple(_contacts(request, run) for request, run in by_request.items())
+    return Chatter(contacts[: -len(SIDES)], contacts[-len(SIDES) :], _limit())
+
+
+def _limit() -> float:
+    spring = contact_spring(FREQUENCY, DAMPING, IMPEDANCE)
+    return largest_contact_step(np.eye(1) * ON_THREE, (spring,), Scheme(EULER))
+
+
+def chatter_runs() -> tuple[ExtraRun, ...]:
+    """Of both contacts; and of those for 1 ms at steps on both sides of their limit, a whole number
+    of them in a run."""
+    lasts = case(LINE).scene.duration
+    steps = [lasts / round(lasts / (side * _limit())) for side in SIDES]
+    kept = (ExtraRun(LINE, CONVERGENT, step, settings=KEPT) for step in steps)
+    return (*runs((LINE,), (DEFAULT, CONVERGENT), STEPS), *kept)
 
 
 def _contacts(request: ExtraRun, run: Trajectory) -> ContactRun:
@@ -108,7 +146,11 @@ def _chatters(numbers: Chatter) -> Sequence[Claim]:
     _, default, _, convergent = numbers.contacts
     text = "errors with default contacts, and with those that converge"
     missing = "the part of samples with a contact missing, and 0.001"
+    *calm, edge, past = (run.vertical_range for run in numbers.kept)
     return (
+        clear(
+            "vertical ranges past the limit of contacts, and below it", min(edge, past), max(calm)
+        ),
         clear(text, default.error, convergent.error),
         clear(missing, default.missing, CHATTERS),
     )
@@ -138,5 +180,5 @@ def _statics(numbers: Loads) -> Sequence[Claim]:
     return (at_most(text, numbers.at_rest, TRUSTED),)
 
 
-CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters)
+CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: chatter_runs(), _chatters)
 LOAD_ERRORS = Analysis("capsule_line/loads", loads, lambda plan: LOAD_RUNS, _statics)
