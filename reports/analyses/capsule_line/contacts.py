@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.contact_stability import (
-    contact_spring,
+    ContactSpring,
     largest_contact_step,
 )
 from plumbob.analytic.reference import Array
@@ -113,8 +113,8 @@ def chatter(study: Study) -> Chatter | None:
 
 
 def _limit() -> float:
-    spring = contact_spring(FREQUENCY, DAMPING, IMPEDANCE)
-    return largest_contact_step(np.eye(1) * ON_THREE, (spring,), Scheme(EULER))
+    mode = ContactSpring(ON_THREE * FREQUENCY**2, ON_THREE * 2.0 * DAMPING * FREQUENCY)
+    return largest_contact_step(np.eye(1), (mode,), Scheme(EULER))
 
 
 def chatter_runs() -> tuple[ExtraRun, ...]:
