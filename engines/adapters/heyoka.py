@@ -170,7 +170,8 @@ def _smooth(system: SmoothSystem, duration: float, tolerance: float) -> TaylorSi
     slopes = (*v, *system.acceleration(_Term(heyoka.time), q, v, system.values))
     equations = [(x, getattr(y, "expression", y)) for x, y in zip(variables, slopes, strict=True)]
     start, build = tuple(system.start.tolist()), cast(Any, heyoka.taylor_adaptive)
-    integrator = build(equations, list(start), tol=tolerance)
+    # Loops in place of long straight code: compiled in a fraction of the time, and half as fast.
+    integrator = build(equations, list(start), tol=tolerance, compact_mode=True)
     seconds = time.perf_counter() - begin
     return TaylorSimulation(integrator, start, duration, seconds, system.observed)
 

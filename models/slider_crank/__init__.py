@@ -87,7 +87,6 @@ SYSTEM = System(
     problem=problem,
     reference=lambda crank: crank.motion,
     errors=lambda crank: smooth_errors(crank.motion, crank.soft),
-    start=("angle", "angular_velocity"),
     invariants=invariants,
     facts=facts,
     mjcf=Path(__file__).parent / "slider_crank.xml",

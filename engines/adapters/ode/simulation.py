@@ -60,7 +60,6 @@ def of_equation(
 
 def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -> SteppedSimulation:
     """An equation with an integrator and so many steps [s]."""
-    names = (*equation.names, *equation.rate_names)
 
     def build() -> Built:
         state = equation.start
@@ -70,8 +69,7 @@ def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -
             state = advance(equation, state, first, last, step)
 
         def read() -> Mapping[str, float]:
-            values = state if len(names) == 2 else (*state[0], *state[1])
-            return dict(zip(names, values, strict=True))
+            return {name: float(values[0]) for name, values in equation.observed([state]).items()}
 
         return Built(move, read, equation.limits)
 

@@ -1,0 +1,139 @@
+"""A chain of uniform rods that hangs from a fixed axis, by its mass matrix and moments.
+
+With rods i = 1 ... n of mass m_i and length l_i at the angles t_i from the vertical, and the mass
+w_i = m_i/2 + m_(i+1) + ... + m_n that hangs on the axis of the rod i + 1 in its place (Landau and
+Lifshitz 1976, Mechanics, 5, for rods),
+
+    sum_j c_ij l_i l_j cos(t_i - t_j) t_j'' = -sum_j c_ij l_i l_j sin(t_i - t_j) t_j'^2
+                                              - g l_i w_i sin t_i                               (1)
+
+c_ij = w_max(i, j) for i != j, c_ii = w_i - m_i/6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Array
+
+MOST = 20  # rods: a step's work goes as the cube
+Numbers = float | Sequence[float]
+
+
+@dataclass(frozen=True)
+class NPendulum:
+    """Rods at `angles` [rad] from the vertical, shape (n,), of `masses` [kg] and `lengths` [m],
+    turning at `angular_velocities` [rad/s], each of shape (n,) or one number for all, under
+    `gravity` [m/s^2]; raises ParameterError.
+
+    >>> chain = NPendulum(1.0, (0.5, 0.4), 9.81, (1.5, 2.5))
+    >>> round(float(chain.motion.observe(np.array([2.0]))["tip_x"][0]), 6)
+    0.388415
+    """
+
+    masses: Numbers
+    lengths: Numbers
+    gravity: float
+    angles: Sequence[float]
+    angular_velocities: Numbers = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.angles, Sequence) or not 1 <= len(self.angles) <= MOST:
+            raise ParameterError("angles", self.angles, f"a list of 1 to {MOST} numbers")
+        non_negative("gravity", self.gravity)
+        for name in ("masses", "lengths", "angles", "angular_velocities"):
+            check = positive if name in ("masses", "lengths") else finite
+            for value in self.each(name):
+                check(name, value)
+
+    def each(self, name: str) -> tuple[Any, ...]:
+        """The numbers of this name, shape (n,); raises ParameterError for another count."""
+        value: Any = getattr(self, name)
+        count = len(self.angles)
+        if not isinstance(value, Sequence) or isinstance(value, str):
+            return (value,) * count
+        if len(value) != count:
+            raise ParameterError(name, value, f"one number, or {count} as there are angles")
+        return (*value,)
+
+    @cached_property
+    def motion(self) -> CertifiedMotion:
+        """The exact motion."""
+        numbers = range(1, len(self.angles) + 1)
+        parameters = {"gravity": self.gravity}
+        for name, short in (("masses", "mass"), ("lengths", "length")):
+            parameters |= {f"{short}_{i}": x for i, x in zip(numbers, self.each(name), strict=True)}
+        return CertifiedMotion(
+            SmoothSystem(
+                tuple(f"angle_{i}" for i in numbers),
+                tuple(f"angle_{i}_dot" for i in numbers),
+                _masses,
+                _moments,
+                parameters,
+                self.each("angles"),
+                self.each("angular_velocities"),
+                readings=_tip,
+            )
+        )
+
+    def energy(self, observed: Mapping[str, Array]) -> Array:
+        """Energy [J], 0 where all rods hang at rest, of observables of shape (n,)."""
+        system = self.motion.system
+        q = [observed[name] for name in system.coordinates]
+        v = [observed[name] for name in system.rates]
+        masses, chain = _masses(system.values, q), _hanging(system.values, len(q))
+        square = sum(masses[i][j] * v[i] * v[j] for i, j in product(range(len(q)), repeat=2))
+        lifts = (length * w * (1 - np.cos(t)) for (_, length, w), t in zip(chain, q, strict=True))
+        return np.asarray(square / 2 + self.gravity * sum(lifts))
+
+
+def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:
+    """m_i, l_i and w_i of each rod."""
+    chain, below = [], 0.0 * p.gravity
+    for i in range(count, 0, -1):
+        mass = getattr(p, f"mass_{i}")
+        chain.append((mass, getattr(p, f"length_{i}"), mass / 2 + below))
+        below = below + mass
+    return chain[::-1]
+
+
+def _masses(p: Any, q: Any) -> list[list[Any]]:
+    """The matrix of eq. 1 [kg m^2]."""
+    chain = _hanging(p, len(q))
+    rows = [[(w - m / 6) * length**2 for _ in chain] for m, length, w in chain]
+    for j, (_, outer, w) in enumerate(chain):
+        for i, (_, inner, _) in enumerate(chain[:j]):
+            rows[i][j] = rows[j][i] = w * inner * outer * np.cos(q[i] - q[j])
+    return rows
+
+
+def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
+    """The right-hand side of eq. 1 [N m]."""
+    chain = _hanging(p, len(q))
+    moments = [
+        -p.gravity * length * w * np.sin(t) for (_, length, w), t in zip(chain, q, strict=True)
+    ]
+    for j, (_, outer, w) in enumerate(chain):
+        for i, (_, inner, _) in enumerate(chain[:j]):
+            pull = w * inner * outer * np.sin(q[i] - q[j])
+            moments[i] = moments[i] - pull * v[j] ** 2
+            moments[j] = moments[j] + pull * v[i] ** 2
+    return moments
+
+
+def _tip(p: Any, q: Any, v: Any) -> Mapping[str, Any]:
+    """Place of the last rod's end, from the axis [m]."""
+    lengths = [length for _, length, _ in _hanging(p, len(q))]
+    return {
+        "tip_x": sum(length * np.sin(t) for length, t in zip(lengths, q, strict=True)),
+        "tip_z": -sum(length * np.cos(t) for length, t in zip(lengths, q, strict=True)),
+    }

@@ -1,0 +1,58 @@
+"""A chain of rods in MuJoCo's terms: the model's file with as many rods as a problem has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error  # the model is the chain itself
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate an NPendulum; a hinge's angle is that from the rod above."""
+    spec, system = whole(mjcf, problem), problem.motion.system
+    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
+        spec.delete(shown)
+
+    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+        return system.observed(
+            np.concatenate([np.cumsum(x, axis=1) for x in (qpos, qvel)], 1).T
+        ), {}
+
+    start = spec.key("start")
+    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
+
+
+def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
+    spec, above, end = read(mjcf), None, 0.0
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    rods = zip(problem.each("masses"), problem.each("lengths"), strict=True)
+    for number, (mass, length) in enumerate(rods, start=1):
+        rod = spec.body(f"rod_{number}") or _added(above, number)
+        rod.pos, rod.mass, rod.ipos = [0.0, 0.0, -end], mass, [0.0, 0.0, -length / 2]
+        rod.inertia = [mass * length**2 / 12] * 3
+        rod.first_geom().fromto = [0.0, 0.0, 0.0, 0.0, 0.0, -length]
+        above, end = rod, length
+    if (further := spec.body(f"rod_{len(problem.angles) + 1}")) is not None:
+        spec.delete(further)
+    start = spec.key("start")
+    start.qpos = np.diff(problem.each("angles"), prepend=0.0)
+    start.qvel = np.diff(problem.each("angular_velocities"), prepend=0.0)
+    return spec
+
+
+def _added(above: Any, number: int) -> Any:
+    rod = above.add_body(name=f"rod_{number}")
+    rod.add_joint(name=f"hinge_{number}", axis=[0.0, -1.0, 0.0])
+    rod.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.015, 0.0, 0.0], mass=0.0)
+    rod.explicitinertial = True
+    return rod

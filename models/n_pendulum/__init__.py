@@ -1,0 +1,129 @@
+"""A chain of uniform rods: scenes as data, the energy and the scales of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+from plumbob.analytic.parameters import known
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.n_pendulum import NPendulum
+from plumbob.models.scene import (
+    SMOOTH,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    step_sizes,
+)
+
+NAMES = tuple(field.name for field in fields(NPendulum))
+
+
+def problem(parameters: Parameters) -> NPendulum:
+    """The chain that parameters describe; raises ParameterError."""
+    known(parameters, NAMES)
+    return NPendulum(**parameters)
+
+
+def invariants(chain: NPendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Drift of the energy, relative to the energy at the start."""
+    energy = chain.energy(observed)
+    return {"energy": energy / energy[0] - 1.0} if energy[0] else {}
+
+
+def facts(chain: NPendulum) -> Mapping[str, Any]:
+    """The energy [J] above that of rest."""
+    system = chain.motion.system
+    return {"energy": float(chain.energy(system.observed(system.start[:, None]))[0])}
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The place of the last rod's end, with the length of the chain as its scale."""
+    length = sum(case.problem.each("lengths"))
+    return Quantity("tip_x", length), Quantity("tip_z", length)
+
+
+def _scene(
+    case: str,
+    summary: str,
+    values: Parameters,
+    duration: float,
+    steps: tuple[float, ...],
+    **more: Any,
+) -> Scene:
+    return Scene(
+        f"n-pendulum/{case}",
+        summary,
+        MappingProxyType({"masses": 1.0, "gravity": 9.81, "angular_velocities": 0.0, **values}),
+        duration,
+        steps,
+        source="Landau and Lifshitz 1976, Mechanics, 5, for rods; the numbers are ours",
+        **more,
+    )
+
+
+_TRIPLE = MappingProxyType(
+    {"lengths": (0.5, 0.4, 0.3), "masses": (1.0, 0.8, 0.6), "angles": (1.5, 2.0, 2.5)}
+)
+SYSTEM = System(
+    name="n-pendulum",
+    title="Pendulum of n rods",
+    observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
+    parameters=NAMES,
+    scenes=(
+        _scene(
+            "triple",
+            "three rods, released above the axis: chaos within seconds",
+            _TRIPLE,
+            1.0,
+            step_sizes(1e-2, 1e-3),
+            profile="quick",
+        ),
+        _scene(
+            "small",
+            "a small swing of three rods in all modes",
+            {"lengths": 0.4, "angles": (0.02, 0.0, 0.01)},
+            2.0,
+            step_sizes(1e-2, 1e-3),
+        ),
+        _scene(
+            "triple-long",
+            "the same for longer",
+            _TRIPLE,
+            2.5,
+            step_sizes(1e-3, 2e-4),
+            hard="chaotic: an error grows tenfold each half second",
+        ),
+        _scene(
+            "stiff-chain",
+            "six rods with a short, light one at the end",
+            {
+                "masses": (1.0, 1.0, 1.0, 1.0, 1.0, 0.01),
+                "lengths": (0.1, 0.1, 0.1, 0.1, 0.1, 0.01),
+                "angles": (0.5, 0.5, 0.5, 0.5, 0.5, 1.0),
+            },
+            0.5,
+            step_sizes(2e-3, 2e-4),
+            hard="a fast mode, nine times the slowest's rate, takes a small step",
+        ),
+    ),
+    default="triple",
+    problem=problem,
+    reference=lambda chain: chain.motion,
+    errors=lambda chain: smooth_errors(chain.motion),
+    invariants=invariants,
+    facts=facts,
+    mjcf=Path(__file__).parent / "n_pendulum.xml",
+    family="n_pendulum",
+    kind=SMOOTH,
+    interest=interest,
+    weight=2.0,
+)
+SYSTEMS = (SYSTEM,)
