@@ -36,7 +36,6 @@ from plumbob.reports.view.records import (
     Sensitivity,
     StudyRecord,
     SystemRecord,
-    Verdicts,
 )
 from plumbob.reports.view.settings import SHOWN
 from plumbob.reports.view.top_tables import ERRORS
@@ -80,11 +79,6 @@ def _exact(study: Study, judged: Judgements, scene: Scene) -> ExactRecord:
         replay(study, scene),
         _sensitivity(study, scene, judged),
     )
-
-
-def verdicts_of(study: Study, judged: Judgements) -> Verdicts:
-    """The verdicts on everything that a study measured, as pages take them."""
-    return {(c.scene, c.method): verdict_on(study, c, judged) for c in study.convergence}
 
 
 def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> PairVerdict:

@@ -1,13 +1,11 @@
-"""Benchmarks: ratios of times that are taken in turn, and a file that keeps every run of them."""
+"""Benchmarks: ratios of times that are taken in turn, as a file keeps every run of them."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
-import statistics
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,18 +29,6 @@ class Ratio:
     most: float = math.inf
     least: float = 0.0
 
-    @property
-    def holds(self) -> bool:
-        """Whether the median is within its limits."""
-        return self.least <= self.median <= self.most
-
-    @property
-    def limit(self) -> str:
-        """The limits as text."""
-        if math.isfinite(self.most):
-            return f"at most {self.most:g}"
-        return f"at least {self.least:g}" if self.least else ""
-
 
 @dataclass(frozen=True)
 class BenchmarkRun:
@@ -50,33 +36,6 @@ class BenchmarkRun:
 
     made: Provenance
     ratios: tuple[Ratio, ...]
-
-
-def in_turn(
-    run: Callable[[], float], other: Callable[[], float], turns: int = 21
-) -> tuple[float, ...]:
-    """How many times as long `run` takes as `other`, each of which times itself [s], turn by turn:
-    a slow spell of the machine touches both alike."""
-    ratios = []
-    for _ in range(turns):
-        base = other()
-        ratios.append(run() / base)
-    return tuple(ratios)
-
-
-def ratio(name: str, values: Sequence[float], most: float = math.inf, least: float = 0.0) -> Ratio:
-    """The ratio of some turns, at least two."""
-    low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
-    return Ratio(name, low, middle, high, most, least)
-
-
-def add(run: BenchmarkRun, file: Path) -> None:
-    """Add a run to a file, which is made where there is none."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    ratios = [{k: v for k, v in asdict(r).items() if v != math.inf} for r in run.ratios]
-    line = json.dumps({"format": FORMAT, "made": asdict(run.made), "ratios": ratios})
-    with file.open("a", encoding="utf-8") as lines:
-        lines.write(f"{line}\n")
 
 
 def keeps_benchmarks(file: Path) -> bool:

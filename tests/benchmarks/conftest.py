@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from plumbob.engines.study.provenance import provenance
-from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio, add, ratio
+from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
+from plumbob.tests.support.benchmark_runs import add, holds, limit, ratio
 
 HISTORY = Path(".benchmarks") / "history.jsonl"
 RATIOS = pytest.StashKey[list[Ratio]]()
@@ -31,7 +32,7 @@ def hold(pytestconfig: pytest.Config) -> Hold:
     ) -> None:
         found = ratio(name, values, most, least)
         pytestconfig.stash.setdefault(RATIOS, []).append(found)
-        assert found.holds, f"{name}: {found.median:.3g}, {found.limit}"
+        assert holds(found), f"{name}: {found.median:.3g}, {limit(found)}"
 
     return held
 
@@ -47,7 +48,7 @@ def pytest_terminal_summary(
     add(BenchmarkRun(provenance("make benchmark"), tuple(found)), file)
     terminalreporter.section("ratios of times: median [quartiles], limit")
     for one in found:
-        sign = " " if one.holds else "!"
+        sign = " " if holds(one) else "!"
         figures = f"{one.median:8.3g} [{one.low:.3g}, {one.high:.3g}]"
-        terminalreporter.line(f"{sign} {one.name:<58} {figures:<28} {one.limit}")
+        terminalreporter.line(f"{sign} {one.name:<58} {figures:<28} {limit(one)}")
     terminalreporter.line(f"added to {file}; what has moved: plumbob compare {file}#N {file}")

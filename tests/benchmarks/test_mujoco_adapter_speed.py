@@ -16,8 +16,8 @@ from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import meant
-from plumbob.reports.judge.benchmarks import in_turn
 from plumbob.tests.benchmarks.conftest import Hold
+from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
 STEPS = 5000  # of 1e-4 s: 501 samples, every tenth step and the start

@@ -19,9 +19,9 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.cost import reference_step
-from plumbob.reports.judge.benchmarks import in_turn
 from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.numerics.double_pendulum import double_pendulum
+from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.high_precision import orbit_of
 
 PENDULUM = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)

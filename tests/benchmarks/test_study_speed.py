@@ -21,9 +21,9 @@ from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
-from plumbob.reports.judge.benchmarks import in_turn
 from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.site import whole_profile
+from plumbob.tests.support.benchmark_runs import in_turn
 
 SCENES = "simple-pendulum,linear-pendulum"
 COSTED = "mujoco,pymunk/default,ode/rk4,ode/dop853"

@@ -17,8 +17,8 @@ from plumbob.analytic.systems.slider_path import arc_stroke, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import Segments
 from plumbob.engines.study.cost import reference_step
-from plumbob.reports.judge.benchmarks import in_turn
 from plumbob.tests.benchmarks.conftest import Hold
+from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import COAST
 from plumbob.tests.support.smoothed_friction import smoothed_motion

@@ -23,6 +23,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
+from plumbob.tests.support.benchmark_runs import add
 from plumbob.tests.support.fixture_types import Capture, Patch
 from plumbob.tests.support.studies import made_up
 
@@ -78,7 +79,7 @@ def _fill(made: Path) -> None:
     store.save(study, Path("stored") / store.FILE)
     history = Path("history.jsonl")
     ratio = Ratio("adapter over bare loop", 0.97, 1.0, 1.03, most=1.1)
-    benchmarks.add(BenchmarkRun(Provenance(), (ratio,)), history)
+    add(BenchmarkRun(Provenance(), (ratio,)), history)
     run = history.read_text("utf-8")
     Path("cut.jsonl").write_text(run + run[:200], "utf-8")
     Path("negative.jsonl").write_text(run.replace("0.97", "-0.97"), "utf-8")

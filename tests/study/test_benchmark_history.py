@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from plumbob.engines.study.provenance import Provenance
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
-from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio, add, in_turn, ratio, stored
+from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio, stored
+from plumbob.tests.support.benchmark_runs import add, holds, in_turn, ratio
 
 MADE = Provenance(
     {"mujoco": "3.17.0"}, {"processor": "a"}, "2026-01-01 00:00 UTC", "make benchmark"
@@ -65,7 +66,7 @@ def test_times_are_taken_in_turn() -> None:
 def test_quartiles_hold_the_median(values: list[float]) -> None:
     found = ratio("x", values, most=1.0)
     assert min(values) <= found.low <= found.median <= found.high <= max(values)
-    assert found.holds == (found.median <= 1.0)
+    assert holds(found) == (found.median <= 1.0)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
-from plumbob.reports.analyses.page_numbers import verdicts_of
+from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.records import Verdicts
 from plumbob.tests.sharing.shared import shared
@@ -121,7 +121,8 @@ def recorded(study: Study) -> Study:
 
 def verdicts(study: Study) -> Verdicts:
     """The verdicts on everything that a study measured, as pages take them."""
-    return verdicts_of(study, judge_study(study))
+    judged = judge_study(study)
+    return {(c.scene, c.method): verdict_on(study, c, judged) for c in study.convergence}
 
 
 def _run(method: Method, step: float, error: float) -> Measurement:

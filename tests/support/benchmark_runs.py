@@ -1,0 +1,51 @@
+"""Ratios of times that are taken in turn, and the file to which every run of them is added."""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from plumbob.reports.judge.benchmarks import FORMAT, BenchmarkRun, Ratio
+
+
+def in_turn(
+    run: Callable[[], float], other: Callable[[], float], turns: int = 21
+) -> tuple[float, ...]:
+    """How many times as long `run` takes as `other`, each of which times itself [s], turn by turn:
+    a slow spell of the machine touches both alike."""
+    ratios = []
+    for _ in range(turns):
+        base = other()
+        ratios.append(run() / base)
+    return tuple(ratios)
+
+
+def ratio(name: str, values: Sequence[float], most: float = math.inf, least: float = 0.0) -> Ratio:
+    """The ratio of some turns, at least two."""
+    low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+    return Ratio(name, low, middle, high, most, least)
+
+
+def add(run: BenchmarkRun, file: Path) -> None:
+    """Add a run to a file, which is made where there is none."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    ratios = [{k: v for k, v in asdict(r).items() if v != math.inf} for r in run.ratios]
+    line = json.dumps({"format": FORMAT, "made": asdict(run.made), "ratios": ratios})
+    with file.open("a", encoding="utf-8") as lines:
+        lines.write(f"{line}\n")
+
+
+def holds(of: Ratio) -> bool:
+    """Whether the median is within its limits."""
+    return of.least <= of.median <= of.most
+
+
+def limit(of: Ratio) -> str:
+    """The limits as text."""
+    if math.isfinite(of.most):
+        return f"at most {of.most:g}"
+    return f"at least {of.least:g}" if of.least else ""
