@@ -12,9 +12,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Section
-from plumbob.reports.analyses.claims import ALIKE, at_most, between
+from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, between
 from plumbob.reports.analyses.measurements import case, covers, measured, problem, runs, scheme
-from plumbob.reports.view.content import Claim
 
 SCENE = "capsule-coast/translation"
 DEFAULT = "mujoco/euler"
@@ -79,7 +78,7 @@ def _way(observed: Mapping[str, Array]) -> float:
     return math.copysign(math.hypot(x, y), x)
 
 
-def stopping_claims(numbers: Stopping) -> Sequence[Claim]:
+def stopping_claims(numbers: Stopping) -> Claims:
     """The error at the smallest step is as predicted, but on default contacts."""
     text = "what theory leaves of the error of {}, over v₀dt/2,"
     ends = {name: pairs[-1] for name, pairs in numbers.rows.items() if name != DEFAULT}
@@ -167,7 +166,7 @@ def _default_run(study: Study, step: float) -> DefaultRun | None:
     return DefaultRun(step, run.errors["heading"].end, run.errors["heading_rate"].largest, missing)
 
 
-def spin_claims(numbers: Spin) -> Sequence[Claim]:
+def spin_claims(numbers: Spin) -> Claims:
     """Errors fall in proportion to the step."""
     text = "the error of {}, at ten times the step over at the step,"
     ends = {row.method: row.errors for row in numbers.methods if row.slope is not None}

@@ -9,9 +9,8 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis, Section
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import covers, measured, names
-from plumbob.reports.view.content import Claim
 
 STEPS = (1e-3, 2e-3)  # [s]: the first that a study has is shown; the quick profile has the second
 SLIDES = 0.1  # [m]: more than any drift of stiction, in ten seconds
@@ -80,7 +79,7 @@ def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> 
     return Drifts(method, tuple(distances), tuple(speeds))
 
 
-def claims(numbers: Stiction) -> Sequence[Claim]:
+def claims(numbers: Stiction) -> Claims:
     """Contact models differ by much."""
     known = numbers.steepest()
     text = "the fastest drift and the slowest"

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Section
-from plumbob.reports.analyses.claims import at_most
+from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.mean_speed import MEAN_SPEED, SCENES
 from plumbob.reports.analyses.measurements import covers, measured, names, problem
-from plumbob.reports.view.content import Claim
 
 STEP = 1e-3  # [s]
 GOOD = 1e-3  # relative
@@ -98,7 +96,7 @@ def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Tot
     )
 
 
-def claims(totals: Totals) -> Sequence[Claim]:
+def claims(totals: Totals) -> Claims:
     """Errors add up: theory predicts that of every method whose contacts converge."""
     return (
         at_most("the smallest relative error", totals.sizes[0], GOOD),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
+Claims = Sequence[Claim]  # that a finding's words rest on
 CLEAR = 10.0  # a difference that words speak of is this many times what it is compared with
 ALIKE = 0.2  # a figure that theory predicts may differ from that by this part of it
 AGREES = 1e-3  # of a figure: what formula and engine may differ by
@@ -40,7 +41,7 @@ def between(what: str, measured: float, low: float, high: float, unit: str = "")
     return Claim(text, low <= measured <= high)
 
 
-def as_expected(surprises: Iterable[str]) -> tuple[Claim, ...]:
+def as_expected(surprises: Iterable[str]) -> Claims:
     """That nothing is unexpected."""
     return tuple(Claim(text, False) for text in surprises)
 

@@ -17,7 +17,7 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.claims import as_predicted
+from plumbob.reports.analyses.claims import Claims, as_predicted
 from plumbob.reports.analyses.measurements import recordings, runs, scheme
 from plumbob.reports.view.content import Claim
 
@@ -91,7 +91,7 @@ def energy_drifts(
     )
 
 
-def energy_claims(drifts: EnergyDrifts) -> Sequence[Claim]:
+def energy_claims(drifts: EnergyDrifts) -> Claims:
     """That symplectic methods keep the energy, and the other lets it drift at the predicted
     rate."""
     kept = [

@@ -14,9 +14,8 @@ from plumbob.engines.study.measurement import Measurement, reference_run, worst
 from plumbob.engines.study.order import Order
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Section
-from plumbob.reports.analyses.claims import ALIKE, as_predicted, at_most, between
+from plumbob.reports.analyses.claims import ALIKE, Claims, as_predicted, at_most, between
 from plumbob.reports.analyses.measurements import case, convergence_of
-from plumbob.reports.view.content import Claim
 
 RK4: Final = ("mujoco/rk4", "ode/rk4")
 EULER: Final = (
@@ -91,7 +90,7 @@ def _term(study: Study, of: ConvergenceStudy, run: Measurement) -> ErrorTerm:
     return ErrorTerm(of.scene, of.method, run.step, error, term, of.order)
 
 
-def order_claims(second: SecondOrder) -> Sequence[Claim]:
+def order_claims(second: SecondOrder) -> Claims:
     """MuJoCo's RK4 is of second order, and its error is the predicted term."""
     orders = [
         between(f"the order of {run.method} on {run.scene}", run.order.slope, 1.5, 2.5)
@@ -120,7 +119,7 @@ def _energy_error(of: ConvergenceStudy, run: Measurement) -> EnergyError:
     return EnergyError(of.scene, of.method, run.step, run.invariants["energy"], predicted)
 
 
-def energy_claims(errors: EnergyErrors) -> Sequence[Claim]:
+def energy_claims(errors: EnergyErrors) -> Claims:
     """The drifts are the predicted ones."""
     return (at_most("the drift's distance from the predicted one, relative,", errors.gap, ALIKE),)
 

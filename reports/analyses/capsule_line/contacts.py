@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +16,7 @@ from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import at_most, clear
+from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.contact_terms import LOADS
 from plumbob.reports.analyses.measurements import (
     LINE,
@@ -28,7 +27,6 @@ from plumbob.reports.analyses.measurements import (
     runs,
     scheme,
 )
-from plumbob.reports.view.content import Claim
 
 DEFAULT, CONVERGENT = "mujoco/euler", "mujoco/euler+coulomb"
 STEPS = (1e-3, 1e-4)  # [s]; the figures are at the finer one
@@ -142,7 +140,7 @@ def _contacts(request: ExtraRun, run: Trajectory) -> ContactRun:
     )
 
 
-def _chatters(numbers: Chatter) -> Sequence[Claim]:
+def _chatters(numbers: Chatter) -> Claims:
     _, default, _, convergent = numbers.contacts
     text = "errors with default contacts, and with those that converge"
     missing = "the part of samples with a contact missing, and 0.001"
@@ -175,7 +173,7 @@ def _load_errors(method: str, run: Trajectory) -> LoadErrors:
     return LoadErrors(method, float(distances[settled].max()), run.times, distances, half_step)
 
 
-def _statics(numbers: Loads) -> Sequence[Claim]:
+def _statics(numbers: Loads) -> Claims:
     text = "the largest distance from statics at rest, relative,"
     return (at_most(text, numbers.at_rest, TRUSTED),)
 

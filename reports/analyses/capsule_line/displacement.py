@@ -12,7 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import ALIKE, at_most, clear
+from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, clear
 from plumbob.reports.analyses.contact_terms import (
     contact_of,
     deflection_term,
@@ -29,7 +29,6 @@ from plumbob.reports.analyses.measurements import (
     recordings,
     runs,
 )
-from plumbob.reports.view.content import Claim
 
 STEPS = (1e-3, 1e-4, 1e-5)
 TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4
@@ -170,7 +169,7 @@ def _beyond_the_step(study: Study) -> tuple[Beyond, ...]:
     return tuple(explained)
 
 
-def _converge(numbers: Displacement) -> Sequence[Claim]:
+def _converge(numbers: Displacement) -> Claims:
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"
@@ -212,7 +211,7 @@ def _places(study: Study, method: str, raised: float) -> Places | None:
     return Places(method, phases, errors, float(bare), float(deflected))
 
 
-def _near(numbers: Sawtooth) -> Sequence[Claim]:
+def _near(numbers: Sawtooth) -> Claims:
     return tuple(
         at_most(
             f"the distance of {places.method} from the parabola, relative,",

@@ -16,9 +16,8 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.capsule_line.source import STEP, Samples, requests, samples
-from plumbob.reports.analyses.claims import at_most
+from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.measurements import LINE, covers, measured, names, problem
-from plumbob.reports.view.content import Claim
 
 EPSILONS, RADIUS = (0.3, 0.1, 0.03), 0.12  # of turns, and of the slider's circle [m]
 WITHIN = 1e-2  # of the force's peak: what theory may leave unpredicted
@@ -92,7 +91,7 @@ def _of_turn(epsilon: float) -> Demand:
     return plane_demand(three_point_motion(manoeuvre.capsule, manoeuvre.path))
 
 
-def claims(numbers: DrivingForce) -> Sequence[Claim]:
+def claims(numbers: DrivingForce) -> Claims:
     """Theory predicts the force where friction converges."""
     if numbers.within is None:
         return ()

@@ -15,7 +15,7 @@ from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import at_most, clear
+from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
@@ -26,7 +26,6 @@ from plumbob.reports.analyses.measurements import (
     recordings,
     runs,
 )
-from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import short
 
 TILTED, TILTED_STEPS = "capsule-line/at-123", (1e-3, 1e-4)  # [s]
@@ -148,7 +147,7 @@ def _height_run(request: ExtraRun, run: Trajectory) -> HeightRun:
     )
 
 
-def _unchanged(numbers: Heights) -> Sequence[Claim]:
+def _unchanged(numbers: Heights) -> Claims:
     text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
         at_most(text, numbers.changes[1], HARDLY),
@@ -174,7 +173,7 @@ def _shift(run: Trajectory) -> float:
     return float(np.abs(observables["displacement"] + fraction * observables["stroke"]).max())
 
 
-def _conserved(numbers: Momentum) -> Sequence[Claim]:
+def _conserved(numbers: Momentum) -> Claims:
     text = "the way of the common centre of mass, over the body's,"
     return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
 
@@ -214,7 +213,7 @@ def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
     return (costs[0], costs[1]) if len(costs) == len(pair) else None
 
 
-def _cheaper(numbers: Saving) -> Sequence[Claim]:
+def _cheaper(numbers: Saving) -> Claims:
     return (at_most("the cost of a reduced step, over a full one,", numbers.part, CHEAPER),)
 
 

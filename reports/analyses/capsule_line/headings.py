@@ -13,9 +13,8 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import LINE, end_error
-from plumbob.reports.view.content import Claim
 
 DEFAULT, RECOMMENDED = "mujoco/euler", "mujoco/euler+coulomb"
 METHODS = (DEFAULT, "mujoco/euler+elliptic", RECOMMENDED, "pymunk/feet")
@@ -106,7 +105,7 @@ def _heading(errors: Array, end: Callable[[Array], np.intp]) -> HeadingError:
     return HeadingError(angle, float(errors[place]), abs((angle + 45) % 90 - 45))
 
 
-def _differs(numbers: Isotropy) -> Sequence[Claim]:
+def _differs(numbers: Isotropy) -> Claims:
     default, recommended = numbers.default_spread, numbers.recommended_spread
     if default is None or recommended is None:
         return ()

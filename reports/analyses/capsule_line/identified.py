@@ -12,9 +12,8 @@ from plumbob.engines.study.identification import ParameterFit
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
 from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED, STEP
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import LINE
-from plumbob.reports.view.content import Claim
 
 METHODS = (DEFAULT, RECOMMENDED)
 ANGLES = (0, 15, 30, 45)  # [degrees]: a quarter of all, mirrored
@@ -72,7 +71,7 @@ def numbers(study: Study) -> IdentifiedFriction | None:
     return IdentifiedFriction(true, STEP, tuple(fits)) if fits else None
 
 
-def claims(numbers: IdentifiedFriction) -> Sequence[Claim]:
+def claims(numbers: IdentifiedFriction) -> Claims:
     """That default contacts bias the friction that is identified, and the recommended do not."""
     if numbers.worst is None or numbers.recommended is None:
         return ()

@@ -13,9 +13,8 @@ from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velo
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import at_most
+from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.measurements import LINE, displacement_error, problem, runs
-from plumbob.reports.view.content import Claim
 
 STEP = 1e-3  # [s]
 MUJOCO = "mujoco/euler+coulomb"
@@ -148,7 +147,7 @@ def _line(study: Study, scene: str) -> Line:
     )
 
 
-def _straight(numbers: AnyLine) -> Sequence[Claim]:
+def _straight(numbers: AnyLine) -> Claims:
     turn = numbers.largest_turn
     return (at_most("the largest turn of the body in an engine", turn, STRAIGHT, "rad"),)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,8 +25,7 @@ from plumbob.reports.analyses.capsule_turn.turns import (
     turn,
     turn_run,
 )
-from plumbob.reports.analyses.claims import at_most, clear
-from plumbob.reports.view.content import Claim
+from plumbob.reports.analyses.claims import Claims, at_most, clear
 
 ASKED, FROM = 1e-4, 0.03  # [rad], for epsilon of so much and more
 EULER, RK4, FEET, DEFAULT = "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet", METHODS[0]
@@ -111,7 +110,7 @@ def _step_errors(study: Study, parts: int) -> StepErrors:
     return StepErrors(parts, stop, tuple((e, error.end) for e, error in predicted if error))
 
 
-def angle_claims(numbers: Angles) -> Sequence[Claim]:
+def angle_claims(numbers: Angles) -> Claims:
     """Euler steps are far less accurate than RK4 and pymunk's feet."""
     held = numbers.held
     return [
@@ -192,7 +191,7 @@ def _deflected(study: Study, epsilon: float, name: str) -> Deflected | None:
     return Deflected(epsilon, name, force, vertical, beyond, bound)
 
 
-def deflection_claims(numbers: Deflection) -> Sequence[Claim]:
+def deflection_claims(numbers: Deflection) -> Claims:
     """Contacts that go with the step do no harm, and default ones lift the body."""
     vertical = numbers.vertical
     text = "vertical displacements, on default contacts and on those of the step"

@@ -19,11 +19,10 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import AGREES, at_most
+from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.analyses.energy_drift import in_double
 from plumbob.reports.analyses.measurements import PERIODS, swing_period, turn_period
-from plumbob.reports.view.content import Claim
 
 STEP = 2e-4  # [s]
 DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad], the wells at 26 rad/s
@@ -163,7 +162,7 @@ def _swing(study: Study, method: str, amplitude: float) -> Swing:
     return Swing(method, amplitude, Period(swing_time(amplitude), period), ratio)
 
 
-def claims(phases: ActionPhase) -> Sequence[Claim]:
+def claims(phases: ActionPhase) -> Claims:
     """Periods are derivatives of the action, which is constant."""
     return (
         at_most(

@@ -14,7 +14,7 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
     MUJOCO,
@@ -23,7 +23,6 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.analyses.measurements import extremes, largest
-from plumbob.reports.view.content import Claim
 
 # So light that its own energy leaves the body's with eight digits, so heavy that its rate changes
 # by 2.4e-7 rad/s only.
@@ -109,7 +108,7 @@ def _platform(run: Trajectory, exact: Energies) -> Platform | None:
     return Platform(body, float(np.ptp(body)), body_gap, float(np.ptp(supplied)), supplied_gap)
 
 
-def claims(work: DriveWork) -> Sequence[Claim]:
+def claims(work: DriveWork) -> Claims:
     """T + U changes in MuJoCo as it does exactly."""
     if work.mujoco is None:
         return ()

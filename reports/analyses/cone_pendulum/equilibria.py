@@ -15,10 +15,9 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import AGREES, at_most
+from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.analyses.measurements import PERIODS, swing_period
-from plumbob.reports.view.content import Claim
 
 PIVOTS = (0.0, 0.09)  # [m]
 RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s]
@@ -125,7 +124,7 @@ def numbers(study: Study) -> Equilibria:
     )
 
 
-def claims(found: Equilibria) -> Sequence[Claim]:
+def claims(found: Equilibria) -> Claims:
     """The measured rates are the exact ones."""
     gap = np.nan if found.largest_gap is None else found.largest_gap
     return (at_most("the largest difference of a rate, relative,", gap, AGREES),)

@@ -16,7 +16,7 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import at_most
+from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.action_phase import started
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     LAGRANGE,
@@ -26,7 +26,6 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     forms,
 )
 from plumbob.reports.analyses.energy_drift import in_double
-from plumbob.reports.view.content import Claim
 
 SPEED = 60.0  # [rad/s], from theta = 0: half of the action is left when it comes to the barrier
 WITHIN = 1e-2  # of the action: what first-order averaging leaves
@@ -176,7 +175,7 @@ def numbers(study: Study) -> GeneratedSolutions:
     return GeneratedSolutions(damped, drives, xi, times, averaged(xi).action(times))
 
 
-def claims(solutions: GeneratedSolutions) -> Sequence[Claim]:
+def claims(solutions: GeneratedSolutions) -> Claims:
     """The action falls as averaging has it."""
     what = "the largest difference of an action from the averaged one, relative,"
     return (at_most(what, solutions.largest_gap, WITHIN),)

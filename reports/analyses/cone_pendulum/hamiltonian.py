@@ -18,10 +18,9 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.energy_drift import energy
 from plumbob.reports.analyses.measurements import case
-from plumbob.reports.view.content import Claim
 
 RESTING, ROTATING = "cone-pendulum/resting-base", "cone-pendulum/rotating-base"
 MUJOCO, MUJOCO_STEP = "mujoco/rk4", 1e-4  # its full model: platform, hinge and cone
@@ -138,7 +137,7 @@ def numbers(study: Study) -> PrintedHamiltonian:
     )
 
 
-def claims(numbers: PrintedHamiltonian) -> Sequence[Claim]:
+def claims(numbers: PrintedHamiltonian) -> Claims:
     """The methods are much nearer to the correct form."""
     text = "distances of the methods from the printed form and from the correct one"
     return (clear(text, numbers.off, numbers.worst, "rad"),)

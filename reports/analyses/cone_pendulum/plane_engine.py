@@ -13,10 +13,9 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import as_predicted
+from plumbob.reports.analyses.claims import Claims, as_predicted
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.energy_drift import energy
-from plumbob.reports.view.content import Claim
 
 METHOD, STEP, DURATION = "pymunk/torque", 2e-4, 2.0  # [s]
 RUNS = MappingProxyType(
@@ -80,7 +79,7 @@ def numbers(study: Study) -> Torque:
     return Torque(gains, growth, growth * DURATION)
 
 
-def claims(numbers: Torque) -> Sequence[Claim]:
+def claims(numbers: Torque) -> Claims:
     """The energy grows as predicted where the torque is set before the step."""
     if "before" not in numbers.gains:
         return ()

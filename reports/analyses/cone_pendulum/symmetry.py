@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
@@ -14,7 +14,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
     LAGRANGE,
@@ -25,7 +25,6 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     end_of,
 )
 from plumbob.reports.analyses.measurements import case
-from plumbob.reports.view.content import Claim
 
 UNEQUAL = "cone-pendulum/unequal-inertia"
 PRODUCT = 0.029  # [kg m^2]: no body with the cone's other moments has more than 0.0294
@@ -111,7 +110,7 @@ def _unround(
     )
 
 
-def _claims(text: str, numbers: Unround) -> Sequence[Claim]:
+def _claims(text: str, numbers: Unround) -> Claims:
     return (clear(text, numbers.moved, numbers.worst, "rad"),)
 
 

@@ -11,7 +11,7 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import as_expected
+from plumbob.reports.analyses.claims import Claims, as_expected
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.long_runs import judged_long_run
 from plumbob.reports.view.content import Claim
@@ -53,7 +53,7 @@ def numbers(study: Study) -> LongRuns | None:
     return LongRuns(tuple(of.record() for of in judged), tuple(surprises))
 
 
-def claims(numbers: LongRuns) -> Sequence[Claim]:
+def claims(numbers: LongRuns) -> Claims:
     """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
     before it."""
     unexpected = as_expected(numbers.surprises)

@@ -15,6 +15,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.claims import Claims
 from plumbob.reports.analyses.energy_drift import (
     EnergyDrifts,
     EnergyRuns,
@@ -24,7 +25,6 @@ from plumbob.reports.analyses.energy_drift import (
 )
 from plumbob.reports.analyses.measurements import case, scheme
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
-from plumbob.reports.view.content import Claim
 
 SCENE = f"{SIMPLE}free-large"
 MILLION = f"{SIMPLE}million-steps"
@@ -96,7 +96,7 @@ def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
     return compared(study) if scene.name == MILLION else None
 
 
-def claims(energies: PendulumEnergy) -> Sequence[Claim]:
+def claims(energies: PendulumEnergy) -> Claims:
     """Symplectic methods keep the energy, and RK4 lets it drift at the predicted rate."""
     return energy_claims(energies.drifts)
 

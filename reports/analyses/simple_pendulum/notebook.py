@@ -13,6 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.claims import Claims
 from plumbob.reports.analyses.measurements import Curve, case, largest, scheme
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
@@ -135,7 +136,7 @@ def errors(study: Study) -> NotebookErrors:
     return NotebookErrors(tuple(entries))
 
 
-def claims(errors: NotebookErrors) -> Sequence[Claim]:
+def claims(errors: NotebookErrors) -> Claims:
     """The error of the linear equation is larger than that of RK4."""
     return [
         Claim(

@@ -12,10 +12,9 @@ from plumbob.engines.study.measurement import floor
 from plumbob.engines.study.order import Order, fit_order
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import ALIKE, at_most, between
+from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, between
 from plumbob.reports.analyses.measurements import convergence_of, plan_of
 from plumbob.reports.analyses.simple_pendulum.notebook import CASES, FORCED, SIMPLE
-from plumbob.reports.view.content import Claim
 
 METHODS = ("ode/rk4", "ode/leapfrog", "mujoco/euler", "pymunk/default", "pymunk/tight")
 REACH = 0.5  # nonlinearity above which an error is no longer a series in the step
@@ -117,7 +116,7 @@ def _fitted(series: ConvergenceStudy) -> Fit | None:
     return Fit(observed, predicted) if predicted else None
 
 
-def order_claims(fits: Orders) -> Sequence[Claim]:
+def order_claims(fits: Orders) -> Claims:
     """The orders are the predicted ones."""
     what = "the largest difference of an order from the predicted one"
     return (at_most(what, fits.gap, ALIKE),)
@@ -144,7 +143,7 @@ def _control_order(of: ConvergenceStudy) -> ControlOrder:
     return ControlOrder(of.order, of.predicted_order, steps, sizes, shown)
 
 
-def held_claims(control: HeldControl) -> Sequence[Claim]:
+def held_claims(control: HeldControl) -> Claims:
     """RK4's order is reduced by three, and by two."""
     return [
         between(f"the order of {method}", of.order.slope, *bounds)

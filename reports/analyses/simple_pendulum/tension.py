@@ -12,10 +12,9 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.claims import clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import Curve, case, recordings, runs
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
-from plumbob.reports.view.content import Claim
 
 SCENES = (f"{SIMPLE}free-large", f"{SIMPLE}rotating-fast", f"{SIMPLE}forced-large")
 METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/tight", "pymunk/default")
@@ -86,7 +85,7 @@ def numbers(study: Study) -> RodTension:
     )
 
 
-def claims(tensions: RodTension) -> Sequence[Claim]:
+def claims(tensions: RodTension) -> Claims:
     """The impulse is much further from the state's tension than the sensor."""
     if not any(run.has_sensor for run in tensions.runs) or not tensions.impulse > 0.0:
         return ()
