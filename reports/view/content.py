@@ -8,6 +8,8 @@ from typing import Any, Literal
 
 from plumbob.reports.view.notation import number
 
+Trace = Mapping[str, Any]  # a curve, bars or a map, as plotly takes it
+Layout = Mapping[str, Any]  # of a figure, or of one of its axes
 StatementVerdict = Literal["holds", "corrected", "refuted", "extended"]
 
 
@@ -39,8 +41,8 @@ class Figure:
 
     title: str
     caption: str
-    traces: tuple[Mapping[str, Any], ...]
-    layout: Mapping[str, Any]
+    traces: tuple[Trace, ...]
+    layout: Layout
     height: int = 340  # [px]
     wide: bool = False
 

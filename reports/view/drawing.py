@@ -7,16 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.advice.work_precision import front
 from plumbob.reports.view.axis import Axis
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.palette import GREY
-from plumbob.reports.view.plotly_figure import FRONT, Trace
+from plumbob.reports.view.plotly_figure import FRONT
 
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
 LEFT, RIGHT, TOP, BOTTOM = 64, 18, 10, 40  # margins [px]
@@ -44,6 +43,8 @@ GLYPHS: Mapping[str, tuple[int, float, float]] = MappingProxyType(
 )
 HEXAGON = (6, 0.0, 0.0)
 DASHES = MappingProxyType({"dash": "6 4", "dot": "2 3", "dashdot": "6 3 2 3"})
+
+Axes = Mapping[str, Axis]  # by their letters
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     return Drawing(text, round(frame.width), round(frame.height))
 
 
-def plotted(layout: Mapping[str, Any], traces: Sequence[Trace], frame: Frame) -> str:
+def plotted(layout: Layout, traces: Sequence[Trace], frame: Frame) -> str:
     """Axes, traces and their names in a frame, as elements of SVG; empty where nothing has a place
     on the axes. Between the axes units are tenths of a pixel."""
     axes = _both(layout, frame, traces)
@@ -142,7 +143,7 @@ def _frame(figure: Figure, traces: Sequence[Trace]) -> Frame:
     return Frame(width, height, left, right, bottom, tuple(named), at_ends)
 
 
-def _fit_at_ends(named: Sequence[Trace], layout: Mapping[str, Any]) -> bool:
+def _fit_at_ends(named: Sequence[Trace], layout: Layout) -> bool:
     """Whether names are few and short enough to stand beside the axes, each at a line's end."""
     if not 0 < len(named) <= NAMES or "scaleanchor" in layout["yaxis"] or "yaxis2" in layout:
         return False
@@ -159,7 +160,7 @@ def _values(traces: Sequence[Trace], key: str) -> list[float]:
     return found
 
 
-def _axis(layout: Mapping[str, Any], values: list[float], ends: tuple[float, float]) -> Axis:
+def _axis(layout: Layout, values: list[float], ends: tuple[float, float]) -> Axis:
     logarithmic = layout.get("type") == "log"
     places = [math.log10(v) for v in values if v > 0.0] if logarithmic else values
     low, high = layout.get("range") or (min(places, default=0.0), max(places, default=1.0))
@@ -168,7 +169,7 @@ def _axis(layout: Mapping[str, Any], values: list[float], ends: tuple[float, flo
     return Axis(low - margin, high + margin, *ends, logarithmic)
 
 
-def _both(layout: Mapping[str, Any], frame: Frame, traces: Sequence[Trace]) -> Mapping[str, Axis]:
+def _both(layout: Layout, frame: Frame, traces: Sequence[Trace]) -> Axes:
     """The axes that have values, by their letters."""
     across, up = (frame.left, frame.width - frame.right), (frame.bottom, TOP)
     ends = (("x", "xaxis", across), ("y", "yaxis", up), ("y2", "yaxis2", up))
@@ -180,7 +181,7 @@ def _both(layout: Mapping[str, Any], frame: Frame, traces: Sequence[Trace]) -> M
     return _one_scale(axes) if "scaleanchor" in layout["yaxis"] else axes
 
 
-def _one_scale(axes: Mapping[str, Axis]) -> dict[str, Axis]:
+def _one_scale(axes: Axes) -> dict[str, Axis]:
     """The same axes with as many pixels to a unit on both, about their middles."""
     scale = max((a.high - a.low) / abs(a.end - a.start) for a in axes.values())
     changed = {}
@@ -190,7 +191,7 @@ def _one_scale(axes: Mapping[str, Axis]) -> dict[str, Axis]:
     return changed
 
 
-def _axes(layout: Mapping[str, Any], axes: Mapping[str, Axis], frame: Frame) -> Iterator[str]:
+def _axes(layout: Layout, axes: Axes, frame: Frame) -> Iterator[str]:
     """Lines, ticks and titles of the axes."""
     bottom, end, middle = frame.bottom, frame.width - frame.right, (TOP + frame.bottom) / 2
     xs, ys = (_ticks(layout[f"{k}axis"], axes[k], frame) for k in "xy")
@@ -218,14 +219,14 @@ def _axes(layout: Mapping[str, Any], axes: Mapping[str, Axis], frame: Frame) -> 
         yield f'<text class="m" x="{x:g}" y="{middle:g}" {turned}>{title}</text>'
 
 
-def _ticks(layout: Mapping[str, Any], axis: Axis, frame: Frame) -> list[tuple[float, str]]:
+def _ticks(layout: Layout, axis: Axis, frame: Frame) -> list[tuple[float, str]]:
     if "ticktext" not in layout:
         return axis.ticks(frame.ticks)
     places = axis.along(layout["tickvals"]).tolist()
     return list(zip(places, map(escape, layout["ticktext"]), strict=True))
 
 
-def _marks(trace: Trace, axes: Mapping[str, Axis], traces: Sequence[Trace]) -> Iterator[str]:
+def _marks(trace: Trace, axes: Axes, traces: Sequence[Trace]) -> Iterator[str]:
     """The elements of a trace, in tenths of a pixel."""
     if trace["type"] == "heatmap":
         yield from _map(trace, axes)
@@ -259,7 +260,7 @@ def _dots(trace: Trace, places: Array) -> str:
     return f'<path stroke="{stroke}" {look} d="{dots}"/>'
 
 
-def _places(trace: Trace, axes: Mapping[str, Axis]) -> Array:
+def _places(trace: Trace, axes: Axes) -> Array:
     """Places of a trace's points in tenths of a pixel, (n, 2)."""
     up = axes[trace.get("yaxis", "y")]
     return 10.0 * np.column_stack([axes["x"].along(trace["x"]), up.along(trace["y"])])
@@ -307,7 +308,7 @@ def _glyph(name: str, radius: float) -> str:
     return f"m{_path(points.T)[1:]}z"
 
 
-def _bars(trace: Trace, axes: Mapping[str, Axis], traces: Sequence[Trace]) -> str:
+def _bars(trace: Trace, axes: Axes, traces: Sequence[Trace]) -> str:
     """Pieces of stacked bars, after those of the traces before."""
     before = traces[: traces.index(trace)]
     path = ""
@@ -319,7 +320,7 @@ def _bars(trace: Trace, axes: Mapping[str, Axis], traces: Sequence[Trace]) -> st
     return f'<path fill="{colour(trace)}" d="{path}"/>'
 
 
-def _map(trace: Trace, axes: Mapping[str, Axis]) -> Iterator[str]:
+def _map(trace: Trace, axes: Axes) -> Iterator[str]:
     """The cells of a map, those of one shade as one path."""
     xs, ys = (10.0 * _edges(axes[k].along(trace[k])) for k in "xy")
     zero, full = _limits(trace)
@@ -362,7 +363,7 @@ def _limits(trace: Trace) -> tuple[float, float]:
     return float(trace["zmin"]), float(trace["zmax"])
 
 
-def _line(of: Mapping[str, Any], axes: Mapping[str, Axis]) -> str:
+def _line(of: Layout, axes: Axes) -> str:
     """A straight line across the height of a plot, or a part of it."""
     x, up = 10.0 * axes["x"].at(of["x0"]), axes["y"]
     low, high = (10.0 * (up.start + of[k] * (up.end - up.start)) for k in ("y0", "y1"))
@@ -370,7 +371,7 @@ def _line(of: Mapping[str, Any], axes: Mapping[str, Axis]) -> str:
     return f'<path {stroke} d="M{x:.0f} {low:.0f}V{high:.0f}"/>'
 
 
-def _named(traces: Sequence[Trace], layout: Mapping[str, Any]) -> list[Trace]:
+def _named(traces: Sequence[Trace], layout: Layout) -> list[Trace]:
     """The traces that have a name in a legend, one a name: that with marks, if there is one."""
     if not layout.get("showlegend") and not any("meta" in t for t in traces):
         return []
@@ -402,7 +403,7 @@ def _below(frame: Frame) -> Iterator[str]:
         yield _name(trace, x, frame.bottom + BOTTOM + ROW * row + 8)
 
 
-def _at_ends(axes: Mapping[str, Axis], frame: Frame) -> Iterator[str]:
+def _at_ends(axes: Axes, frame: Frame) -> Iterator[str]:
     """Names beside the axes, at the heights of their curves' right ends, apart from each other."""
     ends = []
     for trace in frame.named:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from html import escape
 
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Figure, Trace
 from plumbob.reports.view.drawing import Frame, colour, dashes, plotted
-from plumbob.reports.view.plotly_figure import Trace
 
 WIDTH, HEIGHT, SQUARE = 320, 190, 308  # in their own units; the last where both axes have one scale
 LEFT, RIGHT, BOTTOM = 50, 8, 34  # margins

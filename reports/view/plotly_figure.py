@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
 MOST = 300  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
 DIGITS = 4
 FRONT = "front"  # in place of a method: the Pareto front of the methods that are shown
-Trace = Mapping[str, Any]
 
 
 def curve(
@@ -65,13 +64,13 @@ def figure(
     title: str,
     caption: str,
     traces: Sequence[Trace],
-    x: Mapping[str, Any],
-    y: Mapping[str, Any],
+    x: Layout,
+    y: Layout,
     *,
     legend: bool = False,
     height: int = 340,
     wide: bool = False,
-    shapes: Sequence[Mapping[str, Any]] = (),
+    shapes: Sequence[Layout] = (),
 ) -> Figure:
     """A figure with one pair of axes; `legend` names the traces below it."""
     layout: dict[str, Any] = {"xaxis": _fitted(x, traces, "x"), "yaxis": _fitted(y, traces, "y")}
@@ -81,9 +80,7 @@ def figure(
     return Figure(title, caption, tuple(traces), layout, height, wide)
 
 
-def over_time(
-    title: str, caption: str, traces: Sequence[Trace], y: Mapping[str, Any], **more: Any
-) -> Figure:
+def over_time(title: str, caption: str, traces: Sequence[Trace], y: Layout, **more: Any) -> Figure:
     """A figure over time [s] with a legend; `more` as `figure` takes it."""
     return figure(title, caption, traces, linear("time [s]"), y, legend=True, **more)
 
@@ -113,12 +110,12 @@ def heat(
     }
 
 
-def linear(title: str, **more: Any) -> Mapping[str, Any]:
+def linear(title: str, **more: Any) -> Layout:
     """A linear axis."""
     return {"title": {"text": title}, **more}
 
 
-def logarithmic(title: str, **more: Any) -> Mapping[str, Any]:
+def logarithmic(title: str, **more: Any) -> Layout:
     """A logarithmic axis, labelled at powers of ten."""
     return {
         "title": {"text": title},
@@ -141,7 +138,7 @@ def rounded(values: Sequence[float] | Array) -> list[float | None]:
     ]
 
 
-def _fitted(axis: Mapping[str, Any], traces: Sequence[Trace], letter: str) -> Mapping[str, Any]:
+def _fitted(axis: Layout, traces: Sequence[Trace], letter: str) -> Layout:
     """A logarithmic axis with one label in so many decades that seven fit; on a short one at 1, 2
     and 5."""
     if axis.get("type") != "log":

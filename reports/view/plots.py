@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,11 +14,10 @@ from plumbob.models.scene import Observable
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.palette import COLOURS, GREY, Style
 from plumbob.reports.view.plotly_figure import (
     FRONT,
-    Trace,
     curve,
     figure,
     linear,
@@ -224,7 +222,7 @@ def _speed(point: Point) -> float:
     return 1e9 / point.ns_per_second
 
 
-def _margin(speed: float) -> Mapping[str, object]:
+def _margin(speed: float) -> Layout:
     """A line at the margin of a plot, at a real-time factor."""
     return {
         "type": "line",
@@ -294,7 +292,7 @@ def budget_bars(
     )
 
 
-def _bars_layout(bars: Sequence[str], terms: int) -> tuple[Mapping[str, Any], int]:
+def _bars_layout(bars: Sequence[str], terms: int) -> tuple[Layout, int]:
     """The layout of stacked bars with a legend of so many terms below, and its height [px]."""
     axis, legend = 50, 24 * terms  # [px]; a legend that moves margins may be laid out forever
     layout = {

@@ -13,13 +13,12 @@ import pytest
 
 from plumbob.engines.registry import method
 from plumbob.reports.advice.work_precision import Point
-from plumbob.reports.view.content import Figure
+from plumbob.reports.view.content import Figure, Trace
 from plumbob.reports.view.drawing import drawing, shown
 from plumbob.reports.view.page import Plots
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plotly_figure import (
     FRONT,
-    Trace,
     curve,
     figure,
     heat,

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.engines.study.provenance import Provenance
-from plumbob.reports.view.content import Figure, Table
+from plumbob.reports.view.content import Figure, Table, Trace
 from plumbob.reports.view.notation import number, plural
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.palette import GREY, OTHERS
-from plumbob.reports.view.plotly_figure import Trace, curve, figure, logarithmic, marks
+from plumbob.reports.view.plotly_figure import curve, figure, logarithmic, marks
 from plumbob.reports.view.tables import table, table_or_none
 
 Change = Mapping[str, Any]  # scene, method, what, old, new, and growth, relative to the old one
