@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +32,15 @@ from plumbob.reports.analyses.capsule_line import (
 from plumbob.reports.analyses.measurements import LINE, problem
 from plumbob.reports.view.content import Finding, Table
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, formed, measured, nothing, plan_of
+from plumbob.tests.support.declared import (
+    declared,
+    finding,
+    formed,
+    measured,
+    nothing,
+    numbers_of,
+    plan_of,
+)
 from plumbob.tests.support.declared import findings_of as formed_of
 
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
@@ -55,11 +62,6 @@ def column(table: Table, head: str) -> dict[str, float]:
 def known(found: Finding | None) -> Finding:
     assert found
     return found
-
-
-def numbers_of(analysis: Analysis, ran: Study | None = None) -> Any:
-    """The numbers of a study with the runs that the analysis declares."""
-    return analysis.numbers(declared(ran or nothing(), analysis.requests))
 
 
 @pytest.mark.parametrize("analysis", FINDINGS, ids=lambda analysis: analysis.template)

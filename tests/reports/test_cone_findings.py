@@ -32,12 +32,12 @@ from plumbob.reports.analyses.cone_pendulum import (
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.measurements import extremes, largest
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, nothing, plan_of
+from plumbob.tests.support.declared import declared, finding, nothing, numbers_of, plan_of
 from plumbob.tests.support.studies import quick
 
 
 def test_finding_printed_hamiltonian() -> None:
-    found = hamiltonian.numbers(declared(nothing(), hamiltonian.requests))
+    found = numbers_of(hamiltonian.PRINTED)
     # Difference between Sudakov's eqs. 7 and 9 at 0.5 s, integrated with 40 digits.
     assert found.gap == pytest.approx(6.27, abs=5e-3)
     assert len(found.pairs) == 3
@@ -53,7 +53,7 @@ def test_a_finding_is_written_where_engines_are_missing(analysis: Analysis) -> N
 
 
 def test_figures_of_the_source_begin_at_the_start() -> None:
-    numbers = source_figures.numbers(declared(nothing(), source_figures.requests))
+    numbers = numbers_of(source_figures.GALLERIES)
     _, turning = written(source_figures.TEMPLATE, plain(numbers))
     (*_, momentum, speed) = turning.figures
     problem = forms(ROTATING).problem
@@ -63,18 +63,17 @@ def test_figures_of_the_source_begin_at_the_start() -> None:
 
 
 def test_finding_inertia() -> None:
-    found = symmetry.inertia(declared(nothing(), symmetry.INERTIA.requests))
+    found = numbers_of(symmetry.INERTIA)
     theta = [found.exact, found.without, found.runs["mujoco"]]
     assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
 
 
 def test_finding_symmetry() -> None:
-    found = symmetry.product(declared(nothing(), symmetry.PRODUCT_OF_INERTIA.requests))
+    found = numbers_of(symmetry.PRODUCT_OF_INERTIA)
     assert found.moved == pytest.approx(-0.00513060, rel=1e-3)
     assert len(found.gaps) == 3
     assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
     # the pivot along and above the axis does not matter
-    assert found.carried is not None
     assert found.carried < 1e-11
 
 
@@ -130,13 +129,12 @@ def test_errors_grow_at_the_saddle_s_rate() -> None:
 
 def test_finding_uniformity() -> None:
     """Three verdicts, MuJoCo beside the closed form, and maps that agree with it."""
-    measures = uniformity.numbers(declared(nothing(), uniformity.requests))
+    measures = numbers_of(uniformity.UNIFORMITY)
     assert not measures.shrinks
     still, better, *_ = measures.points
     assert better.exact.deviation < still.exact.deviation
     assert better.exact.near > still.exact.near
     for point in measures.points:
-        assert point.measured is not None
         # a recorded turn ends within a step of its period, 1e-3 of it, and has 500 samples
         for name, exact in vars(point.exact).items():
             assert getattr(point.measured, name) == pytest.approx(exact, rel=2e-3, abs=2e-3)
@@ -149,12 +147,11 @@ def test_finding_uniformity() -> None:
 
 @pytest.mark.long
 def test_finding_action_and_phase() -> None:
-    phases = action_phase.numbers(declared(nothing(), action_phase.requests))
+    phases = numbers_of(action_phase.ACTION_PHASE)
     assert len(phases.starts) == len(action_phase.STARTS)
     for start in phases.starts:
         # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
         assert start.period.measured == pytest.approx(start.period.exact, rel=1e-8)
-        assert start.drift is not None
         assert start.drift < 1e-9
     swings = [abs(swing.period.gap or np.nan) for swing in phases.swings]
     assert max(swings[:5]) < 1e-8  # RK4
@@ -162,20 +159,18 @@ def test_finding_action_and_phase() -> None:
 
 
 def test_finding_equilibria() -> None:
-    numbers = equilibria.numbers(declared(nothing(), equilibria.requests))
+    numbers = numbers_of(equilibria.EQUILIBRIA)
     assert (numbers.fork, numbers.node) == pytest.approx((6.44823, 11.2938), abs=5e-5)
     assert len(numbers.centres) == 15
-    assert numbers.largest_gap is not None
     assert numbers.largest_gap < 1e-6  # the amplitude's
     near, far = (equilibria.still(0.0, rate).equilibria[0].rate for rate in (8.0, 8.001))
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
 
 def test_finding_work_of_the_drive() -> None:
-    work = drive_work.numbers(declared(nothing(), drive_work.requests))
+    work = numbers_of(drive_work.DRIVE_WORK)
     assert work.constant < 1e-9
     mujoco = work.mujoco
-    assert mujoco
     # the platform's rate changes by 2.4e-7 of 26 rad/s: 1e-8 of T; its energy has 4e-6 J of digits
     assert mujoco.gap < 1e-4
     assert mujoco.supplied_gap < 1e-3
@@ -184,7 +179,7 @@ def test_finding_work_of_the_drive() -> None:
 
 @pytest.mark.long
 def test_finding_generating_solution() -> None:
-    solutions = generating_solution.numbers(declared(nothing(), generating_solution.requests))
+    solutions = numbers_of(generating_solution.GENERATING_SOLUTION)
     first, _, last = solutions.damped
     assert first.gap / last.gap == pytest.approx(4.0, rel=0.3)  # of the order of xi
     gaps = [run.phase_gap for run in solutions.damped]

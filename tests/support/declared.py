@@ -69,6 +69,11 @@ def declared(study: Study, *requests: Requests) -> Study:
     return replace(study, extras={request: made(request) for request in wanted})
 
 
+def numbers_of(analysis: Analysis, ran: Study | None = None) -> Any:
+    """The numbers of a study with the runs that the analysis declares."""
+    return analysis.numbers(declared(ran or nothing(), analysis.requests))
+
+
 def findings_of(own: Section | None, study: Study) -> list[Finding]:
     """The findings of a section in a study."""
     assert own is not None
