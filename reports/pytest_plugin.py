@@ -77,17 +77,10 @@ class Validation(pytest.Item):
 
     def runtest(self) -> None:
         """Raises Unexpected; skips where the engine is not installed."""
-        from plumbob.engines.study.convergence import SEED, convergence_study
-        from plumbob.engines.study.runner import most_steps
-        from plumbob.models.registry import case_of
+        from plumbob.reports.judge.assertion import judged_runs
         from plumbob.reports.judge.expectations import surprise
-        from plumbob.reports.judge.verdict import judge_convergence
 
-        most = most_steps(self.scene, self.profile)
-        series = convergence_study(self.scene, self.method, most, seed=SEED)
-        case = case_of(self.scene)
-        about = case.system.quantities(case)
-        judgement = judge_convergence(series, case.system, self.method, about)
+        judgement = judged_runs(self.scene, self.method, self.profile)[1].whole
         if judgement.verdict == "missing":
             pytest.skip(judgement.reason)
         if why := surprise(self.scene, self.method, judgement):

@@ -6,13 +6,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from plumbob.analytic.parameters import positive
-from plumbob.engines.method import present
+from plumbob.engines.method import Method, present
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import SEED, convergence_study
+from plumbob.engines.study.convergence import SEED, ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import (
     INACCURATE,
     accurate,
@@ -20,7 +21,7 @@ from plumbob.reports.judge.expectations import (
     run_surprise,
     surprise,
 )
-from plumbob.reports.judge.verdict import Judgement, judge, judged
+from plumbob.reports.judge.verdict import Judged, Judgement, judge, judged
 
 
 def check(
@@ -45,16 +46,14 @@ def check(
     if within is not None:
         positive("within", within)
     chosen, how = find_scene(scene, changes), find_method(method)
-    case = case_of(chosen)
-    about = case.system.quantities(case)
     if step is None:
-        runs = convergence_study(chosen, how, most_steps(chosen, "quick"), seed=SEED)
-        both = judged(runs, case.system, how, about)
+        runs, both = judged_runs(chosen, how, "quick")
         judgement, rows = both.whole, tuple(zip(runs.measurements, both.runs, strict=True))
         why = surprise(chosen, how, judgement)
     else:
+        case = case_of(chosen)
         run, _ = measure(case, how, step)
-        judgement = judge(run, case.system, how, about)
+        judgement = judge(run, case.system, how, case.system.quantities(case))
         rows = ((run, judgement),)
         why = run_surprise(chosen, how, judgement)
     if within is not None:
@@ -78,6 +77,14 @@ def check(
     for measured, verdict in rows:
         lines += _lines(measured, verdict)
     raise AssertionError("\n".join(lines))
+
+
+def judged_runs(scene: Scene, method: Method, profile: str) -> tuple[ConvergenceStudy, Judged]:
+    """A scene with a method at all step sizes of a profile, as `plumbob validate` runs and judges
+    it."""
+    runs = convergence_study(scene, method, most_steps(scene, profile), seed=SEED)
+    case = case_of(scene)
+    return runs, judged(runs, case.system, method, case.system.quantities(case))
 
 
 def _lines(run: Measurement, judgement: Judgement) -> Iterator[str]:

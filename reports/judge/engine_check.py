@@ -24,7 +24,7 @@ from plumbob.models.entry_points import captured
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import expected
-from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.reports.judge.verdict import judged
 
 LATE = 0.25  # steps: of a method that converges the first sample is late by less and less of a step
 SAME = 1e-3  # of a step's motion: by what runs of different lengths may differ at the same time
@@ -325,7 +325,7 @@ def order(subject: Subject) -> str:
     for scene in good[:TRIED]:
         study = convergence_study(scene, method, most_steps(scene, "quick"))
         case = case_of(scene)
-        judgement = judge_convergence(study, case.system, method, case.system.quantities(case))
+        judgement = judged(study, case.system, method, case.system.quantities(case)).whole
         right = judgement.verdict in ("predicted", "converges", "pre-asymptotic")
         _hold(right, f"{scene.name}: {judgement.verdict}, {judgement.reason}")
         if study.order is None or judgement.verdict == "pre-asymptotic":

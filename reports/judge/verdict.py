@@ -33,9 +33,9 @@ Verdict = Literal[
     "not-converging",
     "diverged",
     "cut-short",
+    "pre-asymptotic",
     "unsupported",
     "missing",
-    "pre-asymptotic",
 ]
 NO_STEP_FITS = "no step of the scene's step sizes fits"
 # Rules of judgement, chosen and not derived:
@@ -97,14 +97,6 @@ def judged(
     drawn = None if series.drawn is None else judge(series.drawn, system, method, about)
     result = replace(result, cut=series.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
     return Judged(result, tuple(run for _, run in every))
-
-
-def judge_convergence(
-    series: ConvergenceStudy, system: Observed, method: Method, about: Sequence[Quantity] = ()
-) -> Judgement:
-    """The verdict on a method on a scene: the worst of its runs, but for steps too large for the
-    theory, if a finer one is within tolerance."""
-    return judged(series, system, method, about).whole
 
 
 def judge(
@@ -236,10 +228,6 @@ def _no_theory(run: _Run) -> Judgement | None:
     return Judgement("pre-asymptotic", {}, run.found.note or f"{why} {THEORY}")
 
 
-def _within(run: _Run) -> Judgement:
-    return Judgement("predicted", run.tolerances, "")
-
-
 _RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
     _not_done,
     _leaves_out,
@@ -247,7 +235,7 @@ _RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
     _beyond_tolerance,
     _says_nothing,
     _no_theory,
-    _within,
+    lambda run: Judgement("predicted", run.tolerances, ""),
 )
 
 
@@ -383,10 +371,6 @@ def _no_step_fits(several: _Runs) -> Judgement | None:
     return Judgement("unsupported", {}, NO_STEP_FITS)
 
 
-def _as_the_finest(several: _Runs) -> Judgement:
-    return several.runs[-1]
-
-
 _RULES_OF_RUNS: tuple[Callable[[_Runs], Judgement | None], ...] = (
     _does_not_run,
     _drops,
@@ -396,5 +380,5 @@ _RULES_OF_RUNS: tuple[Callable[[_Runs], Judgement | None], ...] = (
     _claims_too_much,
     _passes,
     _no_step_fits,
-    _as_the_finest,
+    lambda several: several.runs[-1],
 )

@@ -20,7 +20,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.judge.expectations import expected, surprise
-from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.reports.judge.verdict import judged as judged_of
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
     DEFECTS,
@@ -158,7 +158,7 @@ def surprise_of_the_defect() -> str:
     scene, method = find_scene(SMALL), find_method("tiny/euler")
     study = convergence_study(scene, method, 2000)
     about = system_of(scene).quantities(case_of(scene))
-    judged = judge_convergence(study, system_of(scene), method, about)
+    judged = judged_of(study, system_of(scene), method, about).whole
     assert judged.verdict == "off-prediction"
     return surprise(scene, method, judged)
 

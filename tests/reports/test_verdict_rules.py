@@ -21,7 +21,7 @@ from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge import expectations
 from plumbob.reports.judge.tolerance import tolerance
-from plumbob.reports.judge.verdict import judge, judge_convergence
+from plumbob.reports.judge.verdict import judge, judged
 
 SCENE, STEP = "cone-pendulum/rotating-base", 1e-5  # [s] where a series tells the error
 EULER = find_method("ode/euler")
@@ -101,7 +101,7 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left: float, ver
         }
         runs.append(Measurement(SCENE, EULER.name, step, "done", errors=errors, steps=1000))
     found = ConvergenceStudy(SCENE, EULER.name, tuple(runs))
-    assert judge_convergence(found, system_of(find_scene(SCENE)), EULER).verdict == verdict
+    assert judged(found, system_of(find_scene(SCENE)), EULER).whole.verdict == verdict
 
 
 def test_no_failure_is_expected_without_a_size() -> None:

@@ -20,7 +20,8 @@ from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import run_surprise, surprise
 from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE, model_part
-from plumbob.reports.judge.verdict import Judgement, judge, judge_convergence
+from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.judge.verdict import judged as judged_of
 
 TURNED = (
     *(s for s in scenes("capsule-*/heading-*") if s.name.endswith(("030", "345"))),
@@ -89,7 +90,7 @@ def study(scene: Scene, method: Method) -> ConvergenceStudy:
 
 def judged(scene: Scene, method: Method, found: ConvergenceStudy) -> Judgement:
     about = system_of(scene).quantities(case_of(scene))
-    return judge_convergence(found, system_of(scene), method, about)
+    return judged_of(found, system_of(scene), method, about).whole
 
 
 @pytest.mark.long(keep=1)

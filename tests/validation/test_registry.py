@@ -14,7 +14,7 @@ from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected, surprise
-from plumbob.reports.judge.verdict import judge_convergence
+from plumbob.reports.judge.verdict import judged
 from plumbob.tests.validation.measured_once import Shared
 from plumbob.tests.validation.representatives import representatives
 
@@ -35,7 +35,7 @@ def test_verdict(scene: Scene, method: Method, shared: Shared, pytestconfig: pyt
     option = pytestconfig.getoption
     found = shared.convergence(scene, method, option("profile"), option("seed"))
     about = system_of(scene).quantities(case_of(scene))
-    judgement = judge_convergence(found, system_of(scene), method, about)
+    judgement = judged(found, system_of(scene), method, about).whole
     if judgement.verdict == "missing" and not os.environ.get("CI"):
         pytest.skip(judgement.reason)
     assert judgement.reason or judgement.verdict != "unsupported"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -34,18 +35,6 @@ from plumbob.reports.view.tables import table
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
-ORDER: tuple[Verdict, ...] = (
-    "predicted",
-    "converges",
-    "off-prediction",
-    "inaccurate",
-    "not-converging",
-    "diverged",
-    "cut-short",
-    "pre-asymptotic",
-    "unsupported",
-    "missing",
-)
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
 
 
@@ -239,4 +228,4 @@ def _absolute(
 def _counts(judged: Iterable[PairVerdict]) -> tuple[tuple[str, int], ...]:
     """Verdicts, and how many methods have each, in the page's order."""
     counted = Counter(result.verdict for result in judged)
-    return tuple((verdict, counted[verdict]) for verdict in ORDER if counted[verdict])
+    return tuple((verdict, counted[verdict]) for verdict in get_args(Verdict) if counted[verdict])
