@@ -19,7 +19,7 @@ from plumbob.engines.study.measurement import (
 )
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity, Scene
-from plumbob.reports.advice.recommend import EXACT, UNTRUSTED, Recommendation
+from plumbob.reports.advice.recommend import EXACT, UNTRUSTED
 from plumbob.reports.view import notation
 from plumbob.reports.view.records import PairVerdict, Records
 
@@ -231,31 +231,18 @@ def every_pair(study: Study, records: Records) -> Every:
         if (of := shown(study, c, methods[c.method], records.verdicts[c.scene, c.method]))
     }
     for scene, record in records.scenes.items():
-        cheapest = _cheapest(record.recommendations)
-        of_scene = {name: of for (where, name), of in cells.items() if where == scene}
-        for name in _best_of_engines(of_scene, methods):
+        errors: dict[str, dict[str, Shown]] = {}  # by engine and method
+        for name in (name for where, name in cells if where == scene):
+            errors.setdefault(methods[name].engine, {})[name] = cells[scene, name][0]
+        for of_engine in errors.values():
+            name = best(of_engine, study.methods)
             at, default, within = cells[scene, name]
             cells[scene, name] = (replace(at, best=True), default, within)
-        if cheapest in of_scene:
-            at, default, within = cells[scene, cheapest]
-            cells[scene, cheapest] = (at, default, within and replace(within, best=True))
+        wanted = (r.choice.method for r in record.recommendations if r.error == WANTED and r.choice)
+        if (pair := (scene, next(wanted, ""))) in cells:
+            at, default, within = cells[pair]
+            cells[pair] = (at, default, within and replace(within, best=True))
     return cells
-
-
-def _best_of_engines(of_scene: Mapping[str, Steps], methods: Mapping[str, Method]) -> list[str]:
-    """The method of each engine whose error is smallest."""
-    engines = {methods[name].engine for name in of_scene}
-    errors = [
-        {name: of[0] for name, of in of_scene.items() if methods[name].engine == engine}
-        for engine in engines
-    ]
-    return [best(each, tuple(methods.values())) for each in errors]
-
-
-def _cheapest(advice: Sequence[Recommendation]) -> str:
-    """The cheapest method for the error wanted, or ""."""
-    chosen = [r.choice.method for r in advice if r.error == WANTED and r.choice]
-    return chosen[0] if chosen else ""
 
 
 def matrices(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Matrix, ...]:
