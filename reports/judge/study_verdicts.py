@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import Observable
 from plumbob.reports.judge.expectations import accurate, standing
-from plumbob.reports.judge.verdict import Judged, judged
-
-
-@dataclass(frozen=True)
-class StoredObservables:
-    """The observables of a scene as a study keeps them."""
-
-    observables: tuple[Observable, ...]
-
+from plumbob.reports.judge.verdict import Judged, StoredObservables, judged
 
 Judgements = Mapping[tuple[str, str], Judged]  # by scene and method
 

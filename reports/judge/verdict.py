@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, Protocol
+from typing import Literal
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -20,7 +20,7 @@ from plumbob.engines.study.measurement import (
     relative_error,
     unpredicted,
 )
-from plumbob.models.scene import Observable, Quantity
+from plumbob.models.scene import Observable, Quantity, System
 from plumbob.reports.judge.converging import convergence
 from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import Tolerance, exceeded, starts_off, tolerance, too_wide
@@ -72,13 +72,14 @@ class Judged:
     runs: tuple[Judgement, ...]
 
 
-class Observed(Protocol):
-    """Something with observables, the leading one first: a system, or a study's record of it."""
+@dataclass(frozen=True)
+class StoredObservables:
+    """The observables of a scene as a study keeps them, the leading one first."""
 
-    @property
-    def observables(self) -> tuple[Observable, ...]:
-        """Names and units."""
-        ...
+    observables: tuple[Observable, ...]
+
+
+Observed = System | StoredObservables
 
 
 def judged(
