@@ -232,14 +232,14 @@ def every_pair(study: Study, records: Records) -> Every:
     }
     for scene, record in records.scenes.items():
         errors: dict[str, dict[str, Shown]] = {}  # by engine and method
-        for name in (name for where, name in cells if where == scene):
-            errors.setdefault(methods[name].engine, {})[name] = cells[scene, name][0]
+        for pair in (pair for pair in cells if pair[0] == scene):
+            errors.setdefault(methods[pair[1]].engine, {})[pair[1]] = cells[pair][0]
         for of_engine in errors.values():
-            name = best(of_engine, study.methods)
-            at, default, within = cells[scene, name]
-            cells[scene, name] = (replace(at, best=True), default, within)
-        wanted = (r.choice.method for r in record.recommendations if r.error == WANTED and r.choice)
-        if (pair := (scene, next(wanted, ""))) in cells:
+            pair = scene, best(of_engine, study.methods)
+            at, default, within = cells[pair]
+            cells[pair] = (replace(at, best=True), default, within)
+        chosen = [r.choice for r in record.recommendations if r.error == WANTED and r.choice]
+        if chosen and (pair := (scene, chosen[0].method)) in cells:
             at, default, within = cells[pair]
             cells[pair] = (at, default, within and replace(within, best=True))
     return cells
