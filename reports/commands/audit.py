@@ -38,6 +38,7 @@ from plumbob.reports.view.audit.page import answered, lines, page, rows, write_p
 from plumbob.reports.view.audit.records import record
 
 MISSED = 1  # an accuracy, stability or reference that is asked for
+OTHER = (".urdf", ".mjb")  # models that are no text to trim
 PATIENCE = 10.0  # times the budget, after which an audit of several hangs
 _LARGEST = 100_000_000  # bytes of a control file
 # Options of one audit, which the other does not take: those that decide its numbers, and the rest.
@@ -70,8 +71,9 @@ def command(chosen: argparse.Namespace) -> int:
         chosen.against = stored_audits(Path(chosen.against))
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
     files = model_files(chosen.model)
-    if files is not None and target is not None:
-        raise ParameterError("write trimmed", str(target), "left out with several models")
+    if target is not None and (files is not None or Path(chosen.model[0]).suffix in OTHER):
+        what = "left out, but with a single MJCF file"
+        raise ParameterError("write trimmed", str(target), what)
     junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
     if junit is not None:
         writable("junitxml", junit.parent)

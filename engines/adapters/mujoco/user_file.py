@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,8 @@ from plumbob.engines.method import USER_METHOD, Method, time_step
 from plumbob.engines.own_motion import Start
 
 LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
+ROOTS = ("mujoco",)  # elements that a file may begin with
+USD = (".usd", ".usda", ".usdc", ".usdz")
 HALVINGS = 6  # of the user's own step, to show whether a smaller one helps
 # Physical options (gravity, wind, density) stay the scene's; so do the step and what a file needs
 # for its own geoms. The rest is about how MuJoCo computes.
@@ -72,21 +74,21 @@ def user_method(path: str | Path) -> Method:
     return replace(like, settings=settings, step_sizes=step_sizes)
 
 
-def read_model(path: str | Path, name: str) -> Any:
+def read_model(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
     ParameterError."""
     try:
-        return _read(path)
+        return _read(path, roots)
     except ParameterError as error:
         raise ParameterError(name, error.value, error.requirement) from None
 
 
-def compiled_model(path: Path, name: str) -> Any:
+def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The compiled model of the file `path`, which the argument `name` gave; raises
     ParameterError."""
     from plumbob.engines.adapters.mujoco import options
 
-    spec = read_model(path, name)
+    spec = read_model(path, name, roots)
     try:
         with options.collected(), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of the file's own: deprecated attributes
@@ -102,7 +104,7 @@ def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
     import mujoco
 
     if isinstance(model, (str, Path)):
-        return compiled_model(Path(model), "model"), str(model), start
+        return _of_file(Path(model)), str(model), start
     if isinstance(model, mujoco.MjData):
         of_data = {name: tuple(map(float, getattr(model, name))) for name in ("qpos", "qvel")}
         asked = {name: state for name in of_data if (state := getattr(start, name)) is not None}
@@ -122,7 +124,26 @@ def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
     return model, "model", start
 
 
-def _read(path: str | Path) -> Any:
+def _of_file(path: Path) -> Any:
+    """The compiled model of an MJCF, URDF or compiled file; raises ParameterError."""
+    import mujoco
+
+    from plumbob.engines.adapters.mujoco import options
+
+    if path.suffix in USD:
+        what = "an MJCF, URDF or compiled (.mjb) file: no reader of USD is there"
+        raise ParameterError("model", str(path), what)
+    if path.suffix != ".mjb" or not path.is_file():
+        return compiled_model(path, "model", ("mujoco", "robot"))
+    try:
+        with options.collected():
+            return mujoco.MjModel.from_binary_path(str(path))
+    except (ValueError, mujoco.FatalError) as error:
+        what = f"a model that this MuJoCo has compiled ({' '.join(str(error).split())})"
+        raise ParameterError("model", str(path), what) from None
+
+
+def _read(path: str | Path, roots: Sequence[str] = ROOTS) -> Any:
     import mujoco
 
     from plumbob.engines.adapters.mujoco import options
@@ -138,7 +159,7 @@ def _read(path: str | Path) -> Any:
         except (ValueError, TypeError, OSError, LookupError, ElementTree.ParseError) as error:
             reason = " ".join(str(error).split())
             raise ParameterError("like", str(path), f"a MuJoCo model file ({reason})") from None
-    if root != "mujoco":
+    if root not in roots:
         raise ParameterError("like", str(path), f"a MuJoCo model file (it begins with <{root}>)")
     return spec
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +18,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.options import needless_stages
-from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out
+from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
@@ -376,7 +377,10 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
 def model_of_own(model: Any, start: Start) -> MujocoModel:
     """A user's model, from a file, compiled or with its data, as an audit needs it; raises
     ParameterError and NotCertifiable."""
-    return own_model(*user_model(model, start))
+    ready = own_model(*user_model(model, start))
+    if isinstance(model, (str, Path)) and Path(model).suffix != ".mjb":
+        return replace(ready, notes=(*ready.notes, *urdf.notes(Path(model))))
+    return ready
 
 
 def started(model: Any, start: Start = AS_IT_STANDS) -> Any:

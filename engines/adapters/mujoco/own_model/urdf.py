@@ -1,0 +1,31 @@
+"""What MuJoCo's importer makes of a URDF file, and what it drops."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import MappingProxyType
+from xml.etree import ElementTree
+
+# {what is dropped: where it stands}; limits of force, friction, damping and mimic are taken over.
+DROPPED = MappingProxyType(
+    {
+        "velocity limits": "joint/limit[@velocity]",
+        "soft limits": "joint/safety_controller",
+        "calibration": "joint/calibration",
+        "transmissions": "transmission",
+        "gazebo": "gazebo",
+    }
+)
+
+
+def notes(path: Path) -> tuple[str, ...]:
+    """Remarks on a model file, if it is URDF: what of it is dropped, and which link is fixed."""
+    root = ElementTree.parse(path).getroot()
+    if root.tag != "robot":
+        return ()
+    dropped = [what for what, where in DROPPED.items() if root.find(where) is not None]
+    children = {child.get("link") for child in root.iterfind("joint/child")}
+    bases = [link.get("name", "") for link in root.iterfind("link")]
+    bases = [name for name in bases if name not in children]
+    read = f"URDF, read without {', '.join(dropped)}" if dropped else "URDF, read as it stands"
+    return (f"{read}; {', '.join(bases)} fixed in the world",)

@@ -1,0 +1,79 @@
+"""Models that are no MJCF text: URDF, as MuJoCo's importer reads it, and compiled ones."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from plumbob import audit
+from plumbob.engines.adapters.mujoco.own_model.fields import fields
+from plumbob.engines.adapters.mujoco.own_model.urdf import DROPPED, notes
+from plumbob.reports.cli import main
+
+INERTIAL = """<inertial><origin xyz="0 0 -.5"/><mass value="2"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>"""
+TAKEN = (
+    '<dynamics damping="0.3" friction="0.1"/>',
+    ' effort="3"',
+    '<mimic joint="shoulder" multiplier="2"/>',
+)
+LEFT = {
+    "velocity limits": ' velocity="2"',
+    "soft limits": '<safety_controller k_velocity="1"/>',
+    "calibration": '<calibration rising="0"/>',
+    "transmissions": '<transmission name="t"><joint name="shoulder"/></transmission>',
+    "gazebo": '<gazebo reference="arm"><mu1>0.5</mu1></gazebo>',
+}
+ROBOT = f"""<robot name="r"><link name="base"/><link name="arm">{INERTIAL}</link>
+<link name="hand">{INERTIAL}</link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="1"{TAKEN[1]}{LEFT["velocity limits"]}/>
+{TAKEN[0]}{LEFT["soft limits"]}{LEFT["calibration"]}</joint>
+<joint name="wrist" type="continuous"><parent link="arm"/><child link="hand"/>
+<axis xyz="0 1 0"/>{TAKEN[2]}</joint>{LEFT["transmissions"]}{LEFT["gazebo"]}</robot>"""
+
+
+def test_what_is_said_to_be_dropped_of_urdf_is_and_nothing_else(tmp_path: Path) -> None:
+    """Without it the compiled model is the same; without what is taken over it is another."""
+    file = tmp_path / "r.urdf"
+
+    def read(text: str) -> tuple[object, str]:
+        file.write_text(text)
+        (note,) = notes(file)
+        return fields(mujoco.MjModel.from_xml_path(str(file))), note
+
+    model, note = read(ROBOT)
+    assert note == f"URDF, read without {', '.join(DROPPED)}; base fixed in the world"
+    assert list(LEFT) == list(DROPPED)
+    for what, text in LEFT.items():
+        assert ROBOT.count(text) == 1
+        same, note = read(ROBOT.replace(text, ""))
+        assert same == model
+        assert what not in note
+    for text in TAKEN:
+        assert ROBOT.count(text) == 1
+        assert read(ROBOT.replace(text, ""))[0] != model
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".mjb"])
+def test_a_robot_of_another_format_is_audited_as_its_compiled_model(
+    suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = re.sub("<mimic[^>]*>", "", ROBOT)
+    file = tmp_path / f"robot{suffix}"
+    (tmp_path / "robot.urdf").write_text(text)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.urdf"))
+    if suffix == ".mjb":
+        mujoco.mj_saveModel(model, str(file), None)
+    start = [0.5, 0.2]
+    expected = audit(model, qpos=start, duration=0.1, budget=5.0)
+    assert main(["audit", str(file), "--qpos=0.5,0.2", "--duration", "0.1", "--budget", "5"]) == 0
+    out = capsys.readouterr().out
+    assert ("URDF, read without velocity limits" in out) == (suffix == ".urdf")
+    alone = audit(file, qpos=start, duration=0.1, budget=5.0)
+    assert alone.error == expected.error
+    assert alone.error > 0.0
+    assert main(["audit", str(file), "--write-trimmed", str(tmp_path / "new.xml")]) == 2
