@@ -143,9 +143,9 @@ def _about(motion: PendulumMotion) -> Mapping[str, Any]:
 
 def errors(problem: ConePendulum) -> ErrorTheory:
     """Theory of the errors of fixed steps on the motion."""
-    from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
+    from plumbob.analytic.errors.smooth_motion.pendulum_errors import pendulum_errors
 
-    return PendulumErrors(problem.motion)
+    return pendulum_errors(problem.motion)
 
 
 def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.sliding_motion.implicit_friction import FrictionProblem, after_friction
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead, plane_errors
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
@@ -20,6 +19,7 @@ from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.implicit_friction import FrictionProblem, after_friction
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.tests.support.random_capsules import CHECK, LINE
 

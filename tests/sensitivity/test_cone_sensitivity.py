@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import pendulum_errors
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
@@ -22,7 +22,7 @@ def test_the_printed_hamiltonian(method: str, step: float) -> None:
     scene = find_scene("cone-pendulum/rotating-base")
     system, how = system_of(scene), find_method(method)
     printed = system.problem(scene.parameters).printed_motion()
-    wrong = replace(case_of(scene), reference=printed, errors=PendulumErrors(printed))
+    wrong = replace(case_of(scene), reference=printed, errors=pendulum_errors(printed))
     assert judge(measure(wrong, how, step)[0], system, how).verdict == "off-prediction"
 
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import lu_factor, lu_solve
 
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
-from plumbob.analytic.errors.smooth_motion.pendulum_errors import PendulumErrors
+from plumbob.analytic.errors.smooth_motion.pendulum_errors import pendulum_errors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.parameters import ParameterError
@@ -97,7 +97,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
     method = METHODS[name]
     steps = np.array([0.5 / (first * 2**n) for n in range(5)])
     errors = np.array([error(method, float(step)) for step in steps])
-    terms = PendulumErrors(DEFAULT.motion).series(method.scheme, END)
+    terms = pendulum_errors(DEFAULT.motion).series(method.scheme, END)
     wanted = sum(float(values["theta"][0]) * steps**p for p, values in terms.items())
     np.testing.assert_allclose(errors, wanted, rtol=0.01)
     slope = float(np.polyfit(np.log(steps), np.log(np.abs(errors)), 1)[0])

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.equations import Complex
-from plumbob.analytic.systems.three_points.rest import load_factor, onset, slip_onset
+from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
+from plumbob.analytic.systems.three_points.rest import load_factor
 
 RATES = st.floats(-3.0, 3.0)
 ANGLES = st.floats(0.0, 2 * math.pi)

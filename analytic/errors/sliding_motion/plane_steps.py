@@ -23,11 +23,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.implicit_friction import (
-    FrictionProblem,
-    Slip,
-    after_friction,
-)
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER as EULER
 from plumbob.analytic.schemes import RK4 as RK4
@@ -35,6 +30,11 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
 from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.implicit_friction import (
+    FrictionProblem,
+    Slip,
+    after_friction,
+)
 
 FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")

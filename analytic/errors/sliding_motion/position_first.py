@@ -25,16 +25,16 @@ from functools import lru_cache
 import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.discontinuities import GRID
-from plumbob.analytic.errors.sliding_motion.implicit_friction import (
-    FrictionProblem,
-    Slip,
-    after_friction,
-)
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.equations import mechanics
 from plumbob.analytic.systems.three_points.friction import Start
+from plumbob.analytic.systems.three_points.implicit_friction import (
+    FrictionProblem,
+    Slip,
+    after_friction,
+)
 
 State = tuple[complex, float, complex, complex, float, complex]
 """Places of C [m], heading [rad], slider [m]; their rates; in the ground's axes."""

@@ -37,7 +37,7 @@ from plumbob.analytic.numerics.rotor.linear_flow import Response, together
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.theory import Coefficients, SteppedErrors
@@ -69,21 +69,22 @@ def flow_until(rotor: DrivenRotor, theta: float, theta_dot: float, until: float)
 
 @dataclass(frozen=True)
 class RotorErrors:
-    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], each
-    computed once; an `ErrorTheory`."""
+    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
+    is `known` exactly or else integrated, each computed once; an `ErrorTheory`."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
+    known: Reference | None = None
     terms: int = 4
     _found: dict[Scheme, tuple[float, tuple[int, ...], Response]] = field(
         default_factory=dict, repr=False, compare=False
     )
 
     @cached_property
-    def exact(self) -> UnendingMotion:
+    def exact(self) -> Reference:
         """The exact motion."""
-        return UnendingMotion(self.rotor, self.theta, self.theta_dot)
+        return self.known or UnendingMotion(self.rotor, self.theta, self.theta_dot)
 
     def simplest(self, scheme: Scheme) -> Scheme:
         """A scheme with the same errors, the same for all schemes that have them."""

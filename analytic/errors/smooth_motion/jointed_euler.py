@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,7 @@ from plumbob.analytic.errors.smooth_motion.global_error import flow_until, respo
 from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, exact
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.linear_flow import Response, together
+from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow, Response, together
 from plumbob.analytic.numerics.rotor.variational import STAGES, TangentFlow
 from plumbob.analytic.numerics.truncated_series import constant, product, raised, sine_cosine
 from plumbob.analytic.reference import Array
@@ -154,7 +154,8 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
     state = [constant(values, DEGREE) for values in flow.states]
     flown = exact(StepSeries(flow.rotor, flow.times), state[0], state[1])
     responses: list[Response] = []
-    openings: list[tuple[Complex, ...]] = []  # each Q_p and its derivatives, at the nodes
+    openings: list[Response] = []  # each Q_p
+    relaxed = LinearFlow(flow.orbit, -(closing + 1j * flow.states[1])[..., None, None])
     opening = np.zeros(state[0].shape, dtype=complex)
     for power in range(1, TERMS + 2):
         degrees = slice(power + 3)  # up to two powers more, of which the last is not to be used
@@ -163,11 +164,11 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
         else:
             series = (part[degrees] for part in (*state, opening))
             step = stepped(flow.rotor, flow.times, closing, *series)
-            source = step.opening[power + 1].copy()
-            for lower, known in enumerate(openings):
-                source -= known[power - lower] / math.factorial(power - lower)
-            openings.append(_relaxed(flow, closing, source))
-            opening[power] = openings[-1][0]
+            source: Any = step.opening[power + 1][..., None, None].copy()
+            for order, known in zip(range(power, 0, -1), openings, strict=False):
+                source -= known.at_nodes(derivative=order) / math.factorial(order)
+            openings.append(relaxed.respond(np.zeros((1, 1)), source))
+            opening[power] = openings[-1].at_nodes()[..., 0, 0]
         series = (part[degrees] for part in (*state, opening))
         step = stepped(flow.rotor, flow.times, closing, *series)
         if power > TERMS:
@@ -181,8 +182,7 @@ def expansion(flow: TangentFlow, closing: float) -> JointedErrors:
                 dict(enumerate(responses, start=1)),
             )
         )
-        for i in (0, 1):
-            state[i][power] = responses[-1].at_nodes()[:, :, i, 0]
+        state[0][power], state[1][power] = np.moveaxis(responses[-1].at_nodes()[..., 0], 2, 0)
     return JointedErrors(flow, together(responses), _at_end(flow, step.excess))
 
 
@@ -196,25 +196,6 @@ def _trailing(rates: Array, responses: list[Response]) -> Complex:
             slope = response.at_nodes(derivative=j)[:, :, 1, 0]
             before[power + j] += signs[j] * slope / math.factorial(j)
     return straight(before)
-
-
-def _relaxed(flow: TangentFlow, closing: float, source: Complex) -> tuple[Complex, ...]:
-    """u where u' = -(closing + i theta_dot) u + source and u = 0 at the start, at the nodes, and
-    its derivatives after it."""
-    rule, lengths = gauss_collocation(STAGES), np.diff(flow.orbit.breakpoints)
-    loss = closing + 1j * flow.states[1]
-    system = np.eye(STAGES) + lengths[:, None, None] * loss[:, :, None] * rule.integral
-    right = np.stack([source, -loss], axis=-1)
-    forced, free = np.moveaxis(np.linalg.solve(system, right), -1, 0)
-    gains, grown = lengths * (forced @ rule.weights), 1.0 + lengths * (free @ rule.weights)
-    pairs = zip(gains[:-1].tolist(), grown[:-1].tolist(), strict=True)
-    starts = list(accumulate(pairs, lambda u, pair: pair[1] * u + pair[0], initial=0j))
-    start = np.array(starts)[:, None]
-    slopes = forced + free * start
-    known = [start + lengths[:, None] * (slopes @ rule.integral.T), slopes]
-    for _ in range(TERMS):
-        known.append(known[-1] @ rule.derivative.T / lengths[:, None])
-    return tuple(known)
 
 
 def _at_end(flow: TangentFlow, series: Array) -> tuple[Array, ...]:

@@ -19,30 +19,10 @@ from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, ErrorTheory, SteppedErrors
 
 
-@dataclass(frozen=True)
-class PendulumErrors:
-    """Errors of fixed steps on an undamped pendulum's `motion`; an `ErrorTheory`."""
-
-    motion: PendulumMotion
-
-    @cached_property
-    def _rotor(self) -> RotorErrors:
-        theta, theta_dot = self.motion.closed_form.state(np.zeros(1))
-        return RotorErrors(self.motion.rotor, float(theta[0]), float(theta_dot[0]))
-
-    def simplest(self, scheme: Scheme) -> Scheme:
-        """A scheme with the same errors, the same for all schemes that have them."""
-        return simplest(scheme, self.motion.rotor)
-
-    def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """Four coefficients of the global error of theta [rad] and theta_dot [rad/s] at `times`
-        [s], shape (n,), see `errors.global_error`."""
-        return self._rotor.series(scheme, times)
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """The scheme stepped, less the exact motion, see `stepped_errors`."""
-        start = self._rotor.theta, self._rotor.theta_dot
-        return stepped_errors(self.motion.rotor, start, scheme, step, times, self.motion)
+def pendulum_errors(motion: PendulumMotion) -> RotorErrors:
+    """The theory of an undamped pendulum's `motion`."""
+    theta, theta_dot = motion.closed_form.state(np.zeros(1))
+    return RotorErrors(motion.rotor, float(theta[0]), float(theta_dot[0]), motion)
 
 
 @dataclass(frozen=True)
@@ -72,10 +52,8 @@ class RodErrors:
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, with the tension, see `stepped_errors`."""
         pendulum = self.pendulum.started
-        start, rod = (
-            (pendulum.theta, pendulum.theta_dot),
-            Rod(pendulum.length, pendulum.gravity, pendulum.mass),
-        )
+        start = pendulum.theta, pendulum.theta_dot
+        rod = Rod(pendulum.length, pendulum.gravity, pendulum.mass)
         exact = self.pendulum.motion
         return stepped_errors(pendulum.rotor, start, scheme, step, times, exact, rod)
 
@@ -102,9 +80,8 @@ class RodErrors:
 def simple_pendulum_errors(pendulum: SimplePendulum) -> ErrorTheory:
     """The theory of a simple pendulum, or of its linear companion."""
     start, elliptic = pendulum.started, pendulum.elliptic
-    angle: ErrorTheory
     if elliptic is None:
         angle = RotorErrors(pendulum.rotor, start.theta, start.theta_dot)
     else:
-        angle = PendulumErrors(elliptic)
+        angle = pendulum_errors(elliptic)
     return angle if pendulum.linear else RodErrors(pendulum, angle)

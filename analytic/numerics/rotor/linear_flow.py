@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,7 @@ class LinearFlow:
     """The homogeneous equation on a grid of steps, its matrix at the nodes of each."""
 
     grid: TimeGrid
-    matrix: Array  # A, shape (steps, stages, d, d)
+    matrix: Any  # A, real or complex, shape (steps, stages, d, d)
 
     @cached_property
     def _free(self) -> Array:
@@ -110,7 +111,7 @@ class LinearFlow:
         """Slopes at the nodes of each step from rest, for `sources` there, the same shape."""
         steps, stages, size, _ = self.matrix.shape
         scaled = np.diff(self.grid.breakpoints)[:, None, None] * gauss_collocation(stages).integral
-        slopes = np.empty(sources.shape)
+        slopes = np.empty(sources.shape, np.result_type(sources, self.matrix))
         # Slopes k_i = A_i (w + length sum_j a_ij k_j) + q_i, all nodes of a step together.
         for block in (slice(k, k + BLOCK) for k in range(0, steps, BLOCK)):
             system = -np.einsum("sij,siab->siajb", scaled[block], self.matrix[block])

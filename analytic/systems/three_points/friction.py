@@ -23,15 +23,13 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
     mechanics,
 )
+from plumbob.analytic.systems.three_points.implicit_friction import Onset, onset, slip_onset
 from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import Pivot, pivot
 from plumbob.analytic.systems.three_points.rest import (
     EDGE,
-    Onset,
     held_until,
     needed_wrench,
-    onset,
-    slip_onset,
 )
 from plumbob.analytic.systems.three_points.sliding import STUCK, Guess, slide
 from plumbob.analytic.systems.three_points.smooth_segment import (

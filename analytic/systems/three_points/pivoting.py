@@ -194,9 +194,8 @@ def _solved(turning: Pivot, accuracy: Accuracy, state: State, size: float) -> _E
     at = turning.at(state.time + size * rule.nodes)
     (arm, inertia), moment = turning.about(at), turning.moment(at)
     # From the angular momentum about the support.
-    driving = -turning.body.mass * turning.body.mass_ratio * cross(arm, at.acceleration)
-    momentum = turning.about(here)[1] * state.omega + size * rule.integral @ (driving + moment)
-    omega = momentum / inertia
+    omega = moment - turning.body.mass * turning.body.mass_ratio * cross(arm, at.acceleration)
+    omega = (turning.about(here)[1] * state.omega + size * rule.integral @ omega) / inertia
     motion = turning.motion(at, omega)
     # The round-off speed that the support had as it stuck is set to zero here.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
@@ -206,10 +205,9 @@ def _solved(turning: Pivot, accuracy: Accuracy, state: State, size: float) -> _E
     gain = size * float((np.abs(moment) / inertia).max())
     rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
     speed = rate * float(np.abs(here.arms).max())
-    start = replace(state, point=point)
     return _Element(
         size,
-        fitted(rule, turning.body, turning.piece, start, slopes),
+        fitted(rule, turning.body, turning.piece, replace(state, point=point), slopes),
         rule.truncation(slopes, np.array([speed, speed, rate, size])),
         ROUNDING * gain,
     )

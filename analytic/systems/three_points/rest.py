@@ -1,13 +1,8 @@
-"""Coulomb points at rest: whether static friction suffices, until when, and how motion starts.
+"""Coulomb points at rest: whether static friction suffices, and until when.
 
-With every support at rest, Gauss' principle gives the acceleration a = (x, y, angle) of the body as
-the minimum of a convex function,
-
-    (1/2) a.Ma - a.n + sum f N_i |G_i a|,      G_i a: acceleration of support i,
-
-n being the wrench that moves the body. The minimum is 0 (rest), a rotation about one support
-(pivot) or moves every support (slide): one problem decides mode and direction together. The body
-sticks when a.n <= sum f N_i |G_i a| for every a: n then lies in the sum of the friction discs.
+The body sticks when a.n <= sum f N_i |G_i a| for every acceleration a = (x, y, angle) of the body,
+G_i a being that of support i and n the wrench that moves the body: n then lies in the sum of the
+friction discs. How motion starts, where it does not, is decided in `implicit_friction`.
 """
 
 from __future__ import annotations
@@ -15,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -35,43 +29,29 @@ EDGE = 1e-12  # a wrench this near the friction limit, relatively, counts as wit
 SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
 
 
-@dataclass(frozen=True)
-class Onset:
-    """How a body at rest starts to move: linear acceleration of the body's point at G (complex
-    [m/s^2], body axes) and angular acceleration [rad/s^2]; a pivot is about `support`."""
+def lowest(limits: Array, maps: Complex, offsets: Complex, start: Array) -> Array:
+    """Minimum over y of sum c_i |G_i y + g_i|, by Newton's method with halving.
 
-    mode: Literal["rest", "pivot", "slide"]
-    support: int = -1
-    linear: complex = 0j
-    angular: float = 0.0
-
-
-def lowest(
-    quadratic: Array, linear: Array, limits: Array, maps: Complex, offsets: Complex, start: Array
-) -> Array:
-    """Minimum over y of y.Py/2 - b.y + sum c_i |G_i y + g_i|, by Newton's method with halving.
-
-    P (d, d), b (d,), c (k,); G (k, d) and g (k,) are plane vectors. The value at `start` is below
-    that at every point where a norm vanishes, so that no step reaches one.
+    c (k,), G (k, d) and g (k,), plane vectors. The value at `start` is below that at every point
+    where a norm vanishes, so that no step reaches one.
     """
     y = start
     for _ in range(NEWTON_STEPS):
         vectors = maps @ y + offsets
         norms = np.abs(vectors)
         e = (vectors / norms)[:, None]
-        height = float(0.5 * y @ quadratic @ y - linear @ y + limits @ norms)
-        gradient = quadratic @ y - linear + limits @ (e.conjugate() * maps).real
+        height = float(limits @ norms)
+        gradient = limits @ (e.conjugate() * maps).real
         across = cross(e, maps)
-        step = -np.linalg.solve(quadratic + (across.T * (limits / norms)) @ across, gradient)
+        step = -np.linalg.solve((across.T * (limits / norms)) @ across, gradient)
         slope = float(gradient @ step)
-        if -slope <= 1e-15 * (abs(height) + float(limits @ norms)):
+        if -slope <= 2e-15 * height:
             # The gain is below round-off; the step is still taken, since it squares the error.
             return y + step
         fraction = 1.0
         while fraction > 1e-12:
-            trial = y + fraction * step
-            level = 0.5 * trial @ quadratic @ trial - linear @ trial
-            if level + limits @ np.abs(maps @ trial + offsets) <= height + 1e-4 * fraction * slope:
+            trial = maps @ (y + fraction * step) + offsets
+            if limits @ np.abs(trial) <= height + 1e-4 * fraction * slope:
                 break
             fraction *= 0.5
         y = y + fraction * step
@@ -165,7 +145,7 @@ class _Dissipation:
             if direction is None:
                 return y
             y = _leave(self.value, y, direction, 1.0 + float(np.linalg.norm(y)))
-        return lowest(np.zeros((2, 2)), np.zeros(2), self.limits, self.flat, self.offsets, y)
+        return lowest(self.limits, self.flat, self.offsets, y)
 
 
 def _across(normal: Array) -> Array:
@@ -199,80 +179,6 @@ def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> 
     dissipation = _Dissipation(limits, maps @ basis, maps @ normal)
     y = dissipation.minimum()
     return size / dissipation.value(y), (normal + basis @ y) / [1.0, 1.0, length]
-
-
-@dataclass(frozen=True)
-class _Gauss:
-    """Gauss' function of the acceleration a = (x, y, angle), see the module."""
-
-    masses: Array  # shape (3, 3)
-    wrench: Array  # shape (3,)
-    limits: Array
-    maps: Complex  # shape (3, 3)
-
-    def value(self, a: Array) -> float:
-        resisting = self.limits @ np.abs(self.maps @ a)
-        return float(0.5 * a @ self.masses @ a - self.wrench @ a + resisting)
-
-    def pivoting(self, support: int, arm: complex) -> Array | None:
-        """Acceleration of the rotation about `support`; None where friction prevents it."""
-        about = np.array([arm.imag, -arm.real, 1.0])
-        turning = float(self.wrench @ about)
-        resisting = float(self.limits @ np.abs(self.maps @ about))
-        inertia = float(about @ self.masses @ about)
-        rate = np.sign(turning) * max(abs(turning) - resisting, 0.0) / inertia
-        return None if rate == 0.0 else rate * about
-
-    def needed_force(self, support: int, a: Array) -> complex:
-        """Force [N] that `support` must give to stay at rest in the pivoting `a` about it."""
-        moving = self.maps @ a
-        moving[support] = 0.0
-        others = -self.limits * moving / np.where(moving == 0.0, 1.0, np.abs(moving))
-        applied = complex(self.wrench[0], self.wrench[1])
-        return complex(self.masses[0, 0] * complex(a[0], a[1]) - applied - complex(others.sum()))
-
-
-def onset(
-    mass: float, inertia: float, limits: Array, arms: Complex, force: complex, torque: float
-) -> Onset:
-    """How a body at rest starts to move under a wrench about G: `mass` M + m [kg], `inertia`
-    J + mu M r^2 [kg m^2], `limits` f N_i [N] and `arms` from G [m], shape (3,), `force` [N],
-    `torque` [N m]."""
-    factor, worst = load_factor(limits, arms, force, torque)
-    if factor <= 1.0 + EDGE:
-        return Onset("rest")
-    maps, masses = _velocity_maps(arms), np.diag([mass, mass, inertia])
-    gauss = _Gauss(masses, np.array([force.real, force.imag, torque]), limits, maps)
-    gain = float(gauss.wrench @ worst - limits @ np.abs(maps @ worst))
-    start = worst * gain / float(worst @ masses @ worst)
-    for i in range(3):
-        a = gauss.pivoting(i, complex(arms[i]))
-        if a is None:
-            continue
-        needed = gauss.needed_force(i, a)
-        if abs(needed) <= limits[i] * (1.0 + EDGE):
-            return Onset("pivot", i, complex(a[0], a[1]), a[2])
-        if gauss.value(a) <= gauss.value(start) * (1.0 - 1e-9):  # both are negative
-            # The support slips against the force it lacks, which is a descent from this pivot.
-            slip = -np.array([needed.real, needed.imag, 0.0]) / abs(needed)
-            start = _leave(gauss.value, a, slip, float(np.linalg.norm(a)))
-    a = lowest(masses, gauss.wrench, limits, maps, np.zeros(3, dtype=np.complex128), start)
-    return Onset("slide", -1, complex(a[0], a[1]), float(a[2]))
-
-
-def slip_onset(mass: float, inertia: float, limit: float, arm: complex, needed: complex) -> complex:
-    """Acceleration [m/s^2] at which a support at rest slips while the rest of the body moves, where
-    the force it needs, `needed` [N], is more than its `limit` f N [N]; `arm` from G [m]."""
-    lever = np.array([-arm.imag, arm.real])
-    mobility = np.eye(2) / mass + np.outer(lever, lever) / inertia
-    linear = -np.array([needed.real, needed.imag])
-    size = float(np.linalg.norm(linear))
-    quadratic: Array = np.asarray(np.linalg.inv(mobility))
-    unit = linear / size
-    start = unit * (size - limit) / float(unit @ quadratic @ unit)
-    maps = np.array([[1.0, 1j]])
-    a = lowest(quadratic, linear, np.array([limit]), maps, np.zeros(1, dtype=np.complex128), start)
-    return complex(a[0], a[1])
 
 
 def excess_load(body: Mechanics, piece: Piece, time: float) -> float:

@@ -1,4 +1,5 @@
-"""Coulomb friction of three points solved within a step: it opposes the slip at the step's end.
+"""Coulomb friction of three points as a minimum: in a step it opposes the slip at the step's end,
+and at rest it decides how motion starts.
 
 With u the body's velocity at the combined centre and o its rate after the step, P and w those
 without friction, kappa the time over which friction acts, L_i = f N_i, a_i = CA_i - mu r,
@@ -8,7 +9,8 @@ without friction, kappa the time over which friction acts, L_i = f N_i, a_i = CA
 That is implicit in the direction of friction, and in whether a support slips. The value is convex,
 and not smooth where a support is at rest. If the minimum is there, either everything rests, or the
 body pivots about one support at a rate that is known in closed form; else Newton's method finds it.
-Chernousko 2020, eq. 1, in the manner of Moreau. Derived in THEORY.md, section 6.
+Chernousko 2020, eq. 1, in the manner of Moreau. Derived in THEORY.md, section 6. By Gauss'
+principle accelerations from rest are the same minimum, with forces in place of impulses.
 """
 
 from __future__ import annotations
@@ -16,10 +18,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from math import hypot
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.rest import load_factor
 
 NEWTON_STEPS = 60
@@ -242,3 +246,41 @@ def _damping(
             break
         part *= 0.5
     return part
+
+
+class Onset(NamedTuple):
+    """How a body at rest starts to move: linear acceleration of the body's point at G (complex
+    [m/s^2], body axes) and angular acceleration [rad/s^2]; a pivot is about `support`."""
+
+    mode: Literal["rest", "pivot", "slide"]
+    support: int
+    linear: complex
+    angular: float
+
+
+def onset(
+    mass: float, inertia: float, limits: Array, arms: Complex, force: complex, torque: float
+) -> Onset:
+    """How a body at rest starts to move under a wrench about G: `mass` M + m [kg], `inertia`
+    J + mu M r^2 [kg m^2], `limits` f N_i [N] and `arms` from G [m], shape (3,), `force` [N],
+    `torque` [N m]."""
+    if load_factor(limits, arms, force, torque)[0] <= 1.0 + STICKS:
+        return Onset("rest", -1, 0j, 0.0)
+    problem = FrictionProblem(mass, inertia, limits.tolist(), arms.tolist())
+    free = (force / mass, torque / inertia)
+    linear, angular = after_friction(problem, free, free)
+    for support, arm in enumerate(problem.arms):
+        if linear + 1j * angular * arm == 0.0:
+            return Onset("pivot", support, linear, angular)
+    return Onset("slide", -1, linear, angular)
+
+
+def slip_onset(mass: float, inertia: float, limit: float, arm: complex, needed: complex) -> complex:
+    """Acceleration [m/s^2] at which a support at rest slips while the rest of the body moves, where
+    the force it needs, `needed` [N], is more than its `limit` f N [N]; `arm` from G [m]."""
+    lever = 1j * arm
+    free = -needed / mass - lever * (lever.conjugate() * needed).real / inertia
+    # The other supports slide already, with their forces in `needed`: their places do not matter.
+    problem = FrictionProblem(mass, inertia, (limit, 0.0, 0.0), (arm, arm + 1.0, arm + 1j))
+    linear, angular = after_friction(problem, (free, 0.0), (free, 0.0))
+    return linear + angular * lever
