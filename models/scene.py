@@ -177,7 +177,9 @@ class Case:
     problem: Any  # the system's analytic object
     reference: Reference  # its exact motion
     errors: ErrorTheory  # theory of fixed steps' errors
+    samples: int = 500  # of a run, at most: enough for a smooth curve; errors are judged at them
 
-    def lasting(self, duration: float) -> Case:
-        """The same case for another `duration` [s]."""
-        return replace(self, scene=replace(self.scene, duration=duration))
+    def lasting(self, duration: float, samples: int = 500) -> Case:
+        """The same case for another `duration` [s], with at most so many `samples`, which MuJoCo,
+        pymunk and scipy heed, and engines that are stepped alike."""
+        return replace(self, scene=replace(self.scene, duration=duration), samples=samples)

@@ -46,12 +46,13 @@ class SteppedSimulation:
     compile_seconds: float
     broken: tuple[type[Exception], ...] = OVERFLOW
     """The engine's exceptions when its numbers are no longer finite."""
+    samples: int = sampling.SAMPLES
 
     @np.errstate(over="ignore", invalid="ignore")  # what diverges is cut off
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""
         built = self.build()
-        marks = [int(mark) for mark in sampling.sampled(self.steps)]
+        marks = [int(mark) for mark in sampling.sampled(self.steps, self.samples)]
         rows, seconds, diverged, failure = [dict(built.read())], 0.0, None, ""
         for first, last in pairwise(marks):
             try:
@@ -113,7 +114,7 @@ def stepped(
     begin = time.perf_counter()
     build()
     seconds = time.perf_counter() - begin
-    return SteppedSimulation(build, steps, step, seconds, broken)
+    return SteppedSimulation(build, steps, step, seconds, broken, case.samples)
 
 
 def relative_tolerance(tolerance: float, smallest: float) -> float:

@@ -24,6 +24,7 @@ MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver
 FIRST_STEPS, MORE = 1_000, 4  # of the first run, and how many times as many the next one takes
 A_PERIOD = 100  # steps that a step of one's own choice takes to a period of the fastest mode
 OF_A_SOLVER = 1e3  # steps to a period, roughly, of one that chooses its own, for the length of runs
+A_SAMPLE, MOST_SAMPLES = 16.0, 50_000  # to a fastest period, in which errors come and go; of a run
 DOUBT = 0.2  # of the least level, by which the exact motion is known well enough
 SHARP = 4.0  # standard errors by which a drift of the energy differs from none
 LOST = 1.0  # of the energy's scale: all of it gained or lost
@@ -81,7 +82,9 @@ def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLo
     longest: Trajectory | None = None
     stopped = f"not within {request.most_steps:.3g} steps"
     try:
-        for run in _runs(case, method, step, _durations(pace, request.most_steps, theory)):
+        for run in _runs(
+            case, method, step, _durations(pace, request.most_steps, theory), theory.fastest
+        ):
             if run.diverged_at is None and not lost(run):
                 longest = run
             else:
@@ -123,11 +126,13 @@ def _durations(pace: float, most_steps: int, theory: StabilityTheory) -> Iterato
 
 
 def _runs(
-    case: Case, method: Method, step: float, durations: Iterator[float]
+    case: Case, method: Method, step: float, durations: Iterator[float], period: float
 ) -> Iterator[Trajectory]:
     for duration in durations:
         with np.errstate(all="ignore"):
-            yield engine_of(method).prepare(case.lasting(duration), method, step).run()
+            samples = min(max(case.samples, math.ceil(A_SAMPLE * duration / period)), MOST_SAMPLES)
+            lasting = case.lasting(duration, samples)
+            yield engine_of(method).prepare(lasting, method, step).run()
 
 
 def _reached(

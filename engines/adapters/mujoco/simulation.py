@@ -37,12 +37,15 @@ class MujocoSimulation:
     step: float  # [s]
     compile_seconds: float
     logged: tuple[str, ...] = ()  # while compiling
+    samples: int = sampling.SAMPLES
 
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""
         control = None if self.translation.control is None else self._control
         with options.collected() as logged:
-            kept = take_steps(self.model, self.data, self._start(), self.steps, control)
+            kept = take_steps(
+                self.model, self.data, self._start(), self.steps, control, self.samples
+            )
         trajectory = Trajectory(
             times=kept.steps.astype(np.float64) * self.step,
             observables={},
@@ -126,7 +129,8 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         translation.tune(model)
         data = mujoco.MjData(model)
         seconds = time.perf_counter() - begin
-    return MujocoSimulation(translation, model, data, steps, step, seconds, tuple(logged))
+    warned = tuple(logged)
+    return MujocoSimulation(translation, model, data, steps, step, seconds, warned, case.samples)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | Ada
     begin = time.perf_counter()
     equation = find_builder("ode", case.system).build(case.problem, method)
     made = of_equation(equation, method, step, case.scene.duration)
-    made.compile_seconds = time.perf_counter() - begin
+    made.compile_seconds, made.samples = time.perf_counter() - begin, case.samples
     return made
 
 
@@ -85,6 +85,7 @@ class AdaptiveSimulation:
     rtol: float
     duration: float  # [s]
     compile_seconds: float
+    samples: int = sampling.SAMPLES
 
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges or the solver gives up."""
@@ -96,7 +97,9 @@ class AdaptiveSimulation:
             failure = self._follow(slope, times, states, solved)
             seconds = time.perf_counter() - begin
         reached = times[-1]
-        kept = sampling.sampled(len(times) - 1)  # its own steps: interpolants are less accurate
+        kept = sampling.sampled(
+            len(times) - 1, self.samples
+        )  # its own steps: interpolants are less accurate
         messages = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
         trajectory = Trajectory(
             times=np.array(times)[kept],
