@@ -25,6 +25,7 @@ ONE_SMOOTH: Final = "one smooth degree of freedom"
 SMOOTH: Final = "smooth degrees of freedom"
 FREE_ROTATION: Final = "free rotation"
 ON_SUPPORTS: Final = "body on supports"
+ON_PLANE: Final = "ball or box above a plane"
 
 
 @dataclass(frozen=True)

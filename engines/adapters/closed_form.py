@@ -14,10 +14,10 @@ from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.sampling import SAMPLES
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, Case
+from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, Case
 
 # ULP is the finest representable tolerance.
-KINDS = (ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS)
+KINDS = (ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS, ON_PLANE)
 METHODS = (
     Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (ULP,), kinds=KINDS),
 )

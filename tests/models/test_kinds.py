@@ -9,7 +9,7 @@ import pytest
 from plumbob.engines import registry
 from plumbob.engines.method import Method, meant
 from plumbob.models.registry import built_in, scene
-from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 
 OURS = [method for engine in registry.built_in().values() for method in engine.methods]
 
@@ -30,14 +30,14 @@ def test_several_degrees_of_freedom_are_for_mujoco_and_solvers() -> None:
     assert found == {"mujoco/euler", "mujoco/rk4", "heyoka/taylor"}
 
 
-@pytest.mark.parametrize("kind", [ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS])
+@pytest.mark.parametrize("kind", [ONE_SMOOTH, FREE_ROTATION, ON_SUPPORTS, ON_PLANE])
 def test_each_other_kind_is_for_the_closed_form_and_mujoco(kind: str) -> None:
     found = for_kind(kind, "new")
     assert {"exact/closed-form", "mujoco/euler", "mujoco/rk4"} < found
 
 
 def test_each_system_of_ours_says_its_kind() -> None:
-    kinds = {ONE_SMOOTH, SMOOTH, FREE_ROTATION, ON_SUPPORTS}
+    kinds = {ONE_SMOOTH, SMOOTH, FREE_ROTATION, ON_SUPPORTS, ON_PLANE}
     assert {system.kind for system in built_in().values()} <= kinds
     assert all(s.kind == system.kind for system in built_in().values() for s in system.scenes)
 

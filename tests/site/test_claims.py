@@ -82,6 +82,7 @@ MEASURED = (
     "generating-solution",
     "pymunk-torque",
     "energy",
+    "bouncing-ball-restitution",
     "free-body-rk4-second-order",
     "gradients",
     "largest-steps",

@@ -7,10 +7,11 @@ from typing import Any
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.method import Method
-from plumbob.models.scene import FREE_ROTATION, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
+from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOTH, SMOOTH
 
 UNCOUPLED = (ONE_SMOOTH, FREE_ROTATION)
 EVERY = (*UNCOUPLED, ON_SUPPORTS)
+ALL = (*EVERY, SMOOTH, ON_PLANE)
 DRIVEN = ("simple-pendulum/forced-*", "linear-pendulum/forced-*")
 UNPLANNED = ("!capsule-plan",)  # plans show no more of contacts than short motions
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
@@ -23,7 +24,7 @@ RK4_STEP = Scheme(RK4, "start")
 # A control is held over a step: read at its start, it leaves RK4 of first order, and read at its
 # middle of second. Where nothing is controlled, the two are the same.
 PLAIN = (
-    Method("mujoco/euler", EULER_STEP, 1, settings={"integrator": "Euler"}, kinds=(*EVERY, SMOOTH)),
+    Method("mujoco/euler", EULER_STEP, 1, settings={"integrator": "Euler"}, kinds=ALL),
     Method(
         "mujoco/implicit",
         EULER_STEP,
@@ -41,7 +42,7 @@ PLAIN = (
         settings={"integrator": "discrete"},
         kinds=UNCOUPLED,
     ),
-    Method("mujoco/rk4", RK4_STEP, 4, settings={"integrator": "RK4"}, kinds=(*EVERY, SMOOTH)),
+    Method("mujoco/rk4", RK4_STEP, 4, settings={"integrator": "RK4"}, kinds=ALL),
     Method(
         "mujoco/euler+midpoint",
         replace(EULER_STEP, control="midpoint"),

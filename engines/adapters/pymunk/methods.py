@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.method import Method
-from plumbob.models.scene import ON_SUPPORTS
+from plumbob.models.scene import ON_PLANE, ON_SUPPORTS
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
 # it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it
@@ -40,6 +40,7 @@ METHODS = (
     ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
+    Method("pymunk/contact", EULER_STEP, 1, kinds=(ON_PLANE,)),
     # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
     Method(
         "pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-pendulum",)

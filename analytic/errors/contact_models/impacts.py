@@ -1,0 +1,138 @@
+"""Errors of steps on a ball that bounces: contacts as MuJoCo and pymunk have them, stepped.
+
+A spring and damper without gravity that pushes only gives back e = exp(-2 zeta acos(zeta)/
+sqrt(1 - zeta^2)) of the speed (Schwager and Poeschel 2007, Granular Matter 9, 465, eqs. 20 and 21,
+where zeta = sin(phi) makes one formula of them). A soft contact of MuJoCo with impedance d has the
+acceleration (1 - d) a_0 - b v - k z where that is above a_0, the one without contact (MuJoCo's
+documentation, "Computation", constraint model).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
+from plumbob.analytic.systems.bouncing_ball import BouncingBall
+from plumbob.analytic.tableau import along
+from plumbob.analytic.theory import SteppedErrors
+
+IMPEDANCE = 0.99  # d: the solver loses two digits, and gravity acts by 1 %
+RATE = 0.2  # chosen: of the spring, per step: a contact lasts for 16 steps
+LEAST = 0.01  # of a spring and damper: an overdamped one gives something back, too
+KEPT = 0.899999976158142**60  # of a penetration after 1 s, pymunk's default
+SLOP = 1e-4  # of the height: the penetration that pymunk leaves
+NEARBY = 2.0 * ULP  # relative change of inputs, by which a run changes as by rounding
+
+
+def damping_ratio(restitution: float) -> float:
+    """Damping ratio zeta of a contact with this restitution, or LEAST if that is larger."""
+    loss = -math.log(max(restitution, LEAST))
+    return float(brentq(lambda zeta: lost(zeta) - loss, 0.0, 10.0, xtol=1e-15)) if loss else 0.0
+
+
+def lost(zeta: float) -> float:
+    """-log e of a damping ratio."""
+    if abs(zeta - 1.0) < 1e-9:
+        return 2.0
+    angle = math.acos(zeta) if zeta < 1.0 else math.acosh(zeta)
+    return 2.0 * zeta * angle / math.sqrt(abs(1.0 - zeta**2))
+
+
+@dataclass(frozen=True)
+class SoftImpact:
+    """Spring k [1/s^2] and damper b [1/s] of a contact, each over the mass."""
+
+    stiffness: float
+    damping: float
+
+    def acceleration(self, gravity: float, z: float, speed: float) -> float:
+        """Of a ball whose lowest point is at z [m] [m/s^2]."""
+        if z >= 0.0:
+            return -gravity
+        return max(
+            -gravity, (IMPEDANCE - 1.0) * gravity - self.damping * speed - self.stiffness * z
+        )
+
+
+def soft_impact(restitution: float, step: float) -> SoftImpact:
+    """The contact of a `restitution` for a `step` [s]: a spring of RATE a step, or where it is
+    overdamped a softer one, so that the damper is stable too."""
+    zeta = damping_ratio(restitution)
+    rate = RATE / (step * max(zeta, 1.0))
+    return SoftImpact(rate**2, 2.0 * zeta * rate)
+
+
+def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[int]) -> Array:
+    """Heights z [m] after the numbers of steps `marks`, with MuJoCo's contact."""
+    impact, gravity = soft_impact(ball.restitution, step), ball.gravity
+    tableau, moved = TABLEAUX.get(scheme.integrator), along(step)
+    z, speed, heights, done = ball.height, 0.0, [], 0
+
+    def slopes(fraction: float, state: Sequence[float]) -> tuple[float, float]:
+        return state[1], impact.acceleration(gravity, state[0], state[1])
+
+    for mark in marks:
+        for _ in range(done, mark):
+            if tableau is None:
+                speed += step * impact.acceleration(gravity, z, speed)
+                z += step * speed
+            else:
+                z, speed = tableau.advanced(slopes, (z, speed), moved)
+        heights.append(z)
+        done = mark
+    return np.array(heights)
+
+
+def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
+    """Heights z [m] after the numbers of steps `marks`, with pymunk's contact: where the moved ball
+    is below the floor, the speed before gravity is turned round, and a penetration is closed."""
+    z, speed, push, heights, done = ball.height, 0.0, 0.0, [], 0
+    closed, slop = 1.0 - KEPT**step, SLOP * ball.height
+    for mark in marks:
+        for _ in range(done, mark):
+            z += step * (speed + push)
+            back = -ball.restitution * speed if z < 0.0 else -math.inf
+            push = closed * max(0.0, -z - slop) / step
+            speed = max(speed - step * ball.gravity, back)
+        heights.append(z)
+        done = mark
+    return np.array(heights)
+
+
+@dataclass(frozen=True)
+class BouncingErrors:
+    """The errors of contacts on a ball; empty for schemes that are not stepped here."""
+
+    ball: BouncingBall
+
+    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Empty: the moment of an impact within its step decides."""
+        return {}
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """See `plumbob.analytic.theory.ErrorTheory`. A rebound depends on where in its step the
+        impact is, and each impact amplifies what rounding does to that: neighbours are stepped too,
+        that differ by rounding, which in a solver for soft contacts is 1/(1 - d) times as much."""
+        marks = np.rint(times / step).astype(int).tolist()
+        if scheme.integrator not in (EULER, *TABLEAUX):
+            return SteppedErrors({})
+
+        def heights(ball: BouncingBall) -> Array:
+            if scheme.position_first:
+                return hard_heights(ball, step, marks)
+            return soft_heights(ball, scheme, step, marks)
+
+        rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPEDANCE)
+        ball, z = self.ball, heights(self.ball)
+        doubt = np.full(len(z), rounding * ball.height)
+        for name in ("height", "gravity"):
+            changed = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
+            doubt += np.abs(heights(changed) - z)
+        return SteppedErrors({"z": z - ball.observe(times)["z"]}, {"z": doubt})

@@ -1,0 +1,35 @@
+"""The bouncing ball in MuJoCo's terms: a slide along z, and a contact with spring and damper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
+from plumbob.engines.adapters.mujoco.translation import Translation, read
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error  # the contact is part of the step
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate a BouncingBall; z counts from the height at which the ball touches."""
+    spec = whole(mjcf, problem, step)
+    radius, start = spec.geom("ball").size[0], spec.key("start")
+    start_at = np.array(start.qpos), np.array(start.qvel)
+    return Translation(spec, *start_at, lambda qpos, qvel: ({"z": qpos[:, 0] - radius}, {}))
+
+
+def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, and contacts for a `step` [s]."""
+    spec = read(mjcf)
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    impact, ball = soft_impact(problem.restitution, step), spec.geom("ball")
+    ball.solref = [-impact.stiffness, -impact.damping]
+    ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
+    spec.key("start").qpos = [problem.height + ball.size[0]]
+    return spec

@@ -1,0 +1,101 @@
+"""A ball that is dropped and bounces: bouncing-ball."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import known
+from plumbob.analytic.systems.bouncing_ball import BouncingBall
+from plumbob.analytic.theory import ErrorTheory
+from plumbob.models.scene import (
+    ON_PLANE,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    step_sizes,
+)
+
+NAMES = ("height", "restitution", "gravity")
+
+
+def problem(parameters: Parameters) -> BouncingBall:
+    """The ball that parameters describe; raises ParameterError."""
+    known(parameters, NAMES)
+    return BouncingBall(**parameters)
+
+
+def errors(ball: BouncingBall) -> ErrorTheory:
+    """Theory of the errors of contacts on the ball."""
+    from plumbob.analytic.errors.contact_models.impacts import BouncingErrors
+
+    return BouncingErrors(ball)
+
+
+def facts(ball: BouncingBall) -> Mapping[str, Any]:
+    """Times of the first impacts and heights of the flights after them; when it is at rest, none
+    where it never is."""
+    times, heights = ball.impacts(np.arange(1.0, 6.0))
+    resting = ball.zeno_time if ball.restitution < 1.0 else None
+    return {
+        "impact_times": times.tolist(),
+        "next_heights": heights.tolist(),
+        "zeno_time": resting,
+    }
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The height, relative to that of the start."""
+    return (Quantity("z", case.problem.height),)
+
+
+def _scene(case: str, summary: str, restitution: float, duration: float, **more: Any) -> Scene:
+    return Scene(
+        f"bouncing-ball/{case}",
+        summary,
+        MappingProxyType(dict(zip(NAMES, (1.0, restitution, 9.81), strict=True))),
+        duration,
+        step_sizes(5e-3, 5e-4),
+        "Falcon et al. 1998, Eur. Phys. J. B 3, 45; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = System(
+    name="bouncing-ball",
+    title="Bouncing ball",
+    observables=(Observable("z", "m"),),
+    parameters=NAMES,
+    scenes=(
+        _scene(
+            "half", "half of the speed comes back: at rest at 1.35 s", 0.5, 1.5, profile="quick"
+        ),
+        _scene("elastic", "all of the speed comes back, for ever", 1.0, 3.0),
+        _scene("plastic", "no speed comes back", 0.0, 1.0),
+        _scene(
+            "lively",
+            "nine tenths come back",
+            0.9,
+            4.0,
+            hard="each impact amplifies errors: a rebound depends on where in a step it begins",
+        ),
+    ),
+    default="half",
+    problem=problem,
+    reference=lambda ball: ball,
+    errors=errors,
+    invariants=lambda ball, observed: {},  # impacts take energy
+    facts=facts,
+    mjcf=Path(__file__).parent / "bouncing_ball.xml",
+    family="bouncing_ball",
+    kind=ON_PLANE,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)

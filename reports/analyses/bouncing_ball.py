@@ -1,0 +1,62 @@
+"""Which contact gives a ball half of its speed back, and how wrong it is at a step of 1 ms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from plumbob.analytic.errors.contact_models.impacts import damping_ratio, soft_impact
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
+from plumbob.engines.study.results import Study
+from plumbob.models.registry import case_of, scene
+from plumbob.reports.analyses.analysis import Analysis, Section
+from plumbob.reports.analyses.claims import at_most
+from plumbob.reports.view.content import Claim
+
+STEP = 1e-3  # [s]
+METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/contact")
+RUNS = tuple(ExtraRun("bouncing-ball/half", method, STEP, duration=0.9) for method in METHODS)
+
+
+@dataclass(frozen=True)
+class Rebounds:
+    """The restitution that the first rebound of each method shows, and contacts for others."""
+
+    restitution: float
+    step: float  # [s]
+    measured: dict[str, float]
+    contacts: tuple[tuple[float, float, float, float], ...]  # e, damping ratio, solref
+    late: float  # what half a step of the damper does to e
+
+
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """A run past the first rebound with each method of the study."""
+    return [run for run in RUNS if plan.has(run.scene, run.method)]
+
+
+def numbers(study: Study) -> Rebounds | None:
+    """The rebounds; None where none was run."""
+    measured, ball = {}, case_of(scene(RUNS[0].scene)).problem
+    for run in RUNS:
+        found = study.answer(run) if run in study.extras else None
+        if found is not None:
+            top = found.observables["z"][found.times > ball.fall].max()
+            measured[run.method] = math.sqrt(float(top) / ball.height)
+    contacts = []
+    for e in (1.0, 0.9, 0.75, 0.5, 0.25, 0.1):
+        impact = soft_impact(e, STEP)
+        contacts.append((e, damping_ratio(e), -impact.stiffness, -impact.damping))
+    late = ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0
+    return Rebounds(ball.restitution, STEP, measured, tuple(contacts), late) if measured else None
+
+
+def claims(rebounds: Rebounds) -> Sequence[Claim]:
+    """No rebound differs by more than half a step of the damper."""
+    return [
+        at_most(f"the error of e with {name}", abs(e - rebounds.restitution), rebounds.late)
+        for name, e in rebounds.measured.items()
+    ]
+
+
+SECTION = Section((Analysis("bouncing_ball/restitution", numbers, requests, claims=claims),))

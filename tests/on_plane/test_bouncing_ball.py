@@ -1,0 +1,127 @@
+"""The bouncing ball against 40 digits and event by event; contacts for a restitution."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from mpmath import mp
+from scipy.integrate import solve_ivp
+
+from plumbob.analytic.errors.contact_models import impacts
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.bouncing_ball import BouncingBall
+from plumbob.engines.adapters.mujoco import bouncing_ball
+from plumbob.engines.method import meant
+from plumbob.engines.registry import method, methods
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, scene, scenes
+from plumbob.reports.analyses.bouncing_ball import METHODS
+from plumbob.reports.judge.verdict import judge
+
+SCENES = scenes("bouncing-ball")
+BALL: BouncingBall = case_of(scene("bouncing-ball/half")).problem
+
+
+def height(ball: BouncingBall, time: float) -> Any:
+    """The height z [m] with 40 digits, impact by impact."""
+    h, e, g, left = map(mp.mpf, (ball.height, ball.restitution, ball.gravity, time))
+    fall = mp.sqrt(2 * h / g)
+    if left < fall:
+        return h - g * left**2 / 2
+    left, speed = left - fall, e * g * fall
+    while 2 * speed / g <= left and speed > mp.mpf(10) ** -30:
+        left, speed = left - 2 * speed / g, e * speed
+    return (
+        max(speed * left - g * left**2 / 2, mp.mpf(0)) if speed > mp.mpf(10) ** -30 else mp.mpf(0)
+    )
+
+
+@pytest.mark.parametrize("e", [0.0, 1e-8, 0.3, 0.5, 0.9, 1.0 - 1e-3, 1.0 - 1e-12, 1.0])
+def test_40_digits(e: float) -> None:
+    ball = replace(BALL, height=0.7, restitution=e)
+    end = min(1.2 * ball.zeno_time, 60.0)
+    times = np.concatenate([np.linspace(0.0, end, 57), [1e-9, ball.fall * (1 - 1e-9)]])
+    exact, doubt = ball.observe(times)["z"], ball.uncertainty(times)["z"]
+    with mp.workdps(40):
+        errors = [
+            abs(float(height(ball, t) - mp.mpf(z))) for t, z in zip(times, exact, strict=True)
+        ]
+    assert np.all(np.array(errors) <= doubt)
+    assert doubt.max() < 1e-10  # an ulp of e moves impact n by n of its own
+
+
+def test_impacts_are_where_the_height_is_zero() -> None:
+    ball = replace(BALL, restitution=0.8)
+    at, heights = ball.impacts(np.arange(1.0, 9.0))
+    assert np.all(ball.observe(at)["z"] < 1e-14)
+    tops = at + np.sqrt(2 * heights / ball.gravity)
+    np.testing.assert_allclose(ball.observe(tops)["z"], heights, 1e-13)
+    assert ball.zeno_time == pytest.approx(at[-1] + 2 * ball.fall * 0.8**8 / 0.2, rel=1e-14)
+
+
+@pytest.mark.parametrize("e", [1.0, 0.9, 0.5, 0.2, 0.1353352832366127, 0.05])
+def test_a_damping_ratio_gives_its_restitution(e: float) -> None:
+    """By integration of the contact itself, until it no longer pushes."""
+    zeta = impacts.damping_ratio(e)
+    released: Any = lambda t, y: -2 * zeta * y[1] - y[0]  # noqa: E731
+    released.terminal, released.direction = True, -1
+    slope = lambda t, y: (y[1], released(t, y))  # noqa: E731
+    run = solve_ivp(
+        slope, (0.0, 50.0), (0.0, -1.0), "DOP853", events=released, rtol=1e-12, atol=1e-14
+    )
+    assert run.y[1, -1] == pytest.approx(e, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "must"),
+    [("height", 0.0, "greater"), ("gravity", -1.0, "greater"), ("restitution", 1.1, "from 0 to 1")],
+)
+def test_bad_input(name: str, value: float, must: str) -> None:
+    with pytest.raises(ParameterError, match=f"{name} = .*must be {must}"):
+        replace(BALL, **{name: value})
+
+
+@pytest.mark.parametrize("chosen", SCENES, ids=lambda s: s.name)
+def test_every_method_makes_the_error_that_is_predicted(chosen: Any) -> None:
+    case = case_of(chosen)
+    for how in methods():
+        if meant(how, chosen):
+            step = 1e-3 if how.control == "step" else how.step_sizes[-1]
+            found, _ = measure(case, how, step)
+            judged = judge(found, case.system, how)
+            assert judged.verdict == "predicted", (how.name, judged.reason)
+
+
+@pytest.mark.parametrize(
+    ("constant", "value", "name"),
+    [("IMPEDANCE", 0.9901, "mujoco/euler"), ("SLOP", 1.01e-4, "pymunk/contact")],
+)
+def test_a_slightly_different_contact_is_noticed(
+    constant: str, value: float, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case, how = case_of(scene("bouncing-ball/half")), method(name)
+    run = measure(case, how, 1e-3)[1]
+    assert run is not None
+    monkeypatch.setattr(impacts, constant, value)
+    stepped = case.errors.at_step(how.scheme, 1e-3, run.times)
+    predicted = stepped.errors["z"] + case.reference.observe(run.times)["z"]
+    assert stepped.uncertainty is not None
+    allowed = stepped.uncertainty["z"].max() * 2 * np.sqrt(run.steps)
+    assert np.abs(run.observables["z"] - predicted).max() > 10 * allowed
+
+
+def test_the_file_is_the_model_that_is_built() -> None:
+    path = case_of(SCENES[0]).system.mjcf
+    file, built = mujoco.MjModel.from_xml_path(str(path)), bouncing_ball.whole(path, BALL).compile()
+    for name in ("geom_solref", "geom_solimp", "key_qpos", "body_mass", "geom_size"):
+        np.testing.assert_allclose(getattr(built, name), getattr(file, name), 1e-14)
+    np.testing.assert_array_equal(built.opt.gravity, file.opt.gravity)
+
+
+def test_the_methods_of_the_finding_are_those_of_the_system() -> None:
+    meant_for = {m.name for m in methods() if meant(m, SCENES[0])}
+    assert meant_for == {*METHODS, "exact/closed-form"}
