@@ -129,6 +129,7 @@ def _environment() -> Environment:
     """The environment that reads the templates and caches them."""
     environment = compiled_templates.environment(TEMPLATES, autoescape=True)
     environment.filters["kept"] = _kept
+    environment.filters["numbers"] = lambda values: _json(dict(values))
     return environment
 
 

@@ -1,0 +1,129 @@
+"""Figures that answer, driven in Chromium, against the closed forms in Python."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from plumbob.models.registry import case_of, scene
+from plumbob.models.scene import Case
+from plumbob.reports.view.site.links import page_file
+from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.page_document import site_files
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+NEAR = (
+    1e-9  # of a value's size: integrals are refined to 1e-13, and rounding grows at a turning point
+)
+SET = """(values) => {
+  const section = document.querySelector(".sliders");
+  for (const [name, value] of Object.entries(values)) {
+    const input = section.querySelector(`[name=${name}]`);
+    input.value = value;
+    input.dispatchEvent(new Event("input"));
+  }
+  return {answer: section.answer, command: section.querySelector(".command code").textContent,
+    said: section.querySelector("[role=status]").textContent,
+    panels: section.querySelectorAll(".panels svg").length};
+}"""
+
+
+@pytest.fixture(scope="module")
+def visit(index: Path, browser: Browser) -> Iterator[Visit]:
+    with visited(browser, index) as there:
+        yield there
+        assert there.console == []
+
+
+def moved(visit: Visit, index: Path, system: str, values: Mapping[str, float]) -> dict[str, Any]:
+    """The figure of a system with sliders moved."""
+    visit.page.goto((site_files(index)[1].parent / page_file(system)).as_uri())
+    return visit.ask(SET, values)
+
+
+def repeated(command: str) -> tuple[Case, dict[str, float]]:
+    """The case of the command that repeats a figure, and what it sets."""
+    _, _, name, *words = shlex.split(command)
+    changes = {k: json.loads(v) for k, _, v in (w.partition("=") for w in words if "=" in w)}
+    return case_of(scene(name, changes)), changes
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("system", "values", "kind"),
+    [
+        ("cone-pendulum", {"theta_dot": 0.7, "theta": 1.31, "platform_rate": 3.7}, "Libration"),
+        (
+            "cone-pendulum",
+            {"com_distance": 0.301, "pivot_y": -0.213, "theta_dot": -55.3},
+            "Rotation",
+        ),
+        ("cone-pendulum", {"platform_rate": 17.3, "pivot_y": 0, "theta_dot": 2.2}, "Libration"),
+        ("simple-pendulum", {"theta": 2.93, "theta_dot": 0.3, "length": 0.47}, "Libration"),
+        ("simple-pendulum", {"theta": -1.27, "theta_dot": -11.3}, "Rotation"),
+        ("simple-pendulum", {"theta": 0.03}, "Libration"),
+    ],
+)
+def test_a_pendulum_moves_as_the_closed_form_says(
+    visit: Visit, index: Path, system: str, values: dict[str, float], kind: str
+) -> None:
+    shown = moved(visit, index, system, values)
+    case, changes = repeated(shown["command"])
+    assert {k: v for k, v in values.items() if k != "com_distance"}.items() <= changes.items()
+    answer = shown["answer"]
+    exact = case.reference.observe(np.array(answer["time"]))
+    for name, key in (("theta", "theta"), ("theta_dot", "speed")):
+        size = np.abs(exact[name]).max()
+        assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
+    assert answer["time"][-1] == answer["period"]
+    turned = np.remainder(exact["theta"][-1] - exact["theta"][0] + np.pi, 2 * np.pi) - np.pi
+    assert abs(turned) <= 10 * NEAR
+    assert shown["said"].startswith(kind)
+    assert shown["panels"] == 4
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"w1": 71.3, "t1": 0.017, "friction": 0.33},
+        {"slider_mass": 0.91, "body_mass": 1.7, "w1": 20.3, "w2": 7.9},
+        {"w2": 3.3, "t1": 0.051},
+    ],
+)
+def test_the_line_moves_as_the_closed_form_says(
+    visit: Visit, index: Path, values: dict[str, float]
+) -> None:
+    shown = moved(visit, index, "capsule-line", values)
+    case, changes = repeated(shown["command"])
+    assert changes == values
+    answer, line = shown["answer"], case.problem.motion
+    for name in ("displacement", "t_star", "t2", "stroke"):
+        assert answer[name] == pytest.approx(getattr(line, name), rel=NEAR), name
+    exact = case.reference.observe(np.array(answer["time"]))
+    for name, key in (("displacement", "place"), ("velocity", "speed")):
+        size = np.abs(exact[name]).max()
+        assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
+
+
+def test_a_push_below_the_threshold_is_said(visit: Visit, index: Path) -> None:
+    shown = moved(visit, index, "capsule-line", {"w1": 3.1})
+    assert shown["said"] == "The body stays: w₁ must be more than f g/μ = 12.75 m/s²"
+    assert shown["panels"] == 0
+    shown = moved(visit, index, "capsule-line", {"w2": 20})
+    assert "w₂ may be f g/μ = 12.75 m/s² at most" in shown["said"]
+
+
+def test_keys_move_a_slider(visit: Visit, index: Path) -> None:
+    moved(visit, index, "cone-pendulum", {})
+    visit.page.locator(".sliders input").first.focus()
+    visit.page.keyboard.press("ArrowRight")
+    command = visit.page.locator(".sliders .command").inner_text()
+    assert command.endswith("--set platform_rate=26.1")
