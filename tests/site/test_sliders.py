@@ -46,7 +46,8 @@ def visit(index: Path, browser: Browser) -> Iterator[Visit]:
 def moved(visit: Visit, index: Path, system: str, values: Mapping[str, float]) -> dict[str, Any]:
     """The figure of a system with sliders moved."""
     visit.page.goto((site_files(index)[1].parent / page_file(system)).as_uri())
-    return visit.ask(SET, values)
+    shown: dict[str, Any] = visit.ask(SET, values)
+    return shown
 
 
 def repeated(command: str) -> tuple[Case, dict[str, float]]:
