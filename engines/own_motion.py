@@ -33,7 +33,7 @@ class Start:
 
 
 AS_IT_STANDS = Start()
-Policy = Callable[[float, Array, Array], Any]  # time [s], qpos, qvel -> a number an actuator
+Policy = Callable[..., Any]  # time [s], qpos, qvel, or an observation -> a number an actuator
 
 
 @dataclass(frozen=True)

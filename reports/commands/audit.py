@@ -27,6 +27,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
+from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.engines.registry import find_engine
@@ -37,6 +38,7 @@ from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contact
 from plumbob.reports.view.audit.page import answered, lines, page, rows, write_page
 from plumbob.reports.view.audit.records import record
 
+MISSING = 3
 MISSED = 1  # an accuracy, stability or reference that is asked for
 OTHER = (".urdf", ".mjb")  # models that are no text to trim
 PATIENCE = 10.0  # times the budget, after which an audit of several hangs
@@ -52,26 +54,25 @@ def command(chosen: argparse.Namespace) -> int:
     missed."""
     from plumbob.reports.commands.validate import replaceable, writable
 
-    numbers = {
-        name: values.positive_number(name.replace("_", " "), text)
-        for name in ("ctrl_period", "duration", "absolute", "budget", "speed", "friction")
-        if (text := getattr(chosen, name)) is not None
-    }
+    numbers = _numbers(chosen)
     target = None if chosen.write_trimmed is None else new_file(Path(chosen.write_trimmed))
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
         raise ParameterError("out", chosen.out, "a folder to write into")
     _fits(chosen)
-    if chosen.policy is not None and chosen.ctrl != "rest":
-        raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
-    if chosen.fail_above is not None:
-        if chosen.against is None:
-            raise ParameterError("fail-above", chosen.fail_above, "given with --against")
-        numbers["fail_above"] = values.fraction("fail-above", chosen.fail_above)
     if chosen.against is not None:
         chosen.against = stored_audits(Path(chosen.against))
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
-    files = model_files(chosen.model)
-    if target is not None and (files is not None or Path(chosen.model[0]).suffix in OTHER):
+    gym = None
+    if chosen.gym is not None:
+        try:
+            gym = _environment(chosen)
+        except ImportError as why:
+            print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
+            return MISSING
+    elif not chosen.model or chosen.seed is not None:
+        raise ParameterError("model", chosen.model or None, "a file, or --gym with its --seed")
+    files = None if gym else model_files(chosen.model)
+    if target is not None and (gym or files is not None or Path(chosen.model[0]).suffix in OTHER):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", str(target), what)
     junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
@@ -79,7 +80,8 @@ def command(chosen: argparse.Namespace) -> int:
         writable("junitxml", junit.parent)
     began = time.time()
     if files is None:
-        done = [_alone(Path(chosen.model[0]), chosen, numbers, jobs, target)]
+        model = gym or Path(chosen.model[0])
+        done = [_alone(model, chosen, numbers, jobs, target)]
     else:
         done = _several(files, chosen, numbers, jobs)
     if junit is not None:
@@ -94,8 +96,29 @@ def command(chosen: argparse.Namespace) -> int:
     return max(row.code for row in done)
 
 
+def _numbers(chosen: argparse.Namespace) -> dict[str, float]:
+    """The numbers that the options give, SI; raises ParameterError."""
+    numbers = {
+        name: values.positive_number(name.replace("_", " "), text)
+        for name in ("ctrl_period", "duration", "absolute", "budget", "speed", "friction")
+        if (text := getattr(chosen, name)) is not None
+    }
+    if chosen.fail_above is not None:
+        numbers["fail_above"] = values.fraction("fail-above", chosen.fail_above)
+    return numbers
+
+
+def _environment(chosen: argparse.Namespace) -> Any:
+    """The environment that is asked for; raises ParameterError, and ImportError."""
+    for name in ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts"):
+        if value := getattr(chosen, name):
+            raise ParameterError(name.replace("_", " "), value, "left out with --gym")
+    seed = 0 if chosen.seed in (None, "0") else values.count("seed", chosen.seed)
+    return environment(chosen.gym, seed)
+
+
 def _alone(
-    file: Path,
+    model: Any,
     chosen: argparse.Namespace,
     numbers: Mapping[str, float],
     jobs: int,
@@ -106,38 +129,38 @@ def _alone(
 
     try:
         with progress() as show:
-            result = _of_file(file, chosen, numbers, jobs, lambda what: show(what, 0, 0))
+            result = _of_file(model, chosen, numbers, jobs, lambda what: show(what, 0, 0))
         if target is not None and isinstance(result, Audit):
-            result = trimmed_file(result, file, target, start_of(**start_given(chosen)))
+            result = trimmed_file(result, model, target, start_of(**start_given(chosen)))
     except ParameterError as why:
         if chosen.junitxml is None:
             raise
-        return refused(str(file), str(why))
-    row = _row(result, str(file), chosen, numbers)
+        return refused(chosen.gym or str(model), str(why))
+    row = _row(result, chosen.gym or str(model), chosen, numbers)
     if chosen.out is not None:
         print(_written(row, chosen), file=sys.stderr)
     return row
 
 
 def _of_file(
-    file: Path,
+    model: Any,
     chosen: argparse.Namespace,
     numbers: Mapping[str, float],
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Audit | ContactAudit:
-    """The audit of one file; raises ParameterError."""
+    """The audit of one file, or environment; raises ParameterError."""
     if chosen.contacts:
         return audit_contacts(
-            file,
+            model,
             speed=numbers.get("speed", SPEED),
             body=chosen.body,
             friction=numbers.get("friction"),
             keyframe=chosen.keyframe,
         )
-    old = None if chosen.against is None else audit_of(file, chosen.against)
+    old = None if chosen.against is None else audit_of(Path(chosen.gym or model), chosen.against)
     result = audit(
-        file,
+        model,
         chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
         **start_given(chosen),
         duration=numbers.get("duration"),
@@ -148,6 +171,7 @@ def _of_file(
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else policy_of(chosen.policy),
     )
+    result = replace(result, name=chosen.gym or result.name)
     if old is None:
         return result
     return replace(result, changes=changes(old, values.plain(record(result))))
@@ -174,7 +198,7 @@ def _row(
     text = ""
     if chosen.out is not None:
         drawn = result.model.picture() if result.model else None
-        text = page(answer, result, _command(chosen, shlex.quote(path)), drawn)
+        text = page(answer, result, _command(chosen, [path] * (chosen.gym is None)), drawn)
     return Row(
         path,
         None if math.isnan(error) else error,
@@ -209,7 +233,7 @@ def _several(
             raise
     done = several_audits.sorted_rows(done)
     if chosen.out is not None:
-        command = _command(chosen, " ".join(map(shlex.quote, chosen.model)))
+        command = _command(chosen, chosen.model)
         seconds = time.monotonic() - began
         print(several_audits.write_page(done, Path(chosen.out), command, seconds), file=sys.stderr)
     return done
@@ -237,7 +261,12 @@ def _missed(
 
 
 def _fits(chosen: argparse.Namespace) -> None:
-    """Raises ParameterError for an option of one audit that is given to the other."""
+    """Raises ParameterError for an option of one audit that is given to the other, or that does
+    not go with another option."""
+    if chosen.policy is not None and chosen.ctrl != "rest":
+        raise ParameterError("ctrl", chosen.ctrl, "left out with --policy")
+    if chosen.fail_above is not None and chosen.against is None:
+        raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     for name in OF_MOTION if chosen.contacts else OF_CONTACTS:
         value = getattr(chosen, name)
         if value and value != "rest":
@@ -254,12 +283,13 @@ def _written(row: Row, chosen: argparse.Namespace) -> Path:
         raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
 
-def _command(chosen: argparse.Namespace, files: str) -> str:
+def _command(chosen: argparse.Namespace, files: Sequence[str]) -> str:
     """The command that repeats an audit of `files`."""
-    given = [(o, getattr(chosen, o)) for o in ("keyframe", *MOTION, *OF_CONTACTS)]
-    words = [f"--{o.replace('_', '-')}={v}" for o, v in given if v and v != "rest"]
+    given = [(o, getattr(chosen, o)) for o in ("gym", "seed", "keyframe", *MOTION, *OF_CONTACTS)]
+    words = [*files]
+    words += [f"--{o.replace('_', '-')}={v}" for o, v in given if v and v != "rest"]
     words += ["--contacts"] * chosen.contacts + ["--gradient"] * chosen.gradient
-    return f"plumbob audit {files} {shlex.join([*words, '--out', chosen.out])}"
+    return f"plumbob audit {shlex.join([*words, '--out', chosen.out])}"
 
 
 def stored_audits(file: Path) -> list[Any]:

@@ -134,6 +134,7 @@ def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) 
         mark="",
         picture="",
         code="",
+        card=[],
         versions="",
         seconds=f"{seconds:.3g}",
         command=command,

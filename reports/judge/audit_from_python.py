@@ -13,11 +13,13 @@ from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
 from plumbob.engines.audit.controls import DURATION, script
-from plumbob.engines.own_motion import NotCertifiable, Policy, Start
+from plumbob.engines.audit.environments import rollout, start_and_period
+from plumbob.engines.own_motion import NotCertifiable, OwnModel, Policy, Script, Start
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 
 BUDGET = 60.0  # [s] of wall time
+RECORDED = "policy, recorded at the model's own step"
 
 
 def audit(
@@ -35,17 +37,19 @@ def audit(
     gradient: bool = False,
     policy: Policy | None = None,
 ) -> Audit:
-    """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, or an `MjData`,
-    whose positions and velocities are the start, is at its own integrator and step: its continuous
-    motion is certified, and its steps are held against it. It starts from a `keyframe`, or as it
-    stands, with `qpos` and `qvel` in place of those, if given.
+    """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData`,
+    whose positions and velocities are the start, or a MuJoCo environment of Gymnasium that has been
+    reset, is at its own integrator and step: its continuous motion is certified, and its steps are
+    held against it. It starts from a `keyframe`, or as it stands, with `qpos` and `qvel` in place
+    of those, if given.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
     [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
     `jobs` integrators run in as many processes; costs are measured alone.
     A `policy`, called with time, qpos and qvel at the beginning of each period, by default of one
     step, takes the control's place: what it gives at the model's own step is replayed by the
-    reference and all steps.
+    reference and all steps. That of an environment is called with its observations, and the
+    environment is stepped, so that the rollout is its own; a control is held as it holds an action.
     `progress` is given what is being done. A `gradient` certifies derivatives of the end by
     controls and start, too, in as much time again. Raises ParameterError for bad input, and for a
     model that no reference can be certified for, with the reason.
@@ -60,26 +64,46 @@ def audit(
     """
     positive("budget", budget)
     start = start_of(keyframe, qpos, qvel)
+    named = control if isinstance(control, str) and policy is None else "given"
+    if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
+        environment = model
+        model, period = start_and_period(environment)
+        if policy is not None:
+            control, policy = rollout(environment, policy, _lasting(duration)), None
+            duration, named = None, RECORDED
+    user_model, moved = _moved(model, start, control, policy, duration, period)
+    with Workers(jobs) as workers:
+        beside = workers if jobs > 1 else None
+        named = RECORDED if policy is not None else named
+        answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
+    if gradient:
+        answer = with_gradient(answer, budget, progress=progress)
+    return replace(answer, slides=_slides(model, start))
+
+
+def _moved(
+    model: Any,
+    start: Start,
+    control: str | Array,
+    policy: Policy | None,
+    duration: float | None,
+    period: float | None,
+) -> tuple[OwnModel, Script]:
+    """A user's model, and its motion, which a policy records; raises ParameterError."""
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
         user_model = _user_models().model(model, start)
         if policy is not None:
             held = user_model.step if period is None else positive("ctrl period", period)
-            lasting = DURATION if duration is None else positive("duration", duration)
-            control = _user_models().recorded(model, start, policy, held, lasting)
+            control = _user_models().recorded(model, start, policy, held, _lasting(duration))
             period, duration = held, None
-        moved = script(user_model, control, duration, period)
+        return user_model, script(user_model, control, duration, period)
     except NotCertifiable as why:
         raise ParameterError("model", name, f"one that has a continuous motion; {why}") from None
-    named = control if isinstance(control, str) else "given"
-    if policy is not None:
-        named = "policy, recorded at the model's own step"
-    with Workers(jobs) as workers:
-        beside = workers if jobs > 1 else None
-        answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
-    if gradient:
-        answer = with_gradient(answer, budget, progress=progress)
-    return replace(answer, slides=_slides(model, start))
+
+
+def _lasting(duration: float | None) -> float:
+    return DURATION if duration is None else positive("duration", duration)
 
 
 def _user_models() -> UserModels:

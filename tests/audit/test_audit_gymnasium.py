@@ -1,0 +1,90 @@
+"""An environment of Gymnasium, audited from its reset on: its own rollout, to the bit."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob import audit
+from plumbob.engines.audit.environments import environment
+from plumbob.reports.cli import main
+from plumbob.tests.support.fixture_types import Capture, Patch
+
+POLE = "InvertedPendulum-v5"
+QUICK = ["--duration", "0.2", "--budget", "5"]
+
+
+def steering(observation: Any) -> Any:
+    return np.clip([2.0 * observation[1] + 0.5 * observation[0] + 0.1], -3.0, 3.0)
+
+
+def _installed() -> None:
+    for package in ("gymnasium", "imageio"):
+        pytest.importorskip(package)
+
+
+@pytest.mark.long
+def test_the_rollout_is_gymnasiums_own_to_the_bit() -> None:
+    _installed()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        theirs = importlib.import_module("gymnasium").make(POLE)
+        observation, _ = theirs.reset(seed=3)
+        states, controls = [], []
+        for _ in range(5):
+            states.append(np.concatenate([theirs.unwrapped.data.qpos, theirs.unwrapped.data.qvel]))
+            observation, *_ = theirs.step(steering(observation))
+            controls.append(theirs.unwrapped.data.ctrl.copy())
+        states.append(np.concatenate([theirs.unwrapped.data.qpos, theirs.unwrapped.data.qvel]))
+    found = audit(environment(POLE, seed=3), policy=steering, duration=0.2, budget=5.0)
+    assert found.script.period == pytest.approx(theirs.unwrapped.dt)
+    np.testing.assert_array_equal(found.script.controls, controls)
+    assert found.model is not None
+    parts = round(found.script.period / found.step)
+    ours = found.model.stepped(found.script, found.integrator, parts).states
+    np.testing.assert_array_equal(ours, states)
+    assert found.complete
+    assert np.ptp(controls) > 0.01  # it steers
+
+
+@pytest.mark.long
+def test_on_the_command_line(tmp_path: Path, capsys: Capture, monkeypatch: Patch) -> None:
+    _installed()
+    monkeypatch.chdir(tmp_path)
+    Path("own_pole.py").write_text("def act(observation):\n    return 0.1 * observation[:1]\n")
+    words = ["audit", "--gym", POLE, *QUICK, "--seed", "3"]
+    assert main([*words, "--policy", "own_pole:act", "--json", "--out", "pages"]) == 0
+    printed = capsys.readouterr()
+    data = json.loads(printed.out)
+    assert (data["model"], data["control"][:6]) == (POLE, "policy")
+    page = Path(printed.err.strip()).read_text("utf-8")
+    assert f"plumbob audit --gym={POLE} --seed=3" in page
+    assert main(["audit", "--gym", POLE, *QUICK]) == 0
+    assert f"{POLE}" in capsys.readouterr().out
+    for wrong in (
+        ["--gym", "CartPole-v1"],
+        ["--gym", "NoSuchPole-v0"],
+        ["--gym", POLE, "--seed", "-1"],
+        ["--gym", POLE, "--keyframe", "0"],
+        ["--gym", POLE, "--policy", "json:loads"],
+        ["my.xml", "--gym", POLE],
+    ):
+        assert main(["audit", *wrong]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_without_gymnasium_it_is_an_engine_that_is_missing(
+    capsys: Capture, monkeypatch: Patch
+) -> None:
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    assert main(["audit", "--gym", POLE]) == 3
+    err = capsys.readouterr().err
+    assert (err.count("\n"), "plumbob[robots]" in err) == (1, True)
+    assert main(["audit"]) == 2
