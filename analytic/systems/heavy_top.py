@@ -1,0 +1,103 @@
+"""Lagrange's top: a symmetric body under gravity that turns about a point of its axis.
+
+With Euler's angles, the precession f about the vertical, the tilt t from it and the spin s about
+the body's axis, moments A = A_centre + m l^2 across the axis and C about it (Landau and Lifshitz
+1976, Mechanics, 35, problem 1):
+
+    T = A (t'^2 + f'^2 sin^2 t)/2 + C (s' + f' cos t)^2/2,   V = m g l cos t                    (1)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Array
+
+ANGLES = ("precession", "tilt", "spin")
+RATES = tuple(f"{name}_rate" for name in ANGLES)
+CONSTANTS = ("mass", "length", "inertia_across", "inertia_axis", "gravity")
+
+
+@dataclass(frozen=True)
+class HeavyTop:
+    """A top of `mass` [kg] with its centre at `length` [m] from the point, moments of inertia about
+    its centre [kg m^2], its `tilt` [rad] and its rates [rad/s] at time 0; raises ParameterError.
+
+    >>> top = HeavyTop(1.0, 0.1, 2e-3, 1e-3, 9.81, 0.5, 0.0, 1.0, 200.0)
+    >>> round(float(top.motion.observe(np.array([1.0]))["precession"][0]), 6)
+    6.167962
+    """
+
+    mass: float
+    length: float
+    inertia_across: float
+    inertia_axis: float
+    gravity: float
+    tilt: float
+    precession_rate: float
+    tilt_rate: float
+    spin_rate: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            check = positive if field.name in CONSTANTS[:-1] else finite
+            check(field.name, getattr(self, field.name))
+        non_negative("gravity", self.gravity)
+        if self.inertia_axis > 2 * self.inertia_across:
+            most = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
+            raise ParameterError("inertia_axis", self.inertia_axis, most)
+        if not 0.0 < self.tilt < np.pi:
+            raise ParameterError("tilt", self.tilt, "between 0 and pi, where the axis is vertical")
+
+    @cached_property
+    def motion(self) -> CertifiedMotion:
+        """The exact motion."""
+        parameters = {name: getattr(self, name) for name in CONSTANTS}
+        rates = self.precession_rate, self.tilt_rate, self.spin_rate
+        start = (0.0, self.tilt, 0.0)
+        return CertifiedMotion(
+            SmoothSystem(ANGLES, RATES, _masses, _moments, parameters, start, rates)
+        )
+
+    def conserved(self, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+        """Energy [J] and the angular momenta about the vertical and the axis [kg m^2/s]."""
+        across, axis = _across(self), self.inertia_axis
+        tilt = observed["tilt"]
+        around, over, spin = (observed[name] for name in RATES)
+        along = axis * (spin + around * np.cos(tilt))
+        kinetic = across * (over**2 + (around * np.sin(tilt)) ** 2) / 2 + along**2 / axis / 2
+        return {
+            "energy": kinetic + self.mass * self.gravity * self.length * np.cos(tilt),
+            "vertical_momentum": across * around * np.sin(tilt) ** 2 + along * np.cos(tilt),
+            "axial_momentum": along,
+        }
+
+
+def _across(p: Any) -> Any:
+    """A of eq. 1."""
+    return p.inertia_across + p.mass * p.length**2
+
+
+def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
+    across, axis, cosine = _across(p), p.inertia_axis, np.cos(q[1])
+    turn = across * np.sin(q[1]) ** 2 + axis * cosine**2
+    return (turn, 0.0, axis * cosine), (0.0, across, 0.0), (axis * cosine, 0.0, axis)
+
+
+def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+    sine, cosine = np.sin(q[1]), np.cos(q[1])
+    more, axis = (_across(p) - p.inertia_axis) * sine * cosine, p.inertia_axis * sine
+    weight = p.mass * p.gravity * p.length * sine
+    return (
+        axis * v[1] * v[2] - 2 * more * v[0] * v[1],
+        more * v[0] ** 2 - axis * v[0] * v[2] + weight,
+        axis * v[0] * v[1],
+    )

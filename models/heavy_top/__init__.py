@@ -1,0 +1,97 @@
+"""Lagrange's top: scenes as data, what it conserves, and the scales of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+from plumbob.analytic.parameters import known
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
+from plumbob.models.scene import (
+    SMOOTH,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    step_sizes,
+)
+
+NAMES = tuple(field.name for field in fields(HeavyTop))
+
+
+def problem(parameters: Parameters) -> HeavyTop:
+    """The top that parameters describe; raises ParameterError."""
+    known(parameters, NAMES)
+    return HeavyTop(**parameters)
+
+
+def invariants(top: HeavyTop, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Drifts of the energy and of two angular momenta, relative to their sizes at the start."""
+    conserved = top.conserved(observed)
+    return {name: (x - x[0]) / (abs(x[0]) or 1.0) for name, x in conserved.items()}
+
+
+def facts(top: HeavyTop) -> Mapping[str, Any]:
+    """Energy [J], 0 where the axis is level, and the angular momenta [kg m^2/s]."""
+    start = top.motion.system.observed(top.motion.system.start[:, None])
+    return {name: float(value[0]) for name, value in top.conserved(start).items()}
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The angles, with one radian as their scale."""
+    return tuple(Quantity(name, 1.0) for name in ANGLES)
+
+
+def _scene(case: str, summary: str, start: tuple[float, ...], **more: Any) -> Scene:
+    values = (0.5, 0.1, 2e-3, 1e-3, 9.81, *start)
+    return Scene(
+        f"heavy-top/{case}",
+        summary,
+        MappingProxyType(dict(zip(NAMES, values, strict=True))),
+        source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = System(
+    name="heavy-top",
+    title="Heavy top",
+    observables=tuple(Observable(name, "rad") for name in ANGLES),
+    parameters=NAMES,
+    scenes=(
+        _scene(
+            "nutating",
+            "the axis nods while it goes round",
+            (0.5, 1.0, 0.5, 200.0),
+            duration=1.0,
+            steps=step_sizes(5e-3, 5e-4),
+            profile="quick",
+        ),
+        _scene(
+            "nearly-sleeping",
+            "almost upright, and spinning fast enough to stay so",
+            (0.02, 0.0, 0.0, 400.0),
+            duration=0.5,
+            steps=step_sizes(5e-4, 5e-5),
+            hard="next to the vertical, where Euler's angles end, precession and spin run fast",
+        ),
+    ),
+    default="nutating",
+    problem=problem,
+    reference=lambda top: top.motion,
+    errors=lambda top: smooth_errors(top.motion),
+    invariants=invariants,
+    facts=facts,
+    mjcf=Path(__file__).parent / "heavy_top.xml",
+    family="heavy_top",
+    kind=SMOOTH,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)

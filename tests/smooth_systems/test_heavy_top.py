@@ -1,0 +1,71 @@
+"""The heavy top against integrals over its tilt with 40 digits, and what it refuses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.heavy_top import HeavyTop
+from plumbob.models.registry import case_of, scene
+
+TOP: HeavyTop = case_of(scene("heavy-top/nutating")).problem
+
+
+def passed(top: HeavyTop, tilt: Any) -> tuple[Any, Any]:
+    """Time [s] at which a top whose tilt grows passes one, and its precession then."""
+    mass, length, across, axis, g, begin, around, over, spin = map(
+        mp.mpf, vars(replace(top)).values()
+    )
+    across += mass * length**2
+    along = axis * (spin + around * mp.cos(begin))
+    vertical = across * around * mp.sin(begin) ** 2 + along * mp.cos(begin)
+
+    def turning(t: Any) -> Any:
+        return (vertical - along * mp.cos(t)) / (across * mp.sin(t) ** 2)
+
+    def potential(t: Any) -> Any:
+        return across * (turning(t) * mp.sin(t)) ** 2 / 2 + mass * g * length * mp.cos(t)
+
+    def speed(t: Any) -> Any:
+        return mp.sqrt(over**2 + 2 * (potential(begin) - potential(t)) / across)
+
+    late = mp.quad(lambda t: 1 / speed(t), [begin, tilt])
+    return late, mp.quad(lambda t: turning(t) / speed(t), [begin, tilt])
+
+
+@pytest.mark.parametrize(
+    "top",
+    [TOP, replace(TOP, inertia_axis=3e-3, spin_rate=30.0, tilt_rate=2.0)],
+    ids=["scene", "wide"],
+)
+def test_40_digits(top: HeavyTop) -> None:
+    time = 0.01  # before the tilt turns back
+    exact, doubt = (f(np.array([time])) for f in (top.motion.observe, top.motion.uncertainty))
+    assert exact["tilt_rate"][0] > 0.0
+    with mp.workdps(40):
+        late, precession = passed(top, mp.mpf(float(exact["tilt"][0])))
+        error, around = float(late - mp.mpf(time)), float(precession)
+    assert abs(error) * exact["tilt_rate"][0] < doubt["tilt"][0] < 1e-14
+    moved = error * exact["precession_rate"][0]  # at the time that the tilt's last digit is passed
+    assert abs(around - moved - exact["precession"][0]) < doubt["precession"][0] < 1e-14
+
+
+def test_a_fast_top_goes_round_evenly() -> None:
+    slow = TOP.mass * TOP.gravity * TOP.length / (TOP.inertia_axis * 1e5)
+    top = replace(TOP, spin_rate=1e5, precession_rate=slow, tilt_rate=0.0)
+    late = top.motion.observe(np.array([0.01]))
+    # m g l = C s f' - (A - C) f'^2 cos t: the second term is 1e-8 of the first
+    assert late["precession"][0] == pytest.approx(slow * 0.01, rel=1e-6)
+    assert late["tilt"][0] == pytest.approx(TOP.tilt, abs=1e-12)
+
+
+def test_what_no_top_has_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"tilt = 0\.0: must be between 0 and pi"):
+        replace(TOP, tilt=0.0)
+    with pytest.raises(ParameterError, match="at most twice the moment across"):
+        replace(TOP, inertia_axis=5e-3)
