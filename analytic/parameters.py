@@ -14,6 +14,7 @@ class ParameterError(ValueError):
     """A parameter outside what the equations allow; its text is one line."""
 
     def __init__(self, name: str, value: object, requirement: str) -> None:
+        requirement = " ".join(requirement.split())
         super().__init__(f"{name} = {_shown(value)}: must be {requirement}")
         self.name, self.value, self.requirement = name, value, requirement
 

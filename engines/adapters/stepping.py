@@ -48,7 +48,6 @@ class SteppedSimulation:
     """The engine's exceptions when its numbers are no longer finite."""
     samples: int = sampling.SAMPLES
 
-    @np.errstate(over="ignore", invalid="ignore")  # what diverges is cut off
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""
         built = self.build()
@@ -90,7 +89,6 @@ class SteppedSimulation:
         built.advance(first, last)
         return seconds + time.perf_counter() - begin
 
-    @np.errstate(over="ignore", invalid="ignore")
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the duration alone."""
         built, steps = self.build(), sampling.first_steps(self.steps, fraction)

@@ -103,7 +103,8 @@ class Unclamped(MujocoModel):
     raw: Any = None
 
     def field(self, width: float = 0.0) -> ContinuousField:
-        return ContinuousField(without_step(self.raw.__copy__()), self.start, width)
+        model = without_step(self.raw.__copy__())
+        return ContinuousField(model, self._begun(model), width)
 
 
 @pytest.mark.long

@@ -23,7 +23,7 @@ from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
-    fixed_steps,
+    FixedStepSimulation,
     solved,
 )
 from plumbob.engines.method import Method, Unsupported
@@ -171,7 +171,7 @@ def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
     terms = leading_error(rotor, 0.7, 1.0, end, method.scheme)
     for steps in (800, 1600):
         equation, step = driven(rotor, 0.7, 1.0), 4.0 / steps
-        simulation = fixed_steps(equation, advance(method), steps, step)
+        simulation = FixedStepSimulation(equation, advance(method), steps, step, 0.0)
         found = simulation.run().observables["theta"][-1] - exact
         wanted = sum(float(values["theta"][0]) * step**p for p, values in terms.items())
         assert found == pytest.approx(wanted, rel=0.01, abs=1e-13)

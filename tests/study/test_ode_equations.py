@@ -21,9 +21,8 @@ from plumbob.engines.adapters.ode.integrators import integrator
 from plumbob.engines.adapters.ode.simulation import (
     SOLVERS,
     AdaptiveSimulation,
-    fixed_steps,
+    FixedStepSimulation,
 )
-from plumbob.engines.adapters.stepping import SteppedSimulation
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.study.measurement import measure
 from plumbob.models.scene import ONE_SMOOTH, Case, Observable, Scene, System
@@ -173,7 +172,7 @@ def test_a_declared_damping_rate_gives_the_same_leapfrog() -> None:
 def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
     """All observables at 2 s."""
     advance = integrator(method.scheme.integrator)
-    run = fixed_steps(problem.equation(), advance, round(2.0 / step), step).run()
+    run = FixedStepSimulation(problem.equation(), advance, round(2.0 / step), step, 0.0).run()
     return np.array([values[-1] for values in run.observables.values()])
 
 
@@ -202,10 +201,10 @@ DIVERGING = {
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
 def test_divergence_is_a_result(method: Method, kind: str) -> None:
     equation = DIVERGING[kind]
-    simulation: SteppedSimulation | AdaptiveSimulation
+    simulation: FixedStepSimulation | AdaptiveSimulation
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
-        simulation = fixed_steps(equation, advance, 30_000, 1e-3)
+        simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
         assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = SOLVERS[method.settings["method"]]

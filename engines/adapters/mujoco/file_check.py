@@ -15,7 +15,6 @@ from plumbob.analytic.errors.contact_models.contact_stability import (
     ContactSpring,
     largest_contact_step,
 )
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import FileCheck
 from plumbob.engines.adapters.mujoco import options
@@ -27,7 +26,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
     profile,
 )
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
-from plumbob.engines.adapters.mujoco.user_file import read_model
+from plumbob.engines.adapters.mujoco.user_file import compiled_model
 from plumbob.engines.method import Method, time_step
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
@@ -39,30 +38,24 @@ FREE_BODY = 1.0  # square of a lone contact's frequency over its own, where none
 def check(path: Path, method: Method) -> FileCheck:
     """How options and contacts of the file `path` differ from those of `method`, and whether they
     suit the file's time step; raises ParameterError."""
-    spec = read_model(path, "check")
-    with options.collected():
-        try:
-            model = spec.compile()
-        except ValueError as error:
-            reason = " ".join(str(error).split())
-            raise ParameterError("check", str(path), f"a model that compiles ({reason})") from None
+    model = compiled_model(path, "check")
     step = time_step("check", model.opt.timestep, str(path))
     chosen = profile(method.settings)
     convergent = chosen.convergent and method.settings.get("model", "full") == "full"
-    differences = list(_options(spec, method, dict(chosen.options)))
+    differences = list(_options(model, method, dict(chosen.options)))
     if convergent:
-        differences += _contacts(spec, model, method, step)
+        differences += _contacts(model, method, step)
     return FileCheck(method.name, step, tuple(differences), tuple(_warnings(model, method, step)))
 
 
 def _options(
-    spec: mujoco.MjSpec, method: Method, wanted: dict[str, Any]
+    model: mujoco.MjModel, method: Method, wanted: dict[str, Any]
 ) -> Iterator[tuple[str, str, str]]:
     asked = mujoco.MjSpec()
     options.apply(asked, {"integrator": method.settings["integrator"], **wanted}, 1.0)
     kinds = {name: (kind, prefix) for name, kind, prefix in options.CHOICES}
     for name in ("integrator", *wanted):
-        value, there = getattr(spec.option, name), getattr(asked.option, name)
+        value, there = getattr(model.opt, name), getattr(asked.option, name)
         if name == "impratio" and "coulomb" in str(method.settings.get("contact")):
             if any(_close(value, REGULARISATION_RATIO * s) for s in _softenings()):
                 continue
@@ -78,9 +71,7 @@ def _options(
                 yield f"option/{name}", f"{value:g}", f"{there:g}"
 
 
-def _contacts(
-    spec: mujoco.MjSpec, model: mujoco.MjModel, method: Method, step: float
-) -> Iterator[tuple[str, str, str]]:
+def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tuple[str, str, str]]:
     """Fields of contact pairs, those of one kind once; any stiffness that is stable is right."""
     if not model.npair:
         yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"

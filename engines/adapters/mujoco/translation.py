@@ -63,8 +63,7 @@ def read(mjcf: Path) -> mujoco.MjSpec:
     try:
         return _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
     except (ValueError, OSError) as error:
-        reason = " ".join(str(error).split())
-        raise ParameterError("mjcf", str(mjcf), f"a MuJoCo model file ({reason})") from None
+        raise ParameterError("mjcf", str(mjcf), f"a MuJoCo model file ({error})") from None
 
 
 @lru_cache(maxsize=32)  # a copy costs a twentieth of what reading costs

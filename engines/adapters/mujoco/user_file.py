@@ -48,7 +48,7 @@ def user_method(path: str | Path) -> Method:
 
     from plumbob.engines.adapters.mujoco.options import CHOICES
 
-    spec = _read(path)
+    spec = _read(path, "like")
     settings: dict[str, Any] = {
         option: kind(int(getattr(spec.option, option))).name.removeprefix(prefix).lower()
         for option, kind, prefix in CHOICES
@@ -74,28 +74,18 @@ def user_method(path: str | Path) -> Method:
     return replace(like, settings=settings, step_sizes=step_sizes)
 
 
-def read_model(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
-    """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
-    ParameterError."""
-    try:
-        return _read(path, roots)
-    except ParameterError as error:
-        raise ParameterError(name, error.value, error.requirement) from None
-
-
 def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The compiled model of the file `path`, which the argument `name` gave; raises
     ParameterError."""
     from plumbob.engines.adapters.mujoco import options
 
-    spec = read_model(path, name, roots)
+    spec = _read(path, name, roots)
     try:
         with options.collected(), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of the file's own: deprecated attributes
             return spec.compile()
     except (ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())
-        raise ParameterError(name, str(path), f"a model that compiles ({reason})") from None
+        raise ParameterError(name, str(path), f"a model that compiles ({error})") from None
 
 
 def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
@@ -113,8 +103,7 @@ def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
         try:
             return model.copy().compile(), "model", start
         except ValueError as error:
-            reason = " ".join(str(error).split())
-            raise ParameterError("model", "MjSpec", f"one that compiles ({reason})") from None
+            raise ParameterError("model", "MjSpec", f"one that compiles ({error})") from None
     if not isinstance(model, mujoco.MjModel):
         what = (
             "a path to a MuJoCo model file, a mujoco.MjModel, a mujoco.MjSpec, or a mujoco.MjData, "
@@ -139,11 +128,13 @@ def _of_file(path: Path) -> Any:
         with options.collected():
             return mujoco.MjModel.from_binary_path(str(path))
     except (ValueError, mujoco.FatalError) as error:
-        what = f"a model that this MuJoCo has compiled ({' '.join(str(error).split())})"
+        what = f"a model that this MuJoCo has compiled ({error})"
         raise ParameterError("model", str(path), what) from None
 
 
-def _read(path: str | Path, roots: Sequence[str] = ROOTS) -> Any:
+def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
+    """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
+    ParameterError."""
     import mujoco
 
     from plumbob.engines.adapters.mujoco import options
@@ -151,16 +142,15 @@ def _read(path: str | Path, roots: Sequence[str] = ROOTS) -> Any:
     # A pipe or a huge file is not read; a missing file is the reader's error.
     file = Path(path)
     if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):
-        raise ParameterError("like", str(path), f"a regular file of at most {LARGEST_FILE} bytes")
+        raise ParameterError(name, str(path), f"a regular file of at most {LARGEST_FILE} bytes")
     with options.collected():
         try:
             spec = mujoco.MjSpec.from_file(str(path))
             root = ElementTree.parse(path).getroot().tag
         except (ValueError, TypeError, OSError, LookupError, ElementTree.ParseError) as error:
-            reason = " ".join(str(error).split())
-            raise ParameterError("like", str(path), f"a MuJoCo model file ({reason})") from None
+            raise ParameterError(name, str(path), f"a MuJoCo model file ({error})") from None
     if root not in roots:
-        raise ParameterError("like", str(path), f"a MuJoCo model file (it begins with <{root}>)")
+        raise ParameterError(name, str(path), f"a MuJoCo model file (it begins with <{root}>)")
     return spec
 
 

@@ -55,15 +55,10 @@ class ContinuousField:
     contacts within it, weighted by their depths, whose limit for no width is Filippov's sliding
     motion."""
 
-    def __init__(self, model: Any, start: Any, width: float = 0.0) -> None:
-        self.model, self.data, self.width = model, mujoco.MjData(model), width
+    def __init__(self, model: Any, data: Any, width: float = 0.0) -> None:
+        self.model, self.data, self.width = model, data, width
         self.evaluations = 0
         self.zeros = 0  # steps at whose ends a gap was zero but for rounding
-        if model.nmocap:
-            self.data.mocap_pos[:], self.data.mocap_quat[:] = start.mocap_pos, start.mocap_quat
-        self.data.qfrc_applied[:], self.data.xfrc_applied[:] = 0.0, 0.0
-        if model.neq:
-            self.data.eq_active[:] = start.eq_active
         places, rates = [], []
         self.quaternions: list[tuple[int, int]] = []  # where it and its angular velocity begin
         kinds = mujoco.mjtJoint

@@ -42,8 +42,7 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
         _compiled(part, _without(root, kept, makers))
         part.replace(target)
     except (OSError, ValueError, ElementTree.ParseError) as error:
-        reason = " ".join(str(error).split())
-        what = f"beside the model, where the files are that it names ({reason})"
+        what = f"beside the model, where the files are that it names ({error})"
         raise ParameterError("write trimmed", str(target), what) from None
     finally:
         part.unlink(missing_ok=True)

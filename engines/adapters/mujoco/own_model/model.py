@@ -66,6 +66,17 @@ REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 
 
+@contextmanager
+def silent() -> Iterator[None]:
+    """Keep the engine's warnings from the terminal and the disk; a run's end says what they do."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 @dataclass(frozen=True)
 class MujocoModel:
     """A user's model, made ready for an audit: contacts clamped as the engine clamps them at its
@@ -175,14 +186,12 @@ class MujocoModel:
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
-        return ContinuousField(without_step(copy.copy(self.effective)), self.start, width)
+        model = without_step(copy.copy(self.effective))
+        return ContinuousField(model, self._begun(model), width)
 
+    @silent()
     def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         """Its own steps, `parts` in a control period."""
-        with silent():
-            return self._stepped(script, integrator, parts)
-
-    def _stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
         model.opt.integrator = kind(integrator)
@@ -412,17 +421,6 @@ def _refusal(model: Any, integrator: str) -> str:
     except NotCertifiable as why:
         return str(why)
     return ""
-
-
-@contextmanager
-def silent() -> Iterator[None]:
-    """Keep the engine's warnings from the terminal and the disk; a run's end says what they do."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
