@@ -1,4 +1,4 @@
-"""What engines' own derivatives have in common: the cases beside one, and the end of a run."""
+"""Parts that engines' own derivatives share: the cases beside one, and the end of a run."""
 
 from __future__ import annotations
 

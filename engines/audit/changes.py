@@ -1,4 +1,4 @@
-"""What has moved between two audits of a model, as their JSON has them."""
+"""Changes between two audits of a model, as their JSON has them."""
 
 from __future__ import annotations
 

@@ -104,6 +104,11 @@ class StudyPlan:
         raises ParameterError."""
         return next((m for m in self.methods if m.name == name), None) or find_method(name)
 
+    def scene(self, request: RunRequest[Any]) -> Scene:
+        """The scene that a request is answered on; raises ParameterError."""
+        planned = (s for s in self.scenes if s.name == request.scene and request.as_planned)
+        return next(planned, None) or request.posed()
+
     def has(self, scene: str, method: str | None = None) -> bool:
         """Whether a scene is in the plan, and that method with it."""
         by_name = {s.name: s for s in self.scenes}

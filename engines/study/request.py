@@ -35,6 +35,7 @@ class RunRequest(Request[Answer]):
     label: ClassVar[str] = ""  # what progress says of it
     timed: ClassVar[bool] = False  # made alone, for its time counts
     of_pair: ClassVar[bool] = False  # kept with its scene and method
+    as_planned: ClassVar[bool] = False  # of the scene with the parameters that a study runs
 
     def posed(self) -> Scene:
         """The scene with its parameters and its duration; raises ParameterError."""
@@ -45,10 +46,11 @@ class RunRequest(Request[Answer]):
             scene = replace(scene, parameters=system.change(scene.parameters, changes))
         return scene if self.duration is None else replace(scene, duration=self.duration)
 
-    def answer(self, method: Method) -> Answer | None:
-        """The answer by the request's method; None where its engine is missing, it is not meant for
-        the scene or does not support it, or its run diverged. Raises ParameterError."""
-        scene = self.posed()
+    def answer(self, method: Method, planned: Scene | None = None) -> Answer | None:
+        """The answer by the request's method, on the scene `planned`, else the one posed; None
+        where its engine is missing, it is not meant for the scene or does not support it, or its
+        run diverged. Raises ParameterError."""
+        scene = planned or self.posed()
         if not installed(engine_of(method)) or not meant(method, scene):
             return None
         try:

@@ -287,22 +287,24 @@ def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
         key = key_of(kind, request, version_of(find_engine(request.engine)))
         return study_task(label, key, "models", _READING_WORK, _extra, (request,), instead)
     assert isinstance(request, RunRequest)
-    scene, method = request.posed(), plan.method(request.method)
+    scene, method = plan.scene(request), plan.method(request.method)
     label = ", ".join(filter(None, (f"{scene.name} {method.name}", request.label)))
     where = machine() if request.timed else {}
     key = key_of(kind, request, scene, method, versions_of(method), where)
     work = request.work(scene, method)
-    return study_task(label, key, scene.name, work, _extra, (request, method), instead)
+    return study_task(label, key, scene.name, work, _extra, (request, method, scene), instead)
 
 
-def _extra(request: Request[Any], method: Method | None = None) -> TaskResult:
+def _extra(
+    request: Request[Any], method: Method | None = None, scene: Scene | None = None
+) -> TaskResult:
     if isinstance(request, ModelReading):
         return TaskResult(extras={request: read_model(request)})
     assert isinstance(request, RunRequest)
     assert method is not None
     try:
         pair = (request.scene, request.method) if request.of_pair else ("", "")
-        return TaskResult(extras={request: request.answer(method)}, pair=pair)
+        return TaskResult(extras={request: request.answer(method, scene)}, pair=pair)
     except Exception as error:
         return _defect(find_scene(request.scene), error)
 

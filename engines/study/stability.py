@@ -114,7 +114,7 @@ class StabilitySearch(RunRequest[Stability]):
 class StepPrediction(RunRequest[PredictedLimits]):
     """A request for the limits that theory predicts of a scene with a method."""
 
-    answers, label, of_pair = PredictedLimits, "largest step", True
+    answers, label, of_pair, as_planned = PredictedLimits, "largest step", True, True
 
     scene: str
     method: str

@@ -102,7 +102,7 @@ class LinearFlow:
         return Response(self.grid, starts[:-1], starts[-1], slopes)
 
     def _across(self, slopes: Array) -> Array:
-        """What a step adds, (steps, d, columns), with these slopes at its nodes."""
+        """The sum that a step adds, (steps, d, columns), with these slopes at its nodes."""
         weights = gauss_collocation(slopes.shape[1]).weights
         gained = np.einsum("n,snab->sab", weights, slopes)
         return np.asarray(np.diff(self.grid.breakpoints)[:, None, None] * gained)

@@ -77,8 +77,8 @@ class MujocoSimulation:
         return Stepping(kept.taken, kept.seconds)
 
     def readings(self, kept: KeptStates) -> Array:
-        """What the translation's probe reads in each state, with the forces that begin there, shape
-        (n, k); the solver begins each time where the run has ended."""
+        """Readings of the translation's probe in each state, with the forces that begin there, of
+        shape (n, k); the solver begins each time where the run has ended."""
         model, data, rows = self.model, self.data, []
         option, before = model.opt, (model.opt.disableflags, model.opt.integrator)
         option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)

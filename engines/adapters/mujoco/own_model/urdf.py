@@ -1,4 +1,4 @@
-"""What MuJoCo's importer makes of a URDF file, and what it drops."""
+"""A URDF file as MuJoCo's importer reads it, and the elements that it drops."""
 
 from __future__ import annotations
 
