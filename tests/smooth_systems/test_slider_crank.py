@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.engines.adapters.mujoco.slider_crank import LOOP
@@ -68,7 +69,12 @@ def test_the_slider_is_where_the_angle_puts_it() -> None:
     np.testing.assert_allclose(observed["slider"], place, 1e-14)
     slope = np.gradient(place, t)  # of the right size, where it is not next to zero
     assert np.all(doubt["slider"] < 20 * (np.abs(slope) + 0.1) * doubt["angle"] + 1e-15)
-    assert np.all(doubt["slider"] >= np.finfo(float).eps * place / 2)
+    system, states = CRANK.motion.system, np.stack([t, observed["angle_dot"]])
+    root, sine = place - CRANK.crank * np.cos(t), CRANK.crank * np.sin(t)
+    of_crank, of_rod = CRANK.crank * np.cos(t) - sine**2 / root, CRANK.rod**2 / root
+    rounded = ULP * (np.abs(of_crank) + of_rod + place)  # lengths, and the result
+    found = system.doubts(states, np.zeros_like(states))["slider"]
+    np.testing.assert_allclose(found, rounded, 1e-12)
 
 
 def test_the_soft_loop_pulls_as_mujoco_s_does() -> None:
