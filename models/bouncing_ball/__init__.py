@@ -74,8 +74,13 @@ SYSTEM = System(
     observables=(Observable("z", "m"),),
     parameters=NAMES,
     scenes=(
+        _scene("half", "half of the speed comes back, three times", 0.5, 1.2, profile="quick"),
         _scene(
-            "half", "half of the speed comes back: at rest at 1.35 s", 0.5, 1.5, profile="quick"
+            "to-rest",
+            "as half, and on to rest",
+            0.5,
+            1.5,
+            hard="infinitely many impacts end at 1.35 s",
         ),
         _scene("elastic", "all of the speed comes back, for ever", 1.0, 3.0),
         _scene("plastic", "no speed comes back", 0.0, 1.0),
