@@ -90,6 +90,9 @@ def command(chosen: argparse.Namespace) -> int:
         values.print_json(done[0].data if files is None else [row.data for row in done])
     else:
         print("\n".join(done[0].lines if files is None else several_audits.lines(done)))
+    if chosen.github:
+        marks = (mark for row in done for mark in several_audits.workflow_commands(row))
+        print(*marks, sep="\n", file=sys.stderr)
     for row in done:
         if row.missed or (files is None and row.code):
             print(f"plumbob: {row.missed or row.says}", file=sys.stderr)
@@ -133,7 +136,7 @@ def _alone(
         if target is not None and isinstance(result, Audit):
             result = trimmed_file(result, model, target, start_of(**start_given(chosen)))
     except ParameterError as why:
-        if chosen.junitxml is None:
+        if chosen.junitxml is None and not chosen.github:
             raise
         return refused(chosen.gym or str(model), str(why))
     row = _row(result, chosen.gym or str(model), chosen, numbers)

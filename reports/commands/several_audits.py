@@ -21,6 +21,8 @@ INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"'
 ROOT = re.compile(r"<mujoco\b")
 REFUSED, LOST = 2, 3  # exit codes: the input; a process has died or hung
 PAGE = "audit-models.html"
+SETS = re.compile(r"\b(?:timestep|integrator|solref)\s*=")  # what a step's error depends on
+ANSWERS = ("reference", "your error", "to do")  # lines of an audit
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,21 @@ def lines(rows: Sequence[Row]) -> list[str]:
     table += [tuple(cell.text for cell in row) for row in finding.tables[0].rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+
+
+def workflow_commands(row: Row) -> Iterator[str]:
+    """Workflow commands of GitHub: the answer of an audit on each line of its file that sets the
+    step, the integrator or contacts, or on the first."""
+    file = Path(row.path)
+    text = file.read_text("utf-8", "replace") if file.is_file() else ""
+    numbers = [n for n, line in enumerate(text.splitlines(), 1) if SETS.search(line)] or [1]
+    answer = "\n".join(line for line in row.lines if line.startswith(ANSWERS))
+    message = row.missed or (row.says if row.code else answer)
+    for plain, escaped in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A")):
+        message = message.replace(plain, escaped)
+    kind = "error" if row.code else "notice"
+    for number in numbers:
+        yield f"::{kind} file={row.path},line={number},title=plumbob audit::{message}"
 
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:

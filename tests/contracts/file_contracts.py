@@ -18,7 +18,8 @@ TOP_LEVEL = {
     *("__init__.py", "__main__.py", "py.typed"),
     *("Makefile", "constraints.txt", "pyproject.toml"),
 }
-DOT_FILES = {".ci", ".gitattributes", ".github", ".gitignore", ".pre-commit-config.yaml"}
+DOT_FILES = {".ci", ".gitattributes", ".github", ".gitignore"}
+DOT_FILES |= {".pre-commit-config.yaml", ".pre-commit-hooks.yaml"}
 VAGUE = re.compile(r"_*(common|data|helpers?|managers?|misc|stuff|tools?|util(s|ities|ity)?)")
 MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
 CONTAINERS = {"list", "dict", "set", "bytearray", "defaultdict", "Counter", "deque", "OrderedDict"}
