@@ -25,7 +25,9 @@ from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensi
 NODES = 12  # of a polynomial for do/dt
 WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # its width over the length of the phase: near its end a
 # support's direction settles as a power of the time that is left
-NOISE = 0.035  # of a motion's uncertainty: nearly all of it is that of a coarser computation
+# Calibrated: the part of a motion's uncertainty that differs from one neighbour to the next; nearly
+# all of it is that of a coarser computation. Held from both sides by tests/sensitivities.
+NOISE = 0.035
 LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
 
 
