@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from plumbob.reports.audit_from_python import audit, audit_contacts
     from plumbob.reports.judge.assertion import check
-    from plumbob.reports.judge.audit_from_python import audit, audit_contacts
 
 __all__ = ["__version__", "audit", "audit_contacts", "check"]
 
@@ -18,11 +18,11 @@ def __getattr__(name: str) -> Any:
 
         return check
     if name == "audit":
-        from plumbob.reports.judge.audit_from_python import audit
+        from plumbob.reports.audit_from_python import audit
 
         return audit
     if name == "audit_contacts":
-        from plumbob.reports.judge.audit_from_python import audit_contacts
+        from plumbob.reports.audit_from_python import audit_contacts
 
         return audit_contacts
     if name == "__version__":

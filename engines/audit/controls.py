@@ -46,7 +46,7 @@ def script(
 
 def _named(model: OwnModel, control: str, times: Array) -> Array:
     if control not in KINDS:
-        raise ParameterError("ctrl", control, f"{', '.join(KINDS)}, or a .csv or .npz file")
+        raise ParameterError("ctrl", control, f"{', '.join(KINDS)}, or values {_shape(model)}")
     if control == "zero":
         return np.zeros((times.size, model.rest.size))
     if control == "rest":
@@ -61,8 +61,12 @@ def _named(model: OwnModel, control: str, times: Array) -> Array:
     return np.where(limited, np.clip(wave, low, high), wave)
 
 
+def _shape(model: OwnModel) -> str:
+    return f"of shape (periods, {model.rest.size})"
+
+
 def _given(model: OwnModel, control: Any) -> Array:
-    wanted = f"of shape (periods, {model.rest.size})"
+    wanted = _shape(model)
     try:
         values = np.asarray(control, dtype=float)
     except (TypeError, ValueError):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study.cost import Cost
@@ -70,3 +73,18 @@ def records(
             row = record(by_method[c.method], m, judgement, c.order, cost)
             rows.append(row | better.get((c.scene, c.method, m.step), {}) | {"drawn": m is c.drawn})
     return rows
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON knows it: arrays as lists, numbers that are not finite as null."""
+    if isinstance(value, dict) or hasattr(value, "items"):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -31,10 +31,10 @@ from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.engines.registry import find_engine
+from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, start_of
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.several_audits import Row, model_files, refused
-from plumbob.reports.judge.audit_from_python import BUDGET, audit, audit_contacts, start_of
 from plumbob.reports.view.audit.page import answered, lines, page, rows, write_page
 from plumbob.reports.view.audit.records import record
 
@@ -177,7 +177,7 @@ def _of_file(
     result = replace(result, name=chosen.gym or result.name)
     if old is None:
         return result
-    return replace(result, changes=changes(old, values.plain(record(result))))
+    return replace(result, changes=changes(old, record(result)))
 
 
 def _of_several(file: Path, chosen: argparse.Namespace, numbers: Mapping[str, float]) -> Row:

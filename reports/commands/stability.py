@@ -4,7 +4,6 @@ after which they are wrong, beside its prediction."""
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
@@ -46,8 +45,7 @@ def command(chosen: argparse.Namespace) -> int:
 
         page = write_page(judged, study.provenance, Path(chosen.out))
     if chosen.json:
-        json.dump(values.plain([one.record() for one in judged]), sys.stdout, indent=1)
-        print()
+        values.print_json([one.record() for one in judged])
     else:
         from plumbob.reports.view.stability import lines
 

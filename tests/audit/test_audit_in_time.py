@@ -23,7 +23,6 @@ from plumbob.engines.audit.reference import _joined, certified
 from plumbob.engines.audit.step_errors import compared, halved, unlike
 from plumbob.engines.audit.trims import strictest, trims
 from plumbob.engines.own_motion import Change, Start
-from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.reports.view.audit.records import record
 from plumbob.tests.audit.scenes_as_models import ball, compiled, pendulum
@@ -192,7 +191,7 @@ def test_of_a_step_that_diverges_nothing_is_compared() -> None:
     assert said["stable"].startswith("no: 10 ms is too large")
     assert all("nan" not in text for text in said.values())
     assert all("×" not in text for name, text in said.items() if name != "stable")
-    data = json.dumps(plain(record(found)))
+    data = json.dumps(record(found))
     assert "NaN" not in data
     assert "Infinity" not in data
     shown = page(answer, found, "").partition('<section id="answer"')[2].split("<script")[0]

@@ -29,7 +29,7 @@ FIRST = (  # what people call first: each has an example that runs
     "plumbob.models.scene",
     "plumbob.reports.judge.assertion",
 )
-SLOW = (f"{PACKAGE}.reports.judge.audit_from_python",)  # whose example audits a model
+SLOW = (f"{PACKAGE}.reports.audit_from_python",)  # whose example audits a model
 
 
 def test_every_module_of_ours_has_one_name() -> None:

@@ -125,20 +125,7 @@ def all_finite(changed: Mapping[str, Any], *answers: Mapping[str, Array]) -> Non
 
 def print_json(value: Any) -> None:
     """Print `value` on stdout as JSON knows it."""
+    from plumbob.reports.advice.json_records import plain
+
     json.dump(plain(value), sys.stdout, indent=1)
     print()
-
-
-def plain(value: Any) -> Any:
-    """`value` as JSON knows it: arrays as lists, numbers that are not finite as null."""
-    if isinstance(value, dict) or hasattr(value, "items"):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

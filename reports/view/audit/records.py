@@ -10,12 +10,13 @@ from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.trims import Trim
+from plumbob.reports.advice.json_records import plain
 from plumbob.reports.view.audit.page import answered, rows, versions
 
 
 def record(audit: Audit | ContactAudit) -> dict[str, Any]:
     """An audit as plain data: what `--json` prints."""
-    return _contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)
+    return dict(plain(_contacts(audit) if isinstance(audit, ContactAudit) else _motion(audit)))
 
 
 def _motion(audit: Audit) -> dict[str, Any]:

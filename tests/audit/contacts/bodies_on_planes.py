@@ -9,7 +9,7 @@ from functools import cache
 import mujoco
 
 from plumbob.engines.audit.contacts import ContactAudit
-from plumbob.reports.judge.audit_from_python import audit_contacts
+from plumbob.reports.audit_from_python import audit_contacts
 from plumbob.tests.mujoco.test_settings import BODIES
 
 FRICTION, GRAVITY, SPEED = 0.3, 9.81, 0.5

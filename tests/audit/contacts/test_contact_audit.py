@@ -12,7 +12,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model import rigid_piece, user_contacts
 from plumbob.engines.audit import contacts
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
-from plumbob.reports.judge.audit_from_python import audit_contacts
+from plumbob.reports.audit_from_python import audit_contacts
 from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
     EXACT,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +20,6 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.trims import Trim, Trims, tried
 from plumbob.engines.own_motion import Change
-from plumbob.reports.commands.arguments.values import plain
 from plumbob.reports.commands.audit import trimmed_file
 from plumbob.reports.view.audit.page import answered, rows
 from plumbob.reports.view.audit.records import record
@@ -160,7 +158,7 @@ def test_what_is_said_is_what_the_file_does(same: bool, tmp_path: Path) -> None:
     assert ("to the last bit" in said) == same
     assert found.written is not None
     assert (found.written[1].moved == 0.0) == same
-    data = json.loads(json.dumps(plain(record(found))))["trimmed_file"]
+    data = record(found)["trimmed_file"]
     assert data["same_bits"] == same
     assert data["left_out"] == changes[0].name
 

@@ -10,13 +10,14 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
-from plumbob.engines.audit.audit import Audit, audited, with_gradient
-from plumbob.engines.audit.contacts import SPEED, ContactAudit, contacts_audited, rests
+from plumbob.engines.audit.audit import audited, with_gradient
+from plumbob.engines.audit.contacts import SPEED, contacts_audited, rests
 from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.environments import rollout, start_and_period
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Policy, Script, Start
 from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
+from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
 BUDGET = 60.0  # [s] of wall time
 RECORDED = "policy, recorded at the model's own step"
@@ -36,7 +37,7 @@ def audit(
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
     policy: Policy | None = None,
-) -> Audit:
+) -> MotionResult:
     """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData`,
     whose positions and velocities are the start, or a MuJoCo environment of Gymnasium that has been
     reset, is at its own integrator and step: its continuous motion is certified, and its steps are
@@ -63,6 +64,7 @@ def audit(
     >>> found.assert_within(metres=0.01)
     """
     positive("budget", budget)
+    positive("jobs", jobs)
     start = start_of(keyframe, qpos, qvel)
     named = control if isinstance(control, str) and policy is None else "given"
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
@@ -78,7 +80,7 @@ def audit(
         answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
     if gradient:
         answer = with_gradient(answer, budget, progress=progress)
-    return replace(answer, slides=_slides(model, start))
+    return MotionResult(**vars(replace(answer, slides=_slides(model, start))))
 
 
 def _moved(
@@ -144,7 +146,7 @@ def audit_contacts(
     body: str | None = None,
     friction: float | None = None,
     keyframe: int | str | None = None,
-) -> ContactAudit:
+) -> ContactResult:
     """How far the free body `body` of `model` (the heaviest) slides on its plane from `speed`
     [m/s], drifts under a push and depends on direction, with the model's own friction settings and
     those of `plumbob settings`, beside Coulomb's answer. Joints are locked in the posture of the
@@ -167,7 +169,7 @@ def audit_contacts(
     try:
         start = Start(keyframe)
         standing = _user_models().contacts(model, start, body, friction)
-        return contacts_audited(standing, speed)
+        return ContactResult(**vars(contacts_audited(standing, speed)))
     except NotCertifiable as why:
         what = f"one whose contacts can be audited; {why}"
         raise ParameterError("model", name, what) from None

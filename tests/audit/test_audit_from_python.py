@@ -1,0 +1,135 @@
+"""The result of an audit from Python: a line, text, a card, plain data and plots."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from html import unescape
+from operator import attrgetter
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import plumbob
+from plumbob.analytic.parameters import ParameterError
+from plumbob.reports.cli import main
+from plumbob.reports.view.audit.page import answered
+from plumbob.reports.view.audit.results import ContactResult, MotionResult
+
+ROD = """<mujoco><worldbody><body><joint name="hinge" axis="0 1 0"/><geom size=".1" pos=".5 0 0"/>
+</body></worldbody><actuator><motor joint="hinge"/></actuator></mujoco>"""
+BOX = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>
+<body name="box" pos="0 0 .1"><freejoint/><geom type="box" size=".1 .2 .02"/></body>
+</worldbody></mujoco>"""
+Result = MotionResult | ContactResult
+
+
+@pytest.fixture(name="results", scope="module")
+def _results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Result]:
+    file = tmp_path_factory.mktemp("robots") / "rod.xml"
+    file.write_text(ROD, "utf-8")
+    return {
+        "rod.xml": plumbob.audit(file, duration=0.1, budget=5.0),
+        "model": plumbob.audit_contacts(mujoco.MjModel.from_xml_string(BOX)),
+    }
+
+
+BOTH = pytest.mark.parametrize("name", ["rod.xml", "model"])
+
+
+@BOTH
+def test_a_line_a_text_and_a_card_say_the_same(results: dict[str, Result], name: str) -> None:
+    result = results[name]
+    text, html = result.text(), unescape(result._repr_html_()).replace("\u00a0", " ")
+    assert re.fullmatch(f"<audit of {name}: .+>", repr(result))
+    (line,) = re.findall("<strong>(.*)</strong>", re.sub("</?span.*?>", "", html))
+    assert repr(result) == f"<audit of {name}: {line}>"
+    assert line.split(" wrong")[0] in text
+    for row in text.splitlines():
+        assert row.split(None, 1)[1] in html or row.split("  ", 1)[1].strip() in html
+    assert "src=" not in html
+    assert "<script" not in html
+
+
+@BOTH
+def test_plots_are_the_figures_of_the_page(results: dict[str, Result], name: str) -> None:
+    result = results[name]
+    figures = answered(result).figures
+    assert result.plot() == result.plot(figures[0].title)
+    for figure in figures:
+        plot = result.plot(figure.title)
+        assert plot.layout.title.text == figure.title
+        drawn = [np.array(trace.y, dtype=float) for trace in plot.data]
+        for trace, values in zip(figure.traces, drawn, strict=True):
+            assert np.array_equal(values, np.array(trace["y"], dtype=float), equal_nan=True)
+    with pytest.raises(ParameterError, match=f"title = 'none': must be .*{figures[-1].title}"):
+        result.plot("none")
+
+
+@BOTH
+def test_what_is_documented_is_there(results: dict[str, Result], name: str) -> None:
+    result = results[name]
+    for attribute in re.findall(r"`([a-z_.]+\b)", type(result).__doc__ or ""):
+        run = attribute in ("step", "distances", "drift", "turning")
+        of = result.own[0] if run and isinstance(result, ContactResult) else result
+        if not attribute.startswith("plumbob"):
+            attrgetter(attribute)(of)
+    if isinstance(result, ContactResult):
+        assert result.own[0].distances.shape == result.errors(result.own[0]).shape == (16,)
+        return
+    assert isinstance(result, MotionResult)
+    assert result.found is not None
+    periods, actuators = result.script.controls.shape
+    assert (periods, actuators) == (5, 1)
+    assert result.reference.positions.shape == (periods + 1, len(result.pose), 3)
+    for samples in (result.script.times, result.reference.uncertainty, result.found.own.errors):
+        assert samples.shape == (periods + 1,)
+    assert {name: pose.shape for name, pose in result.pose.items()} == {
+        "world": (3,),
+        "body 1": (3,),
+    }
+
+
+def test_plain_data_are_what_the_command_prints(
+    results: dict[str, Result], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever is not timed is the same."""
+    data = results["rod.xml"].to_dict()
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    short = ["--duration", "0.1", "--budget", "5", "--json"]
+    assert main(["audit", str(Path(data["model"])), *short]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    timed = {"seconds", "steps", "cheapest", "trims", "to_do"}
+    assert {k: v for k, v in printed.items() if k not in timed} == {
+        k: v for k, v in data.items() if k not in timed
+    }
+    assert set(printed) == set(data)
+
+
+def test_without_an_answer_the_line_says_why(results: dict[str, Result]) -> None:
+    motion, contacts = results["rod.xml"], results["model"]
+    assert isinstance(motion, MotionResult)
+    assert isinstance(contacts, ContactResult)
+    lost = replace(motion, found=None, reference=replace(motion.reference, why="it blows up"))
+    assert repr(lost) == "<audit of rod.xml: not certified: it blows up>"
+    with pytest.raises(ParameterError, match="must be a figure of this audit: none"):
+        lost.plot()
+    unsettled = replace(contacts, own=(), failed=("own contacts: it never rests",))
+    assert repr(unsettled) == "<audit of model: own contacts: it never rests>"
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ({"control": "fast"}, "ctrl = 'fast': must be rest, zero, sines, or values of shape"),
+        ({"jobs": 0}, "jobs = 0: must be greater than 0"),
+        ({"jobs": "two"}, "jobs = 'two': must be a finite number"),
+    ],
+)
+def test_wrong_arguments_name_what_is_wanted(given: dict[str, object], line: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        plumbob.audit(mujoco.MjModel.from_xml_string(ROD), **given)  # type: ignore[arg-type]
+    assert str(caught.value).startswith(line)
