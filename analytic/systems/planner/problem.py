@@ -100,7 +100,7 @@ def too_many(limits: Limits, needed: int) -> ParameterError:
     return ParameterError(
         "manoeuvres",
         limits.manoeuvres,
-        f"at least {needed} to get there with strokes of {limits.stroke:g} m at "
+        f"at least {needed:.9g} to get there with strokes of {limits.stroke:g} m at "
         f"{limits.acceleration:g} m/s^2",
     )
 
