@@ -142,14 +142,19 @@ def _own(contact: Mapping[str, Any], settings: Mapping[str, Any]) -> ContactProf
 
 
 def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactProfile:
-    """The profile that `settings` name; raises ParameterError.
+    """The profile that `settings` name; raises ParameterError."""
+    chosen = profile(settings)
+    return plane_contacts(chosen, settings) if without_formula(problem) else chosen
+
+
+def plane_contacts(chosen: ContactProfile, settings: Mapping[str, Any]) -> ContactProfile:
+    """The profile `chosen` for plane motion.
 
     Convergent profiles are softened further for plane motion, for the coupling of slip to a normal
     force goes as slip speed over step; and friction stops a slip within half a step of RK4, whose
     stages apply it half a step late.
     """
-    chosen = profile(settings)
-    if not (chosen.convergent and without_formula(problem)):
+    if not chosen.convergent:
         return chosen
     options = {**chosen.options, "impratio": REGULARISATION_RATIO * PLANE_SOFTENING}
     lead = FRICTION_LEADS[integrator_of(settings)]

@@ -1,0 +1,49 @@
+"""Errors of Euler steps on a ball that slides until it rolls.
+
+A step takes friction f g h from the speed, 7/2 of that from the slip, and in the step in which the
+slip would change its sign what ends it. So speeds are exact at the ends of steps but for that one
+step, and only the sum of the speeds, the place, is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.rolling_ball import RollingBall
+from plumbob.analytic.theory import SteppedErrors
+
+
+@dataclass(frozen=True)
+class RollingErrors:
+    """The errors of steps on a ball; empty for schemes that are not stepped here, and with rolling
+    friction, for which engines have other laws."""
+
+    ball: RollingBall
+
+    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
+        """Empty: the place of the switch within its step decides."""
+        return {}
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """See `plumbob.analytic.theory.ErrorTheory`."""
+        ball, marks = self.ball, np.rint(times / step).astype(int)
+        if scheme.integrator != EULER or ball.rolling_friction:
+            return SteppedErrors({})
+        slip, steps = ball.speed - ball.radius * ball.spin, np.arange(marks[-1] + 1)
+        lost = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
+        lost *= np.sign(slip)
+        speed, spin = ball.speed - lost * 2.0 / 7.0, ball.spin + lost * 5.0 / 7.0 / ball.radius
+        moved = speed[:-1] if scheme.position_first else speed[1:]
+        x = np.concatenate([[0.0], np.cumsum(step * moved)])
+        stepped = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
+        exact, doubt = ball.observe(times), ball.scale * ULP * np.ones(len(times))
+        return SteppedErrors(
+            {name: stepped[name] - exact[name] for name in stepped},
+            {"x": doubt * (step + times), "speed": doubt, "spin": doubt / ball.radius},
+        )

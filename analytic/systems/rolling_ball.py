@@ -1,0 +1,144 @@
+"""A uniform ball on a level plane that slides until it rolls: parabolas, from switch to switch.
+
+With u = R w, the slip s = v - u, Coulomb's friction f and a rolling moment of rolling_friction N,
+against the spin at any slip (k = rolling_friction/R), and I = 2/5 m R^2 (Hopkins and Patterson
+1977, Am. J. Phys. 45, 263; MuJoCo's documentation, "Computation", has this unit of the moment):
+
+    v' = -f g sign(s),   u' = 5/2 g (f sign(s) - k sign(u)),   rolling: v' = u' = -5/7 k g sign(v)
+
+Rolling needs k <= 7/5 f: else the moment keeps the ball sliding. A spin that ends while it slides
+does not begin anew where k >= f.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.parameters import finite, non_negative, positive
+from plumbob.analytic.reference import Array, LinearResponse
+
+ROUNDINGS = 16.0  # of the speeds: a dozen operations a switch, and at most four switches
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A time [s] and place [m], and from then on speeds v and R w [m/s] and accelerations."""
+
+    time: float
+    x: float
+    v: float
+    u: float
+    v_rate: float
+    u_rate: float
+
+
+@dataclass(frozen=True)
+class RollingBall(LinearResponse):
+    """A ball of `radius` [m] and `mass` [kg] that starts with a `speed` [m/s] and a `spin` [rad/s],
+    positive where it rolls forward, on a plane with a coefficient of `friction`, under `gravity`
+    [m/s^2], with `rolling_friction` [m]; `torsional_friction` [m] acts on a spin about the vertical
+    alone, and there is none. Raises ParameterError.
+
+    >>> RollingBall(0.1, 1.0, 7.0, 0.0, 0.2, 9.81).rolling_begins.v
+    5.0
+    """
+
+    radius: float
+    mass: float
+    speed: float
+    spin: float
+    friction: float
+    gravity: float
+    torsional_friction: float = 0.0
+    rolling_friction: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            check = finite if field.name in ("speed", "spin") else non_negative
+            if field.name in ("radius", "mass", "gravity"):
+                check = positive
+            check(field.name, getattr(self, field.name))
+
+    @property
+    def rolling_ratio(self) -> float:
+        """The rolling moment over that of the weight at an arm of one radius."""
+        return self.rolling_friction / self.radius
+
+    @property
+    def scale(self) -> float:
+        """Size of the speeds [m/s]: the sum of the two at the start."""
+        return abs(self.speed) + self.radius * abs(self.spin)
+
+    def rates(self, v: float, u: float) -> tuple[float, float]:
+        """Accelerations of the centre and of R w [m/s^2] at the speeds v and u = R w [m/s]."""
+        f, k, g = self.friction, self.rolling_ratio, self.gravity
+        if v == u and k <= 1.4 * f:
+            rolling = -math.copysign(5.0 * k * g / 7.0, v) if v else 0.0
+            return rolling, rolling
+        slides = float(np.sign(v - u or v))
+        turns = float(np.sign(u)) or slides
+        turned = 2.5 * g * (f * slides - k * turns) if u or k < f else 0.0
+        return (-f * g * slides if v or u else 0.0), turned
+
+    @cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The motion between its switches: the slip ends, or the spin does."""
+        time, x, v, u = 0.0, 0.0, float(self.speed), self.radius * self.spin
+        pieces = []
+        while True:
+            a, b = self.rates(v, u)
+            pieces.append(Piece(time, x, v, u, a, b))
+            ends = [-y / rate for y, rate in ((v - u, a - b), (u, b)) if y * rate < 0.0]
+            lasts = min(ends, default=math.inf)
+            if math.isinf(lasts):
+                return tuple(pieces)
+            slip_ends = (v - u) * (a - b) < 0.0 and lasts == -(v - u) / (a - b)
+            time, x = time + lasts, x + lasts * (v + lasts * a / 2.0)
+            v, u = v + lasts * a, u + lasts * b
+            if slip_ends:
+                v = u = (5.0 * v + 2.0 * u) / 7.0
+            elif v == u or abs(v) <= 4.0 * ULP * self.scale:
+                v = u = 0.0
+            else:
+                u = 0.0
+            if abs(v) + abs(u) <= 4.0 * ULP * self.scale:  # within rounding of rest
+                v = u = 0.0
+
+    @property
+    def rolling_begins(self) -> Piece | None:
+        """The first piece without slip; None where it slides for ever, or to rest."""
+        if self.rolling_ratio > 1.4 * self.friction:
+            return None
+        return next((piece for piece in self.pieces if piece.v == piece.u), None)
+
+    @property
+    def rest_time(self) -> float:
+        """Time [s] from which on it is at rest; infinite where it never is."""
+        last = self.pieces[-1]
+        return math.inf if last.v or last.u else last.time
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Place x [m], speed [m/s] and spin [rad/s] at `times` [s], shape (n,)."""
+        starts = np.array([piece.time for piece in self.pieces])
+        rows = np.array([(p.time, p.x, p.v, p.u, p.v_rate, p.u_rate) for p in self.pieces])
+        begun, x, v, u, a, b = rows[np.searchsorted(starts, times, "right") - 1].T
+        since = times - begun
+        return {
+            "x": x + since * (v + since * a / 2.0),
+            "speed": v + since * a,
+            "spin": (u + since * b) / self.radius,
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute errors, shape (n,). No speed grows beyond those at the start, and a switch that
+        comes late by rounding changes speeds by no more than that: accelerations jump by as much as
+        what ended changed by."""
+        speeds = np.full(len(times), ROUNDINGS * ULP * self.scale)
+        lasted = np.minimum(times, self.rest_time)
+        return {"x": speeds * lasted, "speed": speeds, "spin": speeds / self.radius}

@@ -1,0 +1,98 @@
+"""The rolling ball in MuJoCo's terms: slides along x and z, a hinge across, and one contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco import contacts
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.method import Method
+
+SETTLING = 5000  # steps, of which the slowest contact, of 0.02 s, needs some 2000 at 5e-4 s
+OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
+    of it above the plane: the geom is larger by that half, so that the arm is the radius."""
+    spec, start = whole(mjcf, problem), mjcf_start(problem)
+    profile = contact_profile(method)
+    for name, value in profile.options.items():
+        kind = mujoco.mjtCone.mjCONE_ELLIPTIC if name == "cone" else value
+        setattr(spec.option, name, kind)
+    pair = spec.pair("contact")
+    for name, value in profile.pair(step).items():
+        setattr(pair, name, value)
+
+    def tune(model: mujoco.MjModel) -> None:
+        model.body_invweight0 *= profile.softening
+
+    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+        return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {"z": qpos[:, 1]}
+
+    spec.option.timestep = step
+    sunk = settled(spec, tune) / 2.0
+    spec.geom("ball").size[0] += sunk
+    return Translation(spec, np.array([0.0, -sunk, 0.0]), np.array(start), observe, tune=tune)
+
+
+def contact_profile(method: Method) -> contacts.ContactProfile:
+    """The contacts of a method; raises ParameterError."""
+    return contacts.plane_contacts(contacts.profile(method.settings), method.settings)
+
+
+def model_error(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Bounds for a convergent profile: the slip that friction's compliance leaves of its last step,
+    for one step, and normal forces that follow the slip, until the deflection does (OVERSHOOT)."""
+    profile = contact_profile(method)
+    if not profile.convergent:
+        return {}
+    f, scale = problem.friction, problem.scale
+    left = profile.slip_compliance(step) * f * problem.gravity
+    pushed = OVERSHOOT * f**2 * profile.coupling() * scale / contacts.STIFFNESS
+    return {
+        "x": {"slip": left * step, "coupling": pushed * duration},
+        "speed": {"slip": left, "coupling": pushed},
+        "spin": {
+            "slip": 2.5 * left / problem.radius,
+            "coupling": 2.5 * pushed / problem.radius,
+        },
+    }
+
+
+def mjcf_start(problem: Any) -> list[float]:
+    """Velocities along x [m/s], along z, and about the hinge [rad/s]."""
+    return [problem.speed, 0.0, problem.spin]
+
+
+def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> float:
+    """Static penetration [m] of the contact."""
+    model = spec.compile()
+    tune(model)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=SETTLING)
+    return -float(data.qpos[1])
+
+
+def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
+    spec, radius = read(mjcf), problem.radius
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    ball, pair = spec.body("ball"), spec.pair("contact")
+    ball.pos, spec.geom("ball").size[0], ball.mass = [0.0, 0.0, radius], radius, problem.mass
+    ball.inertia = [0.4 * problem.mass * radius**2] * 3
+    turned, rolled = problem.torsional_friction, problem.rolling_friction
+    pair.condim = 6 if rolled else 4 if turned else 3  # no coefficient can be less than 1e-5
+    pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
+    if not problem.friction and pair.condim == 3:
+        pair.condim = 1
+    spec.key("start").qvel = mjcf_start(problem)
+    return spec

@@ -1,0 +1,55 @@
+"""The rolling ball in pymunk, seen from the side: a circle on a segment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pymunk
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.method import Method, Unsupported
+
+SUNK = 1e-6  # of the radius: the circle's start below the line, or it touches by rounding alone
+LONGEST = 60.0  # [s], of a run that ends on the segment
+
+
+def model_error(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """The nearest point of a long segment is rounded, and tilts the normal by that over a radius,
+    by which gravity acts along the line."""
+    speed = 4.0 * ULP * far(problem) / problem.radius * problem.gravity * duration
+    errors = {"x": speed * duration, "speed": speed, "spin": 2.5 * speed / problem.radius}
+    return {name: {"a rounded normal": error} for name, error in errors.items()}
+
+
+def far(problem: Any) -> float:
+    """Distance to the ends of the segment [m]."""
+    return float(LONGEST * problem.scale + problem.radius)
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a plumbob.analytic.systems.rolling_ball.RollingBall; raises Unsupported."""
+    if problem.rolling_friction:
+        raise Unsupported("pymunk has no rolling friction")
+    space, radius = pymunk.Space(), problem.radius
+    space.gravity, space.collision_slop = (0.0, -problem.gravity), 2.0 * SUNK * radius
+    ball = pymunk.Body(problem.mass, 0.4 * problem.mass * radius**2)
+    ball.position = (0.0, radius * (1.0 - SUNK))
+    ball.velocity, ball.angular_velocity = (problem.speed, 0.0), -problem.spin
+    ends = (-far(problem), 0.0), (far(problem), 0.0)
+    ground = pymunk.Segment(space.static_body, *ends, 0.0)
+    shapes = ground, pymunk.Circle(ball, radius)
+    for shape, friction in zip(shapes, (1.0, problem.friction), strict=True):
+        shape.friction = friction  # their product counts
+    space.add(ball, *shapes)
+    return Translation(
+        space,
+        lambda: {
+            "x": ball.position.x,
+            "speed": ball.velocity.x,
+            "spin": -ball.angular_velocity,
+        },
+    )

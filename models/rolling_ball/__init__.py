@@ -1,0 +1,105 @@
+"""A ball that slides until it rolls: rolling-ball."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.parameters import known
+from plumbob.analytic.systems.rolling_ball import RollingBall
+from plumbob.analytic.theory import ErrorTheory
+from plumbob.models.scene import (
+    ON_PLANE,
+    Case,
+    Observable,
+    Parameters,
+    Quantity,
+    Scene,
+    System,
+    step_sizes,
+)
+
+NAMES = tuple(field.name for field in fields(RollingBall))
+
+
+def problem(parameters: Parameters) -> RollingBall:
+    """The ball that parameters describe; raises ParameterError."""
+    known(parameters, NAMES)
+    return RollingBall(**parameters)
+
+
+def errors(ball: RollingBall) -> ErrorTheory:
+    """Theory of the errors of steps on the ball."""
+    from plumbob.analytic.errors.contact_models.slide_to_roll import RollingErrors
+
+    return RollingErrors(ball)
+
+
+def facts(ball: RollingBall) -> Mapping[str, Any]:
+    """Time [s], place [m] and speed [m/s] where rolling begins, and the time of rest and the place;
+    none where it never does."""
+    rolls, stops = ball.rolling_begins, ball.rest_time if math.isfinite(ball.rest_time) else None
+    return {
+        "rolling_time": rolls and rolls.time,
+        "rolling_place": rolls and rolls.x,
+        "rolling_speed": rolls and rolls.v,
+        "rest_time": stops,
+        "rest_place": None if stops is None else ball.pieces[-1].x,
+    }
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The place, relative to the longest way from the start."""
+    times = np.linspace(0.0, case.scene.duration, 101)
+    return (Quantity("x", float(np.abs(case.reference.observe(times)["x"]).max()) or 1.0),)
+
+
+def _scene(
+    case: str, summary: str, start: tuple[float, float], rolling_friction: float = 0.0, **more: Any
+) -> Scene:
+    values = (0.1, 1.0, *start, 0.2, 9.81, 0.0, rolling_friction)
+    return Scene(
+        f"rolling-ball/{case}",
+        summary,
+        MappingProxyType(dict(zip(NAMES, values, strict=True))),
+        3.0 if rolling_friction else 1.0,
+        step_sizes(5e-3, 5e-4),
+        "Hopkins and Patterson 1977, Am. J. Phys. 45, 263; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = System(
+    name="rolling-ball",
+    title="Rolling ball",
+    observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
+    parameters=NAMES,
+    scenes=(
+        _scene("slide-to-roll", "thrown without spin", (2.0, 0.0), profile="quick"),
+        _scene("backspin", "thrown with backspin, it comes back", (1.0, -40.0)),
+        _scene(
+            "to-rest",
+            "rolling friction stops it",
+            (0.5, 0.0),
+            2e-3,
+            hard="rolling friction acts while it slides too, and stops it for good",
+        ),
+    ),
+    default="slide-to-roll",
+    problem=problem,
+    reference=lambda ball: ball,
+    errors=errors,
+    invariants=lambda ball, observed: {},  # friction takes energy
+    facts=facts,
+    mjcf=Path(__file__).parent / "rolling_ball.xml",
+    family="rolling_ball",
+    kind=ON_PLANE,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)

@@ -1,0 +1,188 @@
+"""The rolling ball against 40 digits, an integration and theory; its file against its builder."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from mpmath import mp
+from scipy.integrate import solve_ivp
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.rolling_ball import RollingBall
+from plumbob.engines.adapters.mujoco import rolling_ball
+from plumbob.engines.method import meant
+from plumbob.engines.registry import method, methods
+from plumbob.engines.study.measurement import measure
+from plumbob.models.registry import case_of, scene, scenes, systems
+from plumbob.reports.judge.verdict import judge
+
+SCENES = scenes("rolling-ball")
+BALL: RollingBall = case_of(scene("rolling-ball/slide-to-roll")).problem
+CHANGES: list[dict[str, float]] = [
+    {},
+    {"spin": -50.0},
+    {"spin": 300.0},
+    {"spin": 20.0},  # rolls from the start
+    {"friction": 0.0},
+    {"rolling_friction": 5e-3},
+    {"rolling_friction": 5e-3, "spin": -40.0},
+    {"rolling_friction": 5e-3, "spin": -40.0, "speed": 0.1},
+    {"rolling_friction": 0.025, "spin": -3.0},  # the spin ends, and does not begin anew
+    {"rolling_friction": 0.05, "spin": 60.0},  # too much of it to roll
+    {"rolling_friction": 0.027999, "spin": 60.0},  # all but too much
+    {"rolling_friction": 0.01, "friction": 0.0, "spin": 3.0},
+    {"torsional_friction": 0.1, "speed": -2.0, "spin": 7.0},
+]
+
+
+def stepped_to(ball: RollingBall, end: float) -> list[Any]:
+    """Place, v and R w with 40 digits, from switch to switch."""
+    f, k, g = mp.mpf(ball.friction), mp.mpf(ball.rolling_friction) / ball.radius, ball.gravity
+    x, v, u, left = mp.mpf(0), mp.mpf(ball.speed), mp.mpf(ball.radius) * ball.spin, mp.mpf(end)
+    if abs(v - u) < mp.mpf(10) ** -15:
+        u = v
+    while left > 0 and (v or u):
+        sticks = v == u and 5 * k <= 7 * f
+        slip, turn = mp.sign(v - u or v), mp.sign(u)
+        if not turn and k < f:
+            turn = slip
+        a, b = -f * g * slip, mp.mpf(5) / 2 * g * (f * slip - k * turn)
+        if sticks:
+            a = b = -mp.mpf(5) / 7 * k * g * mp.sign(v)
+        elif not u and k >= f:
+            b = mp.mpf(0)
+        until = [-y / r for y, r in ((v - u, a - b), (u, b), (v, a if sticks else 0)) if y * r < 0]
+        lasts = min([left, *until])
+        x, v, u, left = x + lasts * (v + lasts * a / 2), v + lasts * a, u + lasts * b, left - lasts
+        u = mp.mpf(0) if abs(u) < mp.mpf(10) ** -30 else u
+        v = u if abs(v - u) < mp.mpf(10) ** -30 else v
+    return [x, v, u / ball.radius]
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=str)
+def test_40_digits(changes: dict[str, float]) -> None:
+    ball = replace(BALL, **changes)
+    last = ball.pieces[-1].time
+    times = np.concatenate([np.linspace(0.0, 1.5 * last + 1.0, 23), [last, 1e-9]])
+    exact, doubt = ball.observe(times), ball.uncertainty(times)
+    with mp.workdps(40):
+        for i, time in enumerate(times):
+            for name, value in zip(exact, stepped_to(ball, time), strict=True):
+                assert abs(float(value - mp.mpf(exact[name][i]))) <= doubt[name][i], (name, time)
+    assert doubt["speed"].max() < 4e-15 * ball.scale
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=str)
+def test_an_integration_of_smoothed_friction_comes_near(changes: dict[str, float]) -> None:
+    """With tanh for the signs, of another time and arithmetic: within 1e-3 of the speeds."""
+    ball, width = replace(BALL, **changes), 1e-4
+
+    def slope(time: float, y: Any) -> Any:
+        rolled = ball.friction * np.tanh((y[1] - y[2]) / width)
+        turned = ball.rolling_friction / ball.radius * np.tanh(y[2] / width)
+        return y[1], -ball.gravity * rolled, 2.5 * ball.gravity * (rolled - turned)
+
+    times = np.linspace(0.0, 1.2, 25)
+    start = (0.0, ball.speed, ball.radius * ball.spin)
+    run = solve_ivp(slope, (0.0, 1.2), start, "Radau", times, rtol=1e-8, atol=1e-9)
+    exact = ball.observe(times)
+    for name, values in zip(exact, (*run.y[:2], run.y[2] / ball.radius), strict=True):
+        size = ball.scale / (ball.radius if name == "spin" else 1.0)
+        assert np.abs(exact[name] - values).max() < 1e-3 * size, name
+
+
+@pytest.mark.parametrize(("speed", "spin"), [(2.0, 0.0), (1.0, -40.0), (1.0, -25.0), (-1.0, 30.0)])
+def test_where_rolling_begins(speed: float, spin: float) -> None:
+    ball = replace(BALL, speed=speed, spin=spin)
+    rolls = ball.rolling_begins
+    assert rolls is not None
+    arm = ball.radius * spin
+    later = abs(speed - arm) / (3.5 * ball.friction * ball.gravity)
+    assert rolls.time == pytest.approx(later, rel=1e-14)
+    assert rolls.v == pytest.approx((5 * speed + 2 * arm) / 7, rel=1e-14, abs=1e-15)
+    slowed = ball.friction * ball.gravity * math.copysign(1.0, speed - arm)
+    assert rolls.x == pytest.approx(later * (speed - slowed * later / 2), rel=1e-13)
+    assert ball.rest_time == (rolls.time if 5 * speed == -2 * arm else math.inf)
+
+
+def test_facts_of_a_ball_that_comes_to_rest_and_of_those_that_do_not_roll() -> None:
+    facts = systems()["rolling-ball"].facts
+    stopped = facts(replace(BALL, rolling_friction=5e-3))
+    slowed = 5 / 7 * 0.05 * BALL.gravity
+    lasted = stopped["rolling_speed"] / slowed
+    assert stopped["rest_time"] == pytest.approx(stopped["rolling_time"] + lasted, rel=1e-14)
+    assert stopped["rest_place"] == pytest.approx(
+        stopped["rolling_place"] + slowed * lasted**2 / 2, rel=1e-14
+    )
+    assert set(facts(replace(BALL, friction=0.0)).values()) == {None}
+    assert facts(replace(BALL, rolling_friction=0.05))["rolling_time"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "must"),
+    [
+        ("radius", 0.0, "greater than 0"),
+        ("mass", -1.0, "greater than 0"),
+        ("gravity", 0.0, "greater than 0"),
+        ("friction", -0.1, "0 or greater"),
+        ("rolling_friction", -0.1, "0 or greater"),
+        ("torsional_friction", -0.1, "0 or greater"),
+        ("spin", math.inf, "a finite number"),
+    ],
+)
+def test_bad_input(name: str, value: float, must: str) -> None:
+    with pytest.raises(ParameterError, match=f"{name} = .*must be {must}"):
+        replace(BALL, **{name: value})
+
+
+@pytest.mark.parametrize("chosen", SCENES[:2], ids=lambda s: s.name)
+@pytest.mark.parametrize("name", ["exact/closed-form", "mujoco/euler+coulomb", "pymunk/contact"])
+@pytest.mark.parametrize("changes", [{}, {"radius": 0.03, "mass": 7.0, "friction": 0.45}], ids=str)
+def test_the_error_is_the_predicted_one(chosen: Any, name: str, changes: dict[str, float]) -> None:
+    how = method(name)
+    case = case_of(replace(chosen, parameters={**chosen.parameters, **changes}))
+    for step in (2e-3, 7e-4) if how.control == "step" else how.step_sizes[-1:]:
+        judged = judge(measure(case, how, step)[0], case.system, how)
+        assert judged.verdict == "predicted", judged.reason
+
+
+@pytest.mark.parametrize("name", ["mujoco/euler+coulomb", "pymunk/contact"])
+def test_a_slightly_different_friction_is_noticed(name: str) -> None:
+    case, how = case_of(SCENES[0]), method(name)
+    near = replace(case, errors=case.system.errors(replace(BALL, friction=0.2 * (1 + 1e-6))))
+    assert judge(measure(near, how, 1e-3)[0], case.system, how).verdict == "off-prediction"
+
+
+def test_methods() -> None:
+    names = {m.name for m in methods() if meant(m, SCENES[0])}
+    plain = {"exact/closed-form", "mujoco/euler", "mujoco/rk4"}
+    assert names == {*plain, "mujoco/euler+coulomb", "pymunk/contact"}
+
+
+def test_the_file_is_the_model_that_is_built() -> None:
+    path = case_of(SCENES[0]).system.mjcf
+    file, built = mujoco.MjModel.from_xml_path(str(path)), rolling_ball.whole(path, BALL).compile()
+    for name in ("pair_friction", "key_qvel", "body_mass", "body_inertia", "geom_size", "body_pos"):
+        np.testing.assert_allclose(getattr(built, name), getattr(file, name), 1e-14)
+    np.testing.assert_array_equal(built.opt.gravity, file.opt.gravity)
+
+
+@pytest.mark.parametrize(
+    ("changes", "condim"),
+    [
+        ({}, 3),
+        ({"friction": 0.0}, 1),
+        ({"torsional_friction": 0.1}, 4),
+        ({"rolling_friction": 0.1}, 6),
+    ],
+)
+def test_the_contact_has_the_dimensions_that_it_needs(
+    changes: dict[str, float], condim: int
+) -> None:
+    path = case_of(SCENES[0]).system.mjcf
+    assert rolling_ball.whole(path, replace(BALL, **changes)).compile().pair_dim[0] == condim
