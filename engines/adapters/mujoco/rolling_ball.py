@@ -37,9 +37,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {"z": qpos[:, 1]}
 
     spec.option.timestep = step
-    sunk = settled(spec, tune) / 2.0
-    spec.geom("ball").size[0] += sunk
-    return Translation(spec, np.array([0.0, -sunk, 0.0]), np.array(start), observe, tune=tune)
+    depth = settled(spec, tune) / 2.0
+    spec.geom("ball").size[0] += depth
+    return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start), observe, tune=tune)
 
 
 def contact_profile(method: Method) -> contacts.ContactProfile:

@@ -11,7 +11,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.method import Method, Unsupported
 
-SUNK = 1e-6  # of the radius: the circle's start below the line, or it touches by rounding alone
+DEPTH = 1e-6  # of the radius: the circle's start below the line, or it touches by rounding alone
 LONGEST = 60.0  # [s], of a run that ends on the segment
 
 
@@ -35,9 +35,9 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     if problem.rolling_friction:
         raise Unsupported("pymunk has no rolling friction")
     space, radius = pymunk.Space(), problem.radius
-    space.gravity, space.collision_slop = (0.0, -problem.gravity), 2.0 * SUNK * radius
+    space.gravity, space.collision_slop = (0.0, -problem.gravity), 2.0 * DEPTH * radius
     ball = pymunk.Body(problem.mass, 0.4 * problem.mass * radius**2)
-    ball.position = (0.0, radius * (1.0 - SUNK))
+    ball.position = (0.0, radius * (1.0 - DEPTH))
     ball.velocity, ball.angular_velocity = (problem.speed, 0.0), -problem.spin
     ends = (-far(problem), 0.0), (far(problem), 0.0)
     ground = pymunk.Segment(space.static_body, *ends, 0.0)
