@@ -46,14 +46,13 @@ _LARGEST = 100_000_000  # bytes of a control file
 # Options of one audit, which the other does not take: those that decide its numbers, and the rest.
 MOTION = ("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs")
 OF_MOTION = (*MOTION, "write_trimmed", "stable", "require_reference", "gradient", "against")
+FILES = ("junitxml", "badge")
 OF_CONTACTS = ("body", "speed", "friction")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the audits; returns 1 where an accuracy, stability or reference that is asked for is
     missed."""
-    from plumbob.reports.commands.validate import replaceable, writable
-
     numbers = _numbers(chosen)
     target = None if chosen.write_trimmed is None else new_file(Path(chosen.write_trimmed))
     if chosen.out is not None and Path(chosen.out).exists() and not Path(chosen.out).is_dir():
@@ -75,17 +74,17 @@ def command(chosen: argparse.Namespace) -> int:
     if target is not None and (gym or files is not None or Path(chosen.model[0]).suffix in OTHER):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", str(target), what)
-    junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
-    if junit is not None:
-        writable("junitxml", junit.parent)
+    targets = _targets(chosen)
     began = time.time()
     if files is None:
         model = gym or Path(chosen.model[0])
         done = [_alone(model, chosen, numbers, jobs, target)]
     else:
         done = _several(files, chosen, numbers, jobs)
-    if junit is not None:
-        several_audits.write_junit(junit, done, began)
+    if "junitxml" in targets:
+        several_audits.write_junit(targets["junitxml"], done, began)
+    if "badge" in targets:
+        several_audits.write_badge(targets["badge"], done, "absolute" in numbers)
     if chosen.json:
         values.print_json(done[0].data if files is None else [row.data for row in done])
     else:
@@ -97,6 +96,18 @@ def command(chosen: argparse.Namespace) -> int:
         if row.missed or (files is None and row.code):
             print(f"plumbob: {row.missed or row.says}", file=sys.stderr)
     return max(row.code for row in done)
+
+
+def _targets(chosen: argparse.Namespace) -> dict[str, Path]:
+    """The files that are to be written of all audits, by option; raises ParameterError."""
+    from plumbob.reports.commands.validate import replaceable, writable
+
+    targets = {}
+    for name in FILES:
+        if file := getattr(chosen, name):
+            targets[name] = replaceable(name, Path(file))
+            writable(name, targets[name].parent)
+    return targets
 
 
 def _numbers(chosen: argparse.Namespace) -> dict[str, float]:
@@ -136,7 +147,7 @@ def _alone(
         if target is not None and isinstance(result, Audit):
             result = trimmed_file(result, model, target, start_of(**start_given(chosen)))
     except ParameterError as why:
-        if chosen.junitxml is None and not chosen.github:
+        if not any(getattr(chosen, name) for name in (*FILES, "github")):
             raise
         return refused(chosen.gym or str(model), str(why))
     row = _row(result, chosen.gym or str(model), chosen, numbers)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import json
 import math
 import os
 import re
@@ -16,6 +17,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.reports.view.finding_text import written as worded
 from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.tables import lines as worded_lines
 
 INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"']")
 ROOT = re.compile(r"<mujoco\b")
@@ -157,6 +159,19 @@ def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) 
         command=command,
     )
     return written(text, folder, PAGE)
+
+
+def write_badge(file: Path, rows: Sequence[Row], bounded: bool) -> None:
+    """Write the largest error as shields.io draws an endpoint: red where what is asked for is
+    missed or a file has no audit, grey without a reference, green within a bound, else blue."""
+    (message,) = worded_lines("audit_badge", rows=sorted_rows(rows))
+    colour = "brightgreen" if bounded else "blue"
+    if any(row.code for row in rows):
+        colour = "red"
+    elif any(row.error is None for row in rows):
+        colour = "lightgrey"
+    badge = {"schemaVersion": 1, "label": "simulation error", "message": message, "color": colour}
+    written(json.dumps(badge), file.parent, file.name)
 
 
 def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:

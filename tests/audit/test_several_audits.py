@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -12,7 +13,7 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
-from plumbob.reports.commands.several_audits import Row, model_files, refused
+from plumbob.reports.commands.several_audits import Row, model_files, refused, write_badge
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
@@ -155,6 +156,46 @@ def test_a_reference_that_is_asked_for(folder: Path, capsys: pytest.CaptureFixtu
         (case,) = ElementTree.parse(junit).getroot()
         assert [e.tag for e in case.findall("*[@message]")] == [outcome] * bool(outcome)
     assert "no reference beyond 0 s" in capsys.readouterr().err
+
+
+SMALL = Row("a.xml", 0.035, 0.01, "keep", 0, {})
+FINE = replace(SMALL, error=1e-6, data={"resolved": False, "uncertainty": 2e-6})
+
+
+@pytest.mark.parametrize(
+    ("rows", "bounded", "message", "color"),
+    [
+        ([SMALL], False, "3.5 cm", "blue"),
+        ([SMALL], True, "3.5 cm", "brightgreen"),
+        ([replace(SMALL, code=1, missed="3.5 cm off")], True, "3.5 cm", "red"),
+        ([FINE], False, "at most 3 µm", "blue"),
+        ([FINE, SMALL], True, "3.5 cm, worst of 2 models", "brightgreen"),
+        ([replace(SMALL, error=math.inf)], False, "diverges", "blue"),
+        ([replace(SMALL, error=None)], True, "no reference", "lightgrey"),
+        ([SMALL, replace(SMALL, error=None)], False, "3.5 cm, worst of 2 models", "lightgrey"),
+        ([replace(SMALL, error=None, code=1, missed="none")], False, "no reference", "red"),
+        ([refused("d.xml", "no model")], False, "not audited", "red"),
+        ([SMALL, refused("d.xml", "no model")], True, "3.5 cm, worst of 2 models", "red"),
+    ],
+)
+def test_a_badge_says_the_largest_error(
+    rows: list[Row], bounded: bool, message: str, color: str, tmp_path: Path
+) -> None:
+    write_badge(tmp_path / "badge.json", rows, bounded)
+    badge = json.loads((tmp_path / "badge.json").read_text("utf-8"))
+    label = {"schemaVersion": 1, "label": "simulation error"}
+    assert badge == {**label, "message": message, "color": color}
+
+
+def test_the_command_writes_the_badge(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    badge, rod = folder / "new" / "badge.json", str(folder / "fine" / "rod.xml")
+    for model, code, color in ((rod, 0, "brightgreen"), (str(folder / "broken.xml"), 2, "red")):
+        words = [model, *QUICK, "--absolute", "0.01", "--badge", str(badge)]
+        assert main(["audit", *words]) == code
+        assert json.loads(badge.read_text("utf-8"))["color"] == color
+    capsys.readouterr()
+    assert main(["audit", rod, "--badge", str(folder)]) == 2
+    assert capsys.readouterr().err.startswith(f"plumbob: badge = '{folder}': must be a new file")
 
 
 def test_one_line_for_what_cannot_be(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
