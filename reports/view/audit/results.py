@@ -63,7 +63,7 @@ class _Shown:
 
 
 class MotionResult(_Shown, Audit):
-    """What `plumbob.audit` answers.
+    """The answer of `plumbob.audit`.
 
     `error` [m] is the largest distance of any body's centre of mass from where the certified motion
     has it, over the motion up to `until` [s], at the model's own `integrator` and `step` [s];
@@ -84,7 +84,7 @@ class MotionResult(_Shown, Audit):
 
 
 class ContactResult(_Shown, ContactAudit):
-    """What `plumbob.audit_contacts` answers.
+    """The answer of `plumbob.audit_contacts`.
 
     `exact` [m] is the stopping distance from `speed` [m/s] by Coulomb's law, None where that does
     not determine it, as `why` says. `own` and `pasted` are runs at the model's `step` [s] and its
