@@ -103,8 +103,6 @@ class RollingBall(LinearResponse):
             v, u = v + lasts * a, u + lasts * b
             if slip_ends:
                 v = u = (5.0 * v + 2.0 * u) / 7.0
-            elif v == u or abs(v) <= 4.0 * ULP * self.scale:
-                v = u = 0.0
             else:
                 u = 0.0
             if abs(v) + abs(u) <= 4.0 * ULP * self.scale:  # within rounding of rest

@@ -9,21 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from plumbob.analytic.parameters import known
 from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.scene import (
-    ON_PLANE,
-    Case,
-    Observable,
-    Parameters,
-    Quantity,
-    Scene,
-    System,
-    step_sizes,
-)
+from plumbob.models.scene import ON_PLANE, Observable, Parameters, Scene, System, step_sizes
 
 NAMES = tuple(field.name for field in fields(RollingBall))
 
@@ -52,12 +41,6 @@ def facts(ball: RollingBall) -> Mapping[str, Any]:
         "rest_time": stops,
         "rest_place": None if stops is None else ball.pieces[-1].x,
     }
-
-
-def interest(case: Case) -> tuple[Quantity, ...]:
-    """The place, relative to the longest way from the start."""
-    times = np.linspace(0.0, case.scene.duration, 101)
-    return (Quantity("x", float(np.abs(case.reference.observe(times)["x"]).max()) or 1.0),)
 
 
 def _scene(
@@ -100,6 +83,5 @@ SYSTEM = System(
     mjcf=Path(__file__).parent / "rolling_ball.xml",
     family="rolling_ball",
     kind=ON_PLANE,
-    interest=interest,
 )
 SYSTEMS = (SYSTEM,)

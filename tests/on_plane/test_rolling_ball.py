@@ -176,7 +176,7 @@ def test_the_file_is_the_model_that_is_built() -> None:
     ("changes", "condim"),
     [
         ({}, 3),
-        ({"friction": 0.0}, 1),
+        ({"friction": 0.0, "torsional_friction": 0.1}, 1),
         ({"torsional_friction": 0.1}, 4),
         ({"rolling_friction": 0.1}, 6),
     ],

@@ -10,23 +10,22 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco import contacts
+from plumbob.engines.adapters.mujoco import contacts, options
 from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
 from plumbob.engines.method import Method
 
-SETTLING = 5000  # steps, of which the slowest contact, of 0.02 s, needs some 2000 at 5e-4 s
+SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
+SLOW = 1e-3  # [s]
 OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
-    spec, start = whole(mjcf, problem), mjcf_start(problem)
-    profile = contact_profile(method)
-    for name, value in profile.options.items():
-        kind = mujoco.mjtCone.mjCONE_ELLIPTIC if name == "cone" else value
-        setattr(spec.option, name, kind)
-    pair = spec.pair("contact")
+    spec, profile = whole(mjcf, problem), contact_profile(method)
+    # for `settled`: the default contact is the same at every step
+    options.apply(spec, profile.options, step if profile.convergent else max(step, SLOW))
+    pair, start = spec.pair("contact"), spec.key("start")
     for name, value in profile.pair(step).items():
         setattr(pair, name, value)
 
@@ -36,10 +35,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {"z": qpos[:, 1]}
 
-    spec.option.timestep = step
     depth = settled(spec, tune) / 2.0
     spec.geom("ball").size[0] += depth
-    return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start), observe, tune=tune)
+    return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), observe, tune=tune)
 
 
 def contact_profile(method: Method) -> contacts.ContactProfile:
@@ -58,19 +56,10 @@ def model_error(
     f, scale = problem.friction, problem.scale
     left = profile.slip_compliance(step) * f * problem.gravity
     pushed = OVERSHOOT * f**2 * profile.coupling() * scale / contacts.STIFFNESS
-    return {
-        "x": {"slip": left * step, "coupling": pushed * duration},
-        "speed": {"slip": left, "coupling": pushed},
-        "spin": {
-            "slip": 2.5 * left / problem.radius,
-            "coupling": 2.5 * pushed / problem.radius,
-        },
-    }
-
-
-def mjcf_start(problem: Any) -> list[float]:
-    """Velocities along x [m/s], along z, and about the hinge [rad/s]."""
-    return [problem.speed, 0.0, problem.spin]
+    speed = {"slip": left, "coupling": pushed}
+    spin = {name: 2.5 * error / problem.radius for name, error in speed.items()}
+    x = {"slip": left * step, "coupling": pushed * duration}
+    return {"x": x, "speed": speed, "spin": spin}
 
 
 def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> float:
@@ -92,7 +81,7 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     turned, rolled = problem.torsional_friction, problem.rolling_friction
     pair.condim = 6 if rolled else 4 if turned else 3  # no coefficient can be less than 1e-5
     pair.friction = [problem.friction, problem.friction, turned, rolled, rolled]
-    if not problem.friction and pair.condim == 3:
+    if not (problem.friction or rolled):
         pair.condim = 1
-    spec.key("start").qvel = mjcf_start(problem)
+    spec.key("start").qvel = [problem.speed, 0.0, problem.spin]
     return spec

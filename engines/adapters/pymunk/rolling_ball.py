@@ -19,8 +19,9 @@ def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """The nearest point of a long segment is rounded, and tilts the normal by that over a radius,
-    by which gravity acts along the line."""
-    speed = 4.0 * ULP * far(problem) / problem.radius * problem.gravity * duration
+    by which gravity acts along the line, and friction on the normal force and that on friction."""
+    tilt = 4.0 * ULP * far(problem) / problem.radius * (1.0 + problem.friction) ** 2
+    speed = tilt * problem.gravity * duration
     errors = {"x": speed * duration, "speed": speed, "spin": 2.5 * speed / problem.radius}
     return {name: {"a rounded normal": error} for name, error in errors.items()}
 
