@@ -27,7 +27,7 @@ WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # its width over the length of the phase
 # support's direction settles as a power of the time that is left
 # Calibrated: the part of a motion's uncertainty that differs from one neighbour to the next; nearly
 # all of it is that of a coarser computation. Held from both sides by tests/sensitivities.
-NOISE = 0.035
+NOISE = 0.045
 LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
 
 

@@ -111,7 +111,7 @@ class Unclamped(MujocoModel):
 def test_clamp_that_is_left_out_is_caught() -> None:
     """Contacts of 0.1 ms at steps of 1 ms are raised to 2 ms: without that, the reference is that
     of another model, to which no step tends."""
-    model = ball(0.12, solref=".0001 1")
+    model = ball(0.12, solref=".0001 .3")  # it bounces
     sound = own_model(model, "ball")
     assert sound.clamped == {"geom_solref": 2}
     right = audit_of(model, duration=0.1)

@@ -9,13 +9,12 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store import FILE, load
 from plumbob.models.scene import Scene
@@ -155,23 +154,19 @@ def run_to_its_end(out: Path, jobs: int, first: str = "") -> tuple[int, str]:
     return process.returncode, err
 
 
-def fatal(
-    scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int
-) -> TaskResult:
+def fatal(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
     """The convergence study of a pair, for a worker; with one method it ends its process."""
     if method.name == FATAL:
         signal.raise_signal(signal.SIGKILL)
     found = convergence_study(scene, method, most)
-    return TaskResult(found, dict.fromkeys(own), pair=(scene.name, method.name))
+    return TaskResult(found, pair=(scene.name, method.name))
 
 
-def starved(
-    scene: Scene, method: Method, most: int, own: Sequence[ExtraRun], seed: int
-) -> TaskResult:
+def starved(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
     """The convergence study of a pair, for a worker; with one method its process may address no
     more than it does already."""
     if method.name == STARVED:
         pages = Path("/proc/self/statm").read_text("ascii").split()[0]
         resource.setrlimit(resource.RLIMIT_AS, (int(pages) * resource.getpagesize(),) * 2)
     found = convergence_study(scene, method, most)
-    return TaskResult(found, dict.fromkeys(own), pair=(scene.name, method.name))
+    return TaskResult(found, pair=(scene.name, method.name))
