@@ -159,7 +159,7 @@ def _largest(layer: dict[str, Any]) -> float:
     channels = {n: decoded(v, layer["count"]) for n, v in layer["channels"].items()}
     if "theta" in channels:
         return float(np.abs(channels["theta"]).max())
-    if "x" not in channels:
+    if "heading" not in channels:
         return max(float(np.abs(values).max()) for values in channels.values())
     apart = np.hypot(channels["x"], channels["y"]) + 0.2 * np.abs(channels["heading"])
     return float(apart.max())
