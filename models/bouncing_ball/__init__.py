@@ -4,32 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import known
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.scene import (
-    ON_PLANE,
-    Case,
-    Observable,
-    Parameters,
-    Quantity,
-    Scene,
-    System,
-    step_sizes,
-)
-
-NAMES = ("height", "restitution", "gravity")
-
-
-def problem(parameters: Parameters) -> BouncingBall:
-    """The ball that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
-    return BouncingBall(**parameters)
+from plumbob.models.field_systems import field_system, field_values
+from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
 
 
 def errors(ball: BouncingBall) -> ErrorTheory:
@@ -60,7 +42,7 @@ def _scene(case: str, summary: str, restitution: float, duration: float, **more:
     return Scene(
         f"bouncing-ball/{case}",
         summary,
-        MappingProxyType(dict(zip(NAMES, (1.0, restitution, 9.81), strict=True))),
+        field_values(BouncingBall, (1.0, restitution, 9.81)),
         duration,
         step_sizes(5e-3, 5e-4),
         "Falcon et al. 1998, Eur. Phys. J. B 3, 45; the numbers are ours",
@@ -68,11 +50,12 @@ def _scene(case: str, summary: str, restitution: float, duration: float, **more:
     )
 
 
-SYSTEM = System(
+SYSTEM = field_system(
+    BouncingBall,
+    Path(__file__).parent / "bouncing_ball.xml",
     name="bouncing-ball",
     title="Bouncing ball",
     observables=(Observable("z", "m"),),
-    parameters=NAMES,
     scenes=(
         _scene("half", "half of the speed comes back, three times", 0.5, 1.2, profile="quick"),
         _scene(
@@ -93,13 +76,10 @@ SYSTEM = System(
         ),
     ),
     default="half",
-    problem=problem,
     reference=lambda ball: ball,
     errors=errors,
     invariants=lambda ball, observed: {},  # impacts take energy
     facts=facts,
-    mjcf=Path(__file__).parent / "bouncing_ball.xml",
-    family="bouncing_ball",
     kind=ON_PLANE,
     interest=interest,
 )

@@ -3,33 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
-from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
-from plumbob.models.scene import (
-    SMOOTH,
-    Case,
-    Observable,
-    Parameters,
-    Quantity,
-    Scene,
-    System,
-    step_sizes,
-)
-
-NAMES = tuple(field.name for field in fields(HeavyTop))
-
-
-def problem(parameters: Parameters) -> HeavyTop:
-    """The top that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
-    return HeavyTop(**parameters)
+from plumbob.models.field_systems import field_values, smooth_system
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 
 def invariants(top: HeavyTop, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -54,17 +34,18 @@ def _scene(case: str, summary: str, start: tuple[float, ...], **more: Any) -> Sc
     return Scene(
         f"heavy-top/{case}",
         summary,
-        MappingProxyType(dict(zip(NAMES, values, strict=True))),
+        field_values(HeavyTop, values),
         source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",
         **more,
     )
 
 
-SYSTEM = System(
+SYSTEM = smooth_system(
+    HeavyTop,
+    Path(__file__).parent / "heavy_top.xml",
     name="heavy-top",
     title="Heavy top",
     observables=tuple(Observable(name, "rad") for name in ANGLES),
-    parameters=NAMES,
     scenes=(
         _scene(
             "nutating",
@@ -84,14 +65,8 @@ SYSTEM = System(
         ),
     ),
     default="nutating",
-    problem=problem,
-    reference=lambda top: top.motion,
-    errors=lambda top: smooth_errors(top.motion),
     invariants=invariants,
     facts=facts,
-    mjcf=Path(__file__).parent / "heavy_top.xml",
-    family="heavy_top",
-    kind=SMOOTH,
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

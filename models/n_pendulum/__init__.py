@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
-from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.n_pendulum import NPendulum
-from plumbob.models.scene import (
-    SMOOTH,
-    Case,
-    Observable,
-    Parameters,
-    Quantity,
-    Scene,
-    System,
-    step_sizes,
-)
-
-NAMES = tuple(field.name for field in fields(NPendulum))
-
-
-def problem(parameters: Parameters) -> NPendulum:
-    """The chain that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
-    return NPendulum(**parameters)
+from plumbob.models.field_systems import smooth_system
+from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, step_sizes
 
 
 def invariants(chain: NPendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -72,11 +53,12 @@ def _scene(
 _TRIPLE = MappingProxyType(
     {"lengths": (0.5, 0.4, 0.3), "masses": (1.0, 0.8, 0.6), "angles": (1.5, 2.0, 2.5)}
 )
-SYSTEM = System(
+SYSTEM = smooth_system(
+    NPendulum,
+    Path(__file__).parent / "n_pendulum.xml",
     name="n-pendulum",
     title="Pendulum of n rods",
     observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
-    parameters=NAMES,
     scenes=(
         _scene(
             "triple",
@@ -115,14 +97,8 @@ SYSTEM = System(
         ),
     ),
     default="triple",
-    problem=problem,
-    reference=lambda chain: chain.motion,
-    errors=lambda chain: smooth_errors(chain.motion),
     invariants=invariants,
     facts=facts,
-    mjcf=Path(__file__).parent / "n_pendulum.xml",
-    family="n_pendulum",
-    kind=SMOOTH,
     interest=interest,
     weight=2.0,
 )

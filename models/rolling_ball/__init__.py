@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.parameters import known
 from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.scene import ON_PLANE, Observable, Parameters, Scene, System, step_sizes
-
-NAMES = tuple(field.name for field in fields(RollingBall))
-
-
-def problem(parameters: Parameters) -> RollingBall:
-    """The ball that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
-    return RollingBall(**parameters)
+from plumbob.models.field_systems import field_system, field_values
+from plumbob.models.scene import ON_PLANE, Observable, Scene, step_sizes
 
 
 def errors(ball: RollingBall) -> ErrorTheory:
@@ -50,7 +40,7 @@ def _scene(
     return Scene(
         f"rolling-ball/{case}",
         summary,
-        MappingProxyType(dict(zip(NAMES, values, strict=True))),
+        field_values(RollingBall, values),
         3.0 if rolling_friction else 1.0,
         step_sizes(5e-3, 5e-4),
         "Hopkins and Patterson 1977, Am. J. Phys. 45, 263; the numbers are ours",
@@ -58,11 +48,12 @@ def _scene(
     )
 
 
-SYSTEM = System(
+SYSTEM = field_system(
+    RollingBall,
+    Path(__file__).parent / "rolling_ball.xml",
     name="rolling-ball",
     title="Rolling ball",
     observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
-    parameters=NAMES,
     scenes=(
         _scene("slide-to-roll", "thrown without spin", (2.0, 0.0), profile="quick"),
         _scene("backspin", "thrown with backspin, it comes back", (1.0, -40.0)),
@@ -75,13 +66,10 @@ SYSTEM = System(
         ),
     ),
     default="slide-to-roll",
-    problem=problem,
     reference=lambda ball: ball,
     errors=errors,
     invariants=lambda ball, observed: {},  # friction takes energy
     facts=facts,
-    mjcf=Path(__file__).parent / "rolling_ball.xml",
-    family="rolling_ball",
     kind=ON_PLANE,
 )
 SYSTEMS = (SYSTEM,)

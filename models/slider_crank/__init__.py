@@ -3,33 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
-from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_crank import SliderCrank
-from plumbob.models.scene import (
-    SMOOTH,
-    Case,
-    Observable,
-    Parameters,
-    Quantity,
-    Scene,
-    System,
-    step_sizes,
-)
-
-NAMES = tuple(field.name for field in fields(SliderCrank))
-
-
-def problem(parameters: Parameters) -> SliderCrank:
-    """The mechanism that parameters describe; raises ParameterError."""
-    known(parameters, NAMES)
-    return SliderCrank(**parameters)
+from plumbob.models.field_systems import field_values, smooth_system
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 
 def invariants(crank: SliderCrank, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -54,17 +34,18 @@ def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> S
     return Scene(
         f"slider-crank/{case}",
         summary,
-        MappingProxyType(dict(zip(NAMES, values, strict=True))),
+        field_values(SliderCrank, values),
         source="Uicker, Pennock and Shigley 2017, 2.8; the numbers are ours",
         **more,
     )
 
 
-SYSTEM = System(
+SYSTEM = smooth_system(
+    SliderCrank,
+    Path(__file__).parent / "slider_crank.xml",
     name="slider-crank",
     title="Slider-crank",
     observables=(Observable("angle", "rad"), Observable("slider", "m")),
-    parameters=NAMES,
     scenes=(
         _scene(
             "turning",
@@ -84,14 +65,8 @@ SYSTEM = System(
         ),
     ),
     default="turning",
-    problem=problem,
-    reference=lambda crank: crank.motion,
-    errors=lambda crank: smooth_errors(crank.motion, crank.soft),
     invariants=invariants,
     facts=facts,
-    mjcf=Path(__file__).parent / "slider_crank.xml",
-    family="slider_crank",
-    kind=SMOOTH,
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

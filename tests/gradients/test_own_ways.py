@@ -11,10 +11,7 @@ import pytest
 from plumbob.analytic.sensitivities.neighbours import Neighbours
 from plumbob.engines.adapters.ode import forward
 from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.registry import method
-from plumbob.engines.study.gradient import GradientSearch, gradients
-from plumbob.models.registry import case_of, scene
-from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
+from plumbob.tests.support.derivatives import judged_way
 from plumbob.tests.support.fixture_types import Patch
 
 CONE, LINE, SWING = (
@@ -22,21 +19,6 @@ CONE, LINE, SWING = (
     "capsule-line/heading-030",
     "simple-pendulum/free-large",
 )
-
-
-def _judged(
-    name: str,
-    how: str,
-    of: str,
-    by: str,
-    way: str,
-    step: float | None = None,
-    at: float | None = None,
-) -> JudgedGradient:
-    search = GradientSearch(name, how, (of,), by, (way,), step, at=at)
-    found = gradients(case_of(scene(name)), method(how), search)
-    (judged,) = judged_gradients(search, found)
-    return judged
 
 
 @pytest.mark.parametrize(
@@ -54,7 +36,7 @@ def _judged(
 def test_an_own_way_has_the_error_of_its_step(
     name: str, how: str, of: str, by: str, way: str
 ) -> None:
-    judged = _judged(name, how, of, by, way)
+    judged = judged_way(name, how, of, by, way)
     assert (judged.verdict, judged.why) == ("predicted", "")
 
 
@@ -62,7 +44,7 @@ def test_an_own_way_has_the_error_of_its_step(
 def test_the_product_of_transitions_is_of_first_order(at: float) -> None:
     errors = []
     for step in (1e-2, 5e-3, 1e-3):
-        judged = _judged(SWING, "mujoco/euler", "theta", "theta", "transition", step, at)
+        judged = judged_way(SWING, "mujoco/euler", "theta", "theta", "transition", step, at)
         assert judged.verdict == "predicted"
         errors.append(abs(judged.relative_error or 0.0))
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
@@ -82,7 +64,7 @@ def test_the_product_of_transitions_is_of_first_order(at: float) -> None:
 def test_what_a_way_cannot_do_has_a_reason(
     name: str, how: str, of: str, by: str, way: str, why: str
 ) -> None:
-    judged = _judged(name, how, of, by, way, at=0.2)
+    judged = judged_way(name, how, of, by, way, at=0.2)
     assert judged.verdict == "unsupported"
     assert why in judged.why
 
@@ -95,7 +77,7 @@ def test_a_wrong_derivative_of_the_state_is_seen(monkeypatch: Patch) -> None:
         rest[1][:] *= 1.0 + 1e-6
 
     monkeypatch.setattr(mujoco, "mjd_transitionFD", wrong)
-    judged = _judged(CONE, "mujoco/euler", "theta", "theta", "transition")
+    judged = judged_way(CONE, "mujoco/euler", "theta", "theta", "transition")
     assert judged.verdict == "off-prediction"
     assert judged.surprise
 
@@ -107,5 +89,5 @@ def test_a_sensitivity_without_a_term_is_seen(monkeypatch: Patch) -> None:
         return right(Neighbours((equations.here,) * 9, equations.offsets))
 
     monkeypatch.setattr(forward, "_with_sensitivity", without)
-    judged = _judged(CONE, "ode/rk4", "theta", "platform_rate", "variational")
+    judged = judged_way(CONE, "ode/rk4", "theta", "platform_rate", "variational")
     assert judged.verdict == "off-prediction"

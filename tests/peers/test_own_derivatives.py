@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from plumbob.engines.registry import method
-from plumbob.engines.study.gradient import GradientSearch, gradients
-from plumbob.models.registry import case_of, scene
-from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import CONE, DAMPED, FORCED, SWING, needed
+from plumbob.tests.support.derivatives import judged_way
 
 NO_STATE = "is a parameter of the model"
 
@@ -33,7 +30,6 @@ def test_an_own_way_has_the_error_of_its_step(
     name: str, how: str, by: str, way: str, why: str
 ) -> None:
     needed(how)
-    search = GradientSearch(name, how, ("theta",), by, (way,), at=0.1)
-    (judged,) = judged_gradients(search, gradients(case_of(scene(name)), method(how), search))
+    judged = judged_way(name, how, "theta", by, way, at=0.1)
     assert judged.verdict == ("unsupported" if why else "predicted"), judged.why
     assert why in judged.why

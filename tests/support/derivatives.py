@@ -1,13 +1,33 @@
-"""The scale that an error of a derivative is compared with."""
+"""Derivatives in tests: the scale of their errors, and the judgement on one of them."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.registry import method
+from plumbob.engines.study.gradient import GradientSearch, gradients
+from plumbob.models.registry import case_of, scene
+from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
 
 
 def scaled(values: Array, observed: Array, number: float) -> float:
     """Its own size, or the observable's over the parameter's, the larger."""
     largest = max(float(np.abs(values).max()), float(np.abs(observed).max() / (abs(number) or 1)))
     return largest or 1.0
+
+
+def judged_way(
+    name: str,
+    how: str,
+    of: str,
+    by: str,
+    way: str,
+    step: float | None = None,
+    at: float | None = None,
+) -> JudgedGradient:
+    """The judgement on the derivative that one way gives of an observable `of` by a parameter."""
+    search = GradientSearch(name, how, (of,), by, (way,), step, at=at)
+    found = gradients(case_of(scene(name)), method(how), search)
+    (judged,) = judged_gradients(search, found)
+    return judged

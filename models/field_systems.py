@@ -1,0 +1,63 @@
+"""Systems whose parameters are the fields of a dataclass, with an MJCF file named as the family."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from plumbob.analytic.parameters import known
+from plumbob.analytic.theory import ErrorTheory
+from plumbob.models.scene import SMOOTH, Parameters, System
+
+
+def field_names(model: type[Any]) -> tuple[str, ...]:
+    """The names of its parameters."""
+    return tuple(field.name for field in fields(model))
+
+
+def field_values(model: type[Any], values: Sequence[Any]) -> Parameters:
+    """Parameters of a scene, by the values of all fields in their order."""
+    return MappingProxyType(dict(zip(field_names(model), values, strict=True)))
+
+
+def field_system(model: type[Any], mjcf: Path, **about: Any) -> System:
+    """The system of a dataclass with the model in the file `mjcf`; the other fields of
+    `plumbob.models.scene.System` are given by name."""
+    names = field_names(model)
+    return System(
+        parameters=names,
+        problem=partial(_problem, model, names),
+        mjcf=mjcf,
+        family=mjcf.stem,
+        **about,
+    )
+
+
+def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
+    """The same for a dataclass whose exact `motion` is certified, and whose loop, where it has one,
+    engines close with a `soft` constraint."""
+    return field_system(
+        model,
+        mjcf,
+        reference=lambda problem: problem.motion,
+        errors=_smooth_errors,
+        kind=SMOOTH,
+        **about,
+    )
+
+
+def _smooth_errors(problem: Any) -> ErrorTheory:
+    """Theory of fixed steps' errors, which asking for a scene does not load."""
+    from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+
+    return smooth_errors(problem.motion, getattr(problem, "soft", None))
+
+
+def _problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:
+    """The problem that parameters describe; raises ParameterError."""
+    known(parameters, names)
+    return model(**parameters)
