@@ -16,6 +16,7 @@ from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, 
 from plumbob.engines.study.order import fit_order
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
+from plumbob.tests.peers.test_smooth_peers import needed
 from plumbob.tests.support.fixture_types import Patch
 
 LINE, SWING, CONE = (
@@ -50,6 +51,7 @@ def _records(search: GradientSearch) -> tuple[Gradient, ...]:
 def test_every_difference_of_a_sweep_has_the_predicted_error(
     name: str, how: str, of: str, by: str
 ) -> None:
+    needed(how)
     sweep = GradientSearch(name, how, (of,), by, ("central", "forward"))
     found = _records(sweep)
     eps = tuple(d.eps for d in found[0].tried if d.eps)
@@ -98,6 +100,7 @@ def test_contacts_that_converge_have_the_derivative_of_their_step(how: str) -> N
 def test_the_best_eps_is_predicted_within_a_factor_of_three(
     name: str, how: str, of: str, by: str
 ) -> None:
+    needed(how)
     for found in _records(GradientSearch(name, how, (of,), by, ("central", "forward"))):
         assert found.predicted_best
         assert found.measured_best
