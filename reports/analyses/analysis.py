@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,11 @@ from plumbob.models.scene import Case
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected
 from plumbob.reports.view.content import Claim
 
+Record = SimpleNamespace
+"""Numbers, texts, arrays, and records, sequences and mappings of them, by the names that a template
+reads."""
 Numbers = Any
-"""A frozen dataclass of numbers, texts, arrays, and dataclasses and sequences and mappings of
-them; None where a study lacks what the analysis is about."""
+"""A record; None where a study lacks what the analysis is about."""
 
 
 def _nothing(numbers: Numbers) -> Sequence[Claim]:
@@ -78,8 +81,10 @@ def analysed(
 
 
 def plain(value: Any) -> Any:
-    """Numbers as a store and a template have them: dataclasses as mappings, with their public
-    properties, arrays as tuples."""
+    """Numbers as a store and a template have them: records as mappings, dataclasses with their
+    public properties, arrays as tuples."""
+    if isinstance(value, Record):
+        value = vars(value)
     if is_dataclass(value) and not isinstance(value, type):
         names = [field.name for field in fields(value)]
         names += [name for name, of in vars(type(value)).items() if isinstance(of, property)]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from plumbob.analytic.errors.contact_models.impacts import damping_ratio, soft_impact
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of, scene
-from plumbob.reports.analyses.analysis import Analysis, Section
+from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import at_most
 from plumbob.reports.view.content import Claim
 
@@ -19,23 +18,12 @@ METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/contact")
 RUNS = tuple(ExtraRun("bouncing-ball/half", method, STEP, duration=0.9) for method in METHODS)
 
 
-@dataclass(frozen=True)
-class Rebounds:
-    """The restitution that the first rebound of each method shows, and contacts for others."""
-
-    restitution: float
-    step: float  # [s]
-    measured: dict[str, float]
-    contacts: tuple[tuple[float, float, float, float], ...]  # e, damping ratio, solref
-    late: float  # what half a step of the damper does to e
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """A run past the first rebound with each method of the study."""
     return [run for run in RUNS if plan.has(run.scene, run.method)]
 
 
-def numbers(study: Study) -> Rebounds | None:
+def numbers(study: Study) -> Record | None:
     """The rebounds; None where none was run."""
     measured, ball = {}, case_of(scene(RUNS[0].scene)).problem
     for run in RUNS:
@@ -48,10 +36,20 @@ def numbers(study: Study) -> Rebounds | None:
         impact = soft_impact(e, STEP)
         contacts.append((e, damping_ratio(e), -impact.stiffness, -impact.damping))
     late = ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0
-    return Rebounds(ball.restitution, STEP, measured, tuple(contacts), late) if measured else None
+    return (
+        Record(
+            restitution=ball.restitution,
+            step=STEP,  # [s]
+            measured=measured,
+            contacts=tuple(contacts),  # e, damping ratio, solref
+            late=late,  # what half a step of the damper does to e
+        )
+        if measured
+        else None
+    )
 
 
-def claims(rebounds: Rebounds) -> Sequence[Claim]:
+def claims(rebounds: Record) -> Sequence[Claim]:
     """No rebound differs by more than half a step of the damper."""
     return [
         at_most(f"the error of e with {name}", abs(e - rebounds.restitution), rebounds.late)

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis, Section
+from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, between
 from plumbob.reports.analyses.measurements import case, covers, measured, problem, runs, scheme
 
@@ -86,32 +86,11 @@ def stopping_claims(numbers: Stopping) -> Claims:
 
 
 @dataclass(frozen=True)
-class HeadingErrors:
-    """A method's errors of the heading at rest [rad], by step."""
-
-    method: str
-    errors: Array
-    ratios: Array  # over the step [rad/s]
-    slope: float | None  # the ratio that is predicted at the smallest step
-    line: Array  # slope times step
-
-
-@dataclass(frozen=True)
-class DefaultRun:
-    """A run on default contacts."""
-
-    step: float  # [s]
-    heading: float  # error at rest [rad]
-    rate: float  # largest error [rad/s]
-    missing: float  # fraction of samples with a contact missing while it moves
-
-
-@dataclass(frozen=True)
 class Spin:
     """A body that spins and slides at once."""
 
-    methods: tuple[HeadingErrors, ...]
-    default: tuple[DefaultRun, ...]
+    methods: tuple[Record, ...]
+    default: tuple[Record, ...]
     steps: tuple[float, ...] = DECADE
 
     @property
@@ -145,7 +124,8 @@ def spin(study: Study) -> Spin | None:
     return Spin(methods, default if len(default) == len(DECADE) else ())
 
 
-def _heading_errors(study: Study, name: str) -> HeadingErrors | None:
+def _heading_errors(study: Study, name: str) -> Record | None:
+    """A method's errors of the heading at rest [rad], by step."""
     measurements = [measured(study, SPIN, name, step) for step in DECADE]
     errors = [run.errors["heading"] for run in measurements if run]
     if len(errors) < len(DECADE):
@@ -153,17 +133,29 @@ def _heading_errors(study: Study, name: str) -> HeadingErrors | None:
     ends, steps = np.array([error.end for error in errors]), np.array(DECADE)
     predicted = None if name == DEFAULT else errors[-1].predicted
     slope = predicted.end / DECADE[-1] if predicted else None
-    return HeadingErrors(name, ends, ends / steps, slope, (slope or 0.0) * steps)
+    return Record(
+        method=name,
+        errors=ends,
+        ratios=ends / steps,  # over the step [rad/s]
+        slope=slope,  # the ratio that is predicted at the smallest step
+        line=(slope or 0.0) * steps,  # slope times step
+    )
 
 
-def _default_run(study: Study, step: float) -> DefaultRun | None:
+def _default_run(study: Study, step: float) -> Record | None:
+    """A run on default contacts."""
     run = measured(study, SPIN, DEFAULT, step)
     recording = study.answer(ExtraRun(SPIN, DEFAULT, step))
     if run is None or recording is None:
         return None
     moving = recording.times < problem(SPIN).motion.rest_time
     missing = float(np.mean(recording.channels["contacts"][moving] < 3))
-    return DefaultRun(step, run.errors["heading"].end, run.errors["heading_rate"].largest, missing)
+    return Record(
+        step=step,  # [s]
+        heading=run.errors["heading"].end,  # error at rest [rad]
+        rate=run.errors["heading_rate"].largest,  # largest error [rad/s]
+        missing=missing,  # fraction of samples with a contact missing while it moves
+    )
 
 
 def spin_claims(numbers: Spin) -> Claims:

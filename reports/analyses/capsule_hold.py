@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.analysis import Analysis, Section
+from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import covers, measured, names
 
@@ -17,21 +17,12 @@ SLIDES = 0.1  # [m]: more than any drift of stiction, in ten seconds
 
 
 @dataclass(frozen=True)
-class Drifts:
-    """How far a body moves with a method that should rest, on each scene."""
-
-    method: str
-    distances: tuple[float | None, ...]  # [m]; None: not measured
-    speeds: tuple[float | None, ...]  # [m/s], their means
-
-
-@dataclass(frozen=True)
 class Stiction:
     """Drifts of all methods on scenes of growing tilt."""
 
     scenes: tuple[str, ...]
     step: float  # [s]
-    rows: tuple[Drifts, ...]
+    rows: tuple[Record, ...]
     slides: float = SLIDES
 
     def steepest(self, *ends: str) -> list[float]:
@@ -67,7 +58,8 @@ def _step(study: Study, scene: str) -> float:
     return next(ran, STEPS[0])
 
 
-def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> Drifts | None:
+def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> Record | None:
+    """How far a body moves with a method that should rest, on each scene."""
     distances, speeds = [], []
     for scene in tilted:
         run = measured(study, scene.name, method, step)
@@ -76,7 +68,11 @@ def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> 
         speeds.append(None if distance is None else distance / scene.duration)
     if all(distance is None for distance in distances):
         return None
-    return Drifts(method, tuple(distances), tuple(speeds))
+    return Record(
+        method=method,
+        distances=tuple(distances),  # [m]; None: not measured
+        speeds=tuple(speeds),  # [m/s], their means
+    )
 
 
 def claims(numbers: Stiction) -> Claims:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis, Section
+from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.mean_speed import MEAN_SPEED, SCENES
 from plumbob.reports.analyses.measurements import covers, measured, names, problem
@@ -16,22 +16,11 @@ GOOD = 1e-3  # relative
 
 
 @dataclass(frozen=True)
-class Total:
-    """A method's total displacement, its relative error, and the cost of one manoeuvre."""
-
-    method: str
-    displacement: float  # [m]
-    error: float
-    predicted: float | None
-    cost: float | None  # [s] of wall time
-
-
-@dataclass(frozen=True)
 class Totals:
     """Displacements of each method after many manoeuvres, beside their number times eq. 22."""
 
     scene: str
-    totals: tuple[Total, ...]
+    totals: tuple[Record, ...]
     count: int
     displacement: float  # [m], exact, of all manoeuvres
     once: float  # and of one
@@ -82,17 +71,19 @@ def numbers(study: Study) -> Totals | None:
     )
 
 
-def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Total | None:
+def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Record | None:
+    """A method's total displacement, its relative error, and the cost of one manoeuvre."""
     if (run := measured(study, scene, method, STEP)) is None:
         return None
     error, exact = run.errors["displacement"], repeated.displacement
     timed = study.costs.get((scene, method))
-    return Total(
-        method,
-        exact + error.end,
-        error.end / exact,
-        error.predicted.end / exact if error.predicted else None,
-        timed.ns_per_step * 1e-9 * run.steps / repeated.count if timed else None,
+    return Record(
+        method=method,
+        displacement=exact + error.end,  # [m]
+        error=error.end / exact,
+        predicted=error.predicted.end / exact if error.predicted else None,
+        # [s] of wall time
+        cost=timed.ns_per_step * 1e-9 * run.steps / repeated.count if timed else None,
     )
 
 

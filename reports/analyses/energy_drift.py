@@ -17,24 +17,12 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.analysis import Record
 from plumbob.reports.analyses.claims import Claims, as_predicted
 from plumbob.reports.analyses.measurements import recordings, runs, scheme
 from plumbob.reports.view.content import Claim
 
 LOST = 0.3  # of the available energy: more than this is not a drift
-
-
-@dataclass(frozen=True)
-class EnergyDrift:
-    """The energy error of a run over time, as a straight line and the deviation from it."""
-
-    times: Array  # [s]
-    errors: Array  # [J], at them
-    rate: float  # [J/s], of the line
-    scatter: float  # [J], largest deviation from it
-    predicted: float | None  # [J/s]; None where there is no theory
-    round_off: float  # [J/s], one standard deviation of the drift from rounding theta
-    fate: str  # lost, gained, secular or bounded
 
 
 @dataclass(frozen=True)
@@ -46,7 +34,7 @@ class EnergyDrifts:
     steps: float
     symplectic: tuple[str, ...]
     other: str
-    by_method: Mapping[str, EnergyDrift]
+    by_method: Mapping[str, Record]
 
     @property
     def bounded(self) -> tuple[str, ...]:
@@ -105,7 +93,7 @@ def energy_claims(drifts: EnergyDrifts) -> Claims:
     return (*kept, as_predicted(f"the drift of {drifts.other}", other.rate, other.predicted, "J/s"))
 
 
-def energy_drift(motion: PendulumMotion, method: str, step: float, run: Trajectory) -> EnergyDrift:
+def energy_drift(motion: PendulumMotion, method: str, step: float, run: Trajectory) -> Record:
     """Energy error of a run with one method at a step [s], of a scene whose exact motion is
     `motion`."""
     energies, times = energy(motion.potential, motion.inertia, run), run.times
@@ -114,14 +102,16 @@ def energy_drift(motion: PendulumMotion, method: str, step: float, run: Trajecto
     scatter = float(np.abs(errors - (start + rate * times)).max())
     turn = np.linspace(-np.pi, np.pi, 721)
     available = float(energies[0] - np.min(in_double(motion.potential).value(turn)))
-    return EnergyDrift(
-        times,
-        errors,
-        float(rate),
-        scatter,
-        predicted(motion, method, step),
-        _round_off(motion, run, step),
-        fate(errors, abs(float(rate)) * float(times[-1]), scatter, available),
+    return Record(
+        times=times,  # [s]
+        errors=errors,  # [J], at them
+        rate=float(rate),  # [J/s], of the line
+        scatter=scatter,  # [J], largest deviation from it
+        predicted=predicted(motion, method, step),  # [J/s]; None where there is no theory
+        # [J/s], one standard deviation of the drift from rounding theta
+        round_off=_round_off(motion, run, step),
+        # lost, gained, secular or bounded
+        fate=fate(errors, abs(float(rate)) * float(times[-1]), scatter, available),
     )
 
 

@@ -11,9 +11,8 @@ from plumbob.analytic.errors.free_body.error_series import euler_drifts
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, reference_run, worst
-from plumbob.engines.study.order import Order
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis, Section
+from plumbob.reports.analyses.analysis import Analysis, Record, Section
 from plumbob.reports.analyses.claims import ALIKE, Claims, as_predicted, at_most, between
 from plumbob.reports.analyses.measurements import case, convergence_of
 
@@ -29,46 +28,23 @@ SHOWN: Final = ("free-body/flip", "free-body/symmetric")  # scenes that every pr
 
 
 @dataclass(frozen=True)
-class ErrorTerm:
-    """The relative error of the worst observable in a run, and the term of second order in it."""
-
-    scene: str
-    method: str
-    step: float  # [s]
-    error: float
-    term: float | None  # None where nothing is predicted
-    order: Order | None
-
-
-@dataclass(frozen=True)
 class SecondOrder:
     """The orders of the two RK4s, and the terms of second order that theory predicts."""
 
-    runs: tuple[ErrorTerm, ...]
+    runs: tuple[Record, ...]
     methods: tuple[str, ...] = RK4
 
     @property
-    def of_mujoco(self) -> tuple[ErrorTerm, ...]:
+    def of_mujoco(self) -> tuple[Record, ...]:
         """The runs of MuJoCo's."""
         return tuple(run for run in self.runs if run.method == RK4[0])
-
-
-@dataclass(frozen=True)
-class EnergyError:
-    """The relative drift of the energy over a run, and the predicted one with its sign."""
-
-    scene: str
-    method: str
-    step: float  # [s]
-    drift: float
-    predicted: float
 
 
 @dataclass(frozen=True)
 class EnergyErrors:
     """The energy that first-order steps gain or lose, beside what theory predicts."""
 
-    runs: tuple[EnergyError, ...]
+    runs: tuple[Record, ...]
 
     @property
     def gap(self) -> float:
@@ -83,11 +59,19 @@ def second_order(study: Study) -> SecondOrder | None:
     return terms if terms.of_mujoco else None
 
 
-def _term(study: Study, of: ConvergenceStudy, run: Measurement) -> ErrorTerm:
+def _term(study: Study, of: ConvergenceStudy, run: Measurement) -> Record:
+    """The relative error of the worst observable in a run, and the term of second order in it."""
     quantity, error = worst(run, study.quantities(of.scene))
     predicted = run.errors[quantity.observable].predicted
     term = None if predicted is None else predicted.terms.get(2, 0.0) / quantity.scale
-    return ErrorTerm(of.scene, of.method, run.step, error, term, of.order)
+    return Record(
+        scene=of.scene,
+        method=of.method,
+        step=run.step,  # [s]
+        error=error,
+        term=term,  # None where nothing is predicted
+        order=of.order,
+    )
 
 
 def order_claims(second: SecondOrder) -> Claims:
@@ -111,12 +95,19 @@ def energy(study: Study) -> EnergyErrors | None:
     return EnergyErrors(tuple(_energy_error(*pair) for pair in runs)) if runs else None
 
 
-def _energy_error(of: ConvergenceStudy, run: Measurement) -> EnergyError:
+def _energy_error(of: ConvergenceStudy, run: Measurement) -> Record:
+    """The relative drift of the energy over a run, and the predicted one with its sign."""
     implicit = "implicit" in of.method or "discrete" in of.method
     posed = case(of.scene)
     rate = euler_drifts(posed.problem, posed.scene.duration)["energy"]
     predicted = (-1.0 if implicit else 1.0) * rate * run.step
-    return EnergyError(of.scene, of.method, run.step, run.invariants["energy"], predicted)
+    return Record(
+        scene=of.scene,
+        method=of.method,
+        step=run.step,  # [s]
+        drift=run.invariants["energy"],
+        predicted=predicted,
+    )
 
 
 def energy_claims(errors: EnergyErrors) -> Claims:

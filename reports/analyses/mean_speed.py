@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -15,7 +14,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK, capsule
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import covers
 
 SCENES = ("capsule-train/thousand", "capsule-train/ten")  # the longer one, where it was run
@@ -25,43 +24,6 @@ STROKE, PUSH = 0.2, 10.0  # [m], and w1 over f g/mu
 CHECKED = 0.0817786125  # [m]: the stroke of the check manoeuvre
 BRAKES = (1.0, 0.5, 0.1)  # w2 over f g/mu
 PUSHES = tuple(np.geomspace(1.001, 100.0, 120).tolist())  # w1 over f g/mu
-
-
-@dataclass(frozen=True)
-class Reached:
-    """The mean speed of a method's run [m/s], and its relative error."""
-
-    method: str
-    speed: float
-    error: float
-
-
-@dataclass(frozen=True)
-class Speeds:
-    """Mean speeds over the push, with one brake [m/s]."""
-
-    brake: float  # w2 over f g/mu
-    speeds: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class MeanSpeed:
-    """Mean speeds of the check body [m/s]: of manoeuvres, their limits, and in engines."""
-
-    checked: float  # of the check manoeuvre
-    pushed: float  # with w1 of `push`
-    limit: float  # with w1 without bound
-    most: float  # and the stroke too
-    longest: float  # [m]: the longest stroke
-    paused: float  # with a pause to the next step
-    runs: tuple[Reached, ...]
-    over_push: tuple[Speeds, ...]
-    pushes: tuple[float, ...] = PUSHES
-    stroke: float = STROKE  # [m]
-    check_stroke: float = CHECKED  # [m]
-    push: float = PUSH
-    count: int = COUNT
-    step: float = STEP  # [s]
 
 
 @cache
@@ -94,31 +56,45 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return [request(name) for name in METHODS if name in planned]
 
 
-def numbers(study: Study) -> MeanSpeed | None:
+def numbers(study: Study) -> Record | None:
     """The optimum and its limits, with the engines at it; None where the study repeats nothing."""
     if not any(covers(study, name) for name in SCENES):
         return None
     body, many = capsule(CHECK), best()
     holding = body.holding_acceleration
     low, high = mean_speed.longest_stroke(body, 0.0)
-    return MeanSpeed(
-        mean_speed.mean_speed(body, 3 * holding, 0.8 * holding, CHECKED, 0.9),
-        RepeatedLine(many.manoeuvre, 1).mean_speed,
-        mean_speed.fastest_speed(body, STROKE),
-        mean_speed.fastest_speed(body, high - low),
-        high - low,
-        many.mean_speed,
-        tuple(_reached(study, many)),
-        tuple(Speeds(brake, _speeds(brake)) for brake in BRAKES),
+    return Record(
+        # of the check manoeuvre
+        checked=mean_speed.mean_speed(body, 3 * holding, 0.8 * holding, CHECKED, 0.9),
+        pushed=RepeatedLine(many.manoeuvre, 1).mean_speed,  # with w1 of `push`
+        limit=mean_speed.fastest_speed(body, STROKE),  # with w1 without bound
+        most=mean_speed.fastest_speed(body, high - low),  # and the stroke too
+        longest=high - low,  # [m]: the longest stroke
+        paused=many.mean_speed,  # with a pause to the next step
+        runs=tuple(_reached(study, many)),
+        over_push=tuple(
+            Record(
+                brake=brake,  # w2 over f g/mu
+                speeds=_speeds(brake),
+            )
+            for brake in BRAKES
+        ),
+        pushes=PUSHES,
+        stroke=STROKE,  # [m]
+        check_stroke=CHECKED,  # [m]
+        push=PUSH,
+        count=COUNT,
+        step=STEP,  # [s]
     )
 
 
-def _reached(study: Study, exact: RepeatedLine) -> list[Reached]:
+def _reached(study: Study, exact: RepeatedLine) -> list[Record]:
+    """The mean speed of a method's run [m/s], and its relative error."""
     rows = []
     for method in METHODS:
         if request(method) in study.extras and (run := study.answer(request(method))):
             speed = abs(float(run.observables["displacement"][-1] / run.times[-1]))
-            rows.append(Reached(method, speed, speed / exact.mean_speed - 1))
+            rows.append(Record(method=method, speed=speed, error=speed / exact.mean_speed - 1))
     return rows
 
 

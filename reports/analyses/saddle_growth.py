@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.reference import Array
@@ -11,51 +9,16 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.convergence import Trace as ErrorsOverTime
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
+from plumbob.reports.analyses.analysis import Record
 
 NEAR = 0.25  # [rad] from the saddle, where the motion is linear in the distance to 3 %
 LINEAR = 0.1  # [rad]: an error larger than this no longer grows as e^(lambda t)
 FEW = 4  # samples that a rate is not fitted to
 
 
-@dataclass(frozen=True)
-class Saddle:
-    """An angle [rad] where a pendulum may stand, and the rate [1/s] at which it departs from it."""
-
-    theta: float
-    rate: float
-
-
-@dataclass(frozen=True)
-class MethodGrowth:
-    """Errors of a method's run [rad] over time [s], from the second sample on."""
-
-    method: str
-    times: tuple[float, ...]
-    errors: tuple[float, ...]
-    rate: float | None  # [1/s], fitted next to the saddle; None with too few samples
-    small_until: float | None  # [s]: the first larger than LINEAR
-
-
-@dataclass(frozen=True)
-class SaddleGrowth:
-    """How errors grow while the exact motion is next to a saddle, the first time."""
-
-    rate: float  # [1/s], at which a motion departs from it
-    start: float  # [s], of the stay
-    end: float
-    runs: tuple[MethodGrowth, ...]
-    methods: tuple[str, ...]  # of the study
-    times: Array  # [s]
-    rounding: Array  # [rad], the effect of one rounding of each input, at them
-    stay: Array  # times [s] of the stay
-    growth: Array  # [rad], exponential, at them
-    near: float = NEAR
-    linear: float = LINEAR
-
-
 def growth_at_saddle(
-    study: Study, scene: Scene, motion: PendulumMotion, saddle: Saddle
-) -> SaddleGrowth | None:
+    study: Study, scene: Scene, motion: PendulumMotion, saddle: Record
+) -> Record | None:
     """Errors of the study's runs of a scene over time, and the rates they grow at while its exact
     `motion` is next to the saddle; None where it never is."""
     traces = {
@@ -70,20 +33,22 @@ def growth_at_saddle(
     times, stay = np.linspace(0.0, scene.duration, 200)[1:], np.linspace(start, end, 20)
     rounding = motion.uncertainty(times)["theta"]
     growth = np.interp(start, times, rounding) * np.exp(saddle.rate * (stay - start))
-    return SaddleGrowth(
-        saddle.rate,
-        start,
-        end,
-        tuple(_grown(method, trace, start, end) for method, trace in traces.items()),
-        tuple(method.name for method in study.methods),
-        times,
-        rounding,
-        stay,
-        growth,
+    return Record(
+        rate=saddle.rate,  # [1/s], at which a motion departs from it
+        start=start,  # [s], of the stay
+        end=end,
+        runs=tuple(_grown(method, trace, start, end) for method, trace in traces.items()),
+        methods=tuple(method.name for method in study.methods),  # of the study
+        times=times,  # [s]
+        rounding=rounding,  # [rad], the effect of one rounding of each input, at them
+        stay=stay,  # times [s] of the stay
+        growth=growth,  # [rad], exponential, at them
+        near=NEAR,
+        linear=LINEAR,
     )
 
 
-def _grown(method: str, trace: ErrorsOverTime, start: float, end: float) -> MethodGrowth:
+def _grown(method: str, trace: ErrorsOverTime, start: float, end: float) -> Record:
     """A run with its rate, fitted over the second half of the stay from `start` to `end`, where the
     growing mode dominates, while the error is small."""
     times, errors = np.array(trace.times), np.abs(trace.errors)
@@ -93,10 +58,16 @@ def _grown(method: str, trace: ErrorsOverTime, start: float, end: float) -> Meth
     used = small & (times >= (start + until) / 2) & (times < until)
     slope = np.polyfit(times[used], np.log(errors[used]), 1)[0] if used.sum() > FEW else None
     lost = float(large[0]) if large.size else None
-    return MethodGrowth(method, trace.times[1:], trace.errors[1:], slope, lost)
+    return Record(
+        method=method,
+        times=trace.times[1:],
+        errors=trace.errors[1:],
+        rate=slope,  # [1/s], fitted next to the saddle; None with too few samples
+        small_until=lost,  # [s]: the first larger than LINEAR
+    )
 
 
-def _first_stay(motion: PendulumMotion, saddle: Saddle, times: Array) -> tuple[float, float] | None:
+def _first_stay(motion: PendulumMotion, saddle: Record, times: Array) -> tuple[float, float] | None:
     """When the exact motion first comes within NEAR of the saddle, and when it leaves."""
     theta = motion.state(times)[0]
     distance = np.abs((theta - saddle.theta + np.pi) % (2 * np.pi) - np.pi)

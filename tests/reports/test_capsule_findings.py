@@ -16,7 +16,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import capsule_train, mean_speed, section
-from plumbob.reports.analyses.analysis import Analysis, plain
+from plumbob.reports.analyses.analysis import Analysis, Record, plain
 from plumbob.reports.analyses.capsule_line import (
     FINDINGS,
     contacts,
@@ -140,7 +140,8 @@ def test_contact_chatter() -> None:
         [0.97, 1.03], abs=3e-3
     )  # of contacts kept beyond the step they are for, which theory knows to 3 % from both sides
     assert [run.vertical_range > 1e-6 for run in chatter.kept] == [False, False, True, True]
-    at_wrong_steps = replace(chatter, kept=chatter.kept[1:3] + chatter.kept[:1] + chatter.kept[3:])
+    kept = chatter.kept[1:3] + chatter.kept[:1] + chatter.kept[3:]
+    at_wrong_steps = Record(**{**vars(chatter), "kept": kept})
     assert not all(claim.holds for claim in contacts.CHATTER.claims(at_wrong_steps))
     (shown,) = written(contacts.CHATTER.template, plain(chatter))
     assert [len(plot.traces) for plot in shown.figures] == [2, 2, 2]

@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis, plain
+from plumbob.reports.analyses.analysis import Analysis, Record, plain
 from plumbob.reports.analyses.cone_pendulum import (
     SECTION,
     action_phase,
@@ -112,7 +112,7 @@ def test_when_a_drift_exceeds_the_oscillation_of_others_is_said() -> None:
     assert "exceeds the oscillation of mujoco/euler (10 J) after 2e6 s and that of ode/l" in summary
     assert "in a shorter run its energy error is the smaller one" in summary
     assert replace(drifts, other="ode/rk4").overtaken == {}  # not run
-    wider = replace(swing, scatter=2.0 * swing.scatter)
+    wider = Record(**{**vars(swing), "scatter": 2.0 * swing.scatter})
     late = replace(drifts, by_method={**drifts.by_method, "mujoco/euler": wider})
     assert late.overtaken["mujoco/euler"] == pytest.approx(4.1e6, rel=0.02)
 

@@ -21,7 +21,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import measurements
-from plumbob.reports.analyses.analysis import plain
+from plumbob.reports.analyses.analysis import Record, plain
 from plumbob.reports.analyses.energy_drift import fate
 from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
@@ -325,7 +325,7 @@ def test_the_bob_in_the_plane() -> None:
 def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravity() -> None:
     """Semi-implicit Euler's acceleration has the error of its angle, and that is seen."""
 
-    def read(method: str) -> bob.Accelerometer | None:
+    def read(method: str) -> Record | None:
         request = replace(bob.ACCELEROMETER, method=method)
         run = request.made(find_scene(request.scene), find_method(method))
         assert run

@@ -42,7 +42,7 @@ def one_plan() -> Iterator[None]:
     """Findings on plans take one for all: to look for the others takes longer than all the rest."""
     shown = legs.SCENES[1]
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(legs, "SCENES", (shown, shown))
+        patched.setattr(legs, "SCENES", (shown, shown, shown))
         patched.setattr(legs, "plans", lambda: (plan_of(shown), plan_of(shown)))
         patched.setattr(poses, "naive", plan_of)
         yield

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.contact_stability import (
     ContactSpring,
     largest_contact_step,
 )
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.contact_terms import LOADS
 from plumbob.reports.analyses.measurements import (
@@ -55,51 +52,7 @@ KEPT = (
 LOAD_RUNS = runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
-@dataclass(frozen=True)
-class ContactRun:
-    """How the contacts of a method behave at a step."""
-
-    method: str
-    step: float  # [s]
-    error: float  # of the displacement, relative
-    vertical_range: float  # [m]
-    missing: float  # fraction of samples with a contact missing while the body slides
-    times: Array  # [s], of the rows below
-    heights: Array  # [m], above zero
-    contacts: Array
-    loads: Array  # sum of normal forces over the weight
-
-
-@dataclass(frozen=True)
-class Chatter:
-    """Default and convergent contacts, each at both steps."""
-
-    contacts: tuple[ContactRun, ...]
-    kept: tuple[ContactRun, ...]  # with contacts for 1 ms, at steps on both sides of their limit
-    limit: float  # [s] the largest step at which those hold, by theory
-
-
-@dataclass(frozen=True)
-class LoadErrors:
-    """Relative distances of a method's normal forces from statics, the largest of the three."""
-
-    method: str
-    at_rest: float  # the largest after the motion
-    times: Array  # [s]
-    distances: Array
-    half_step: Array  # distances from statics with the predicted error of the step
-
-
-@dataclass(frozen=True)
-class Loads:
-    """Normal forces of engines against statics."""
-
-    engines: tuple[LoadErrors, ...]
-    at_rest: float  # the largest of all
-    step: float = STATICS_STEP
-
-
-def chatter(study: Study) -> Chatter | None:
+def chatter(study: Study) -> Record | None:
     """Vertical displacement, contacts and normal force over time, default against convergent, and
     of those past their limit; None where one did not run."""
     asked = chatter_runs()
@@ -107,7 +60,12 @@ def chatter(study: Study) -> Chatter | None:
     if len(by_request) < len(asked):
         return None
     contacts = tuple(_contacts(request, run) for request, run in by_request.items())
-    return Chatter(contacts[: -len(SIDES)], contacts[-len(SIDES) :], _limit())
+    return Record(
+        contacts=contacts[: -len(SIDES)],
+        # with contacts for 1 ms, at steps on both sides of their limit
+        kept=contacts[-len(SIDES) :],
+        limit=_limit(),  # [s] the largest step at which those hold, by theory
+    )
 
 
 def _limit() -> float:
@@ -124,23 +82,26 @@ def chatter_runs() -> tuple[ExtraRun, ...]:
     return (*runs((LINE,), (DEFAULT, CONVERGENT), STEPS), *kept)
 
 
-def _contacts(request: ExtraRun, run: Trajectory) -> ContactRun:
+def _contacts(request: ExtraRun, run: Trajectory) -> Record:
+    """How the contacts of a method behave at a step."""
     motion = problem(LINE).motion
     height, contacts = run.channels["vertical_displacement"], run.channels["contacts"]
-    return ContactRun(
-        request.method,
-        request.step,
-        end_error(LINE, run),
-        float(np.ptp(height)),
-        float(np.mean(contacts[run.times < motion.t_star] < 3)),
-        run.times,
-        np.maximum(np.abs(height), FLOOR),
-        contacts,
-        np.sum([run.observables[load] for load in LOADS], axis=0) / motion.capsule.weight,
+    return Record(
+        method=request.method,
+        step=request.step,  # [s]
+        error=end_error(LINE, run),  # of the displacement, relative
+        vertical_range=float(np.ptp(height)),  # [m]
+        # fraction of samples with a contact missing while the body slides
+        missing=float(np.mean(contacts[run.times < motion.t_star] < 3)),
+        times=run.times,  # [s], of the rows below
+        heights=np.maximum(np.abs(height), FLOOR),  # [m], above zero
+        contacts=contacts,
+        # sum of normal forces over the weight
+        loads=np.sum([run.observables[load] for load in LOADS], axis=0) / motion.capsule.weight,
     )
 
 
-def _chatters(numbers: Chatter) -> Claims:
+def _chatters(numbers: Record) -> Claims:
     _, default, _, convergent = numbers.contacts
     text = "errors with default contacts, and with those that converge"
     missing = "the part of samples with a contact missing, and 0.001"
@@ -154,14 +115,23 @@ def _chatters(numbers: Chatter) -> Claims:
     )
 
 
-def loads(study: Study) -> Loads | None:
+def loads(study: Study) -> Record | None:
     """Normal forces at rest, while the slider moves, and with half a step of its motion allowed."""
     by_request = recordings(study, LOAD_RUNS)
     engines = tuple(_load_errors(request.method, run) for request, run in by_request.items())
-    return Loads(engines, max(engine.at_rest for engine in engines)) if engines else None
+    return (
+        Record(
+            engines=engines,
+            at_rest=max(engine.at_rest for engine in engines),  # the largest of all
+            step=STATICS_STEP,
+        )
+        if engines
+        else None
+    )
 
 
-def _load_errors(method: str, run: Trajectory) -> LoadErrors:
+def _load_errors(method: str, run: Trajectory) -> Record:
+    """Relative distances of a method's normal forces from statics, the largest of the three."""
     exact = case(STATICS).reference.observe(run.times)
     predicted = case(STATICS).errors.at_step(scheme(method), STATICS_STEP, run.times).errors
     measured, truth, lead = (
@@ -170,10 +140,16 @@ def _load_errors(method: str, run: Trajectory) -> LoadErrors:
     distances = np.abs(measured / truth - 1.0).max(axis=0)
     half_step = np.abs((measured - lead) / truth - 1.0).max(axis=0)
     settled = run.times > problem(STATICS).motion.t2 + SETTLED * STATICS_STEP
-    return LoadErrors(method, float(distances[settled].max()), run.times, distances, half_step)
+    return Record(
+        method=method,
+        at_rest=float(distances[settled].max()),  # the largest after the motion
+        times=run.times,  # [s]
+        distances=distances,
+        half_step=half_step,  # distances from statics with the predicted error of the step
+    )
 
 
-def _statics(numbers: Loads) -> Claims:
+def _statics(numbers: Record) -> Claims:
     text = "the largest distance from statics at rest, relative,"
     return (at_most(text, numbers.at_rest, TRUSTED),)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from plumbob.analytic.errors.sliding_motion.discontinuities import trapezoid_err
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, clear
 from plumbob.reports.analyses.contact_terms import (
     contact_of,
@@ -42,67 +41,6 @@ SEED = 20200101
 PART = 0.2  # of the parabola's top: below it, other terms are as large
 
 
-@dataclass(frozen=True)
-class MethodErrors:
-    """Relative errors of the displacement of a method at STEPS, and of the turned scene."""
-
-    method: str
-    errors: tuple[float | None, ...]
-    turned: float | None
-
-
-@dataclass(frozen=True)
-class Beyond:
-    """The error of a model beyond the step's, and what explains it [m]."""
-
-    method: str
-    step: float  # [s]
-    error: float
-    deflection: float
-    drift: float
-    unexplained: float
-
-
-@dataclass(frozen=True)
-class Displacement:
-    """Errors of the displacement by method and step, with the terms beside the step's."""
-
-    exact: float  # [m]
-    predicted: tuple[float, ...]  # relative, at STEPS
-    predicted_turned: float
-    methods: tuple[MethodErrors, ...]
-    beyond: tuple[Beyond, ...]
-    convergence: Mapping[str, Mapping[str, Sequence[float]]]  # steps [s] and errors, by method
-    good: float | None  # the largest of methods that converge, at the middle step
-    bad: tuple[float, float] | None  # the smallest and the largest of the others
-    steps: tuple[float, ...] = STEPS
-
-
-@dataclass(frozen=True)
-class Places:
-    """Errors of a method at steps drawn at random, over the unit of the parabola."""
-
-    method: str
-    phases: Array  # fraction of a step at which the body stops
-    errors: Array
-    distance: float  # the largest from the parabola, relative
-    deflected_distance: float  # the same with the deflection of contacts added
-
-
-@dataclass(frozen=True)
-class Sawtooth:
-    """The parabola, and how near the errors of engines are to it."""
-
-    phases: Array
-    parabola: Array
-    raised_parabola: Array  # of the full model, by its contacts' deflection
-    raised: float  # by how much, over the parabola's top
-    methods: tuple[Places, ...]
-    coarse: float = COARSE
-    fine: float = FINE
-    seed: int = SEED
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The check manoeuvre at steps drawn at random."""
     return runs((LINE,), METHODS, random_steps(plan.profile))
@@ -115,7 +53,7 @@ def random_steps(profile: str) -> tuple[float, ...]:
     return tuple(float(step) for step in np.exp(draw))
 
 
-def errors(study: Study) -> Displacement | None:
+def errors(study: Study) -> Record | None:
     """Relative errors by method and step, with the terms beside the step's; None where the study
     does not have the scene."""
     if not covers(study, LINE):
@@ -126,21 +64,25 @@ def errors(study: Study) -> Displacement | None:
     middle = [(method.method.endswith(CONVERGENT), method.errors[1]) for method in methods]
     good = [abs(error) for converges, error in middle if converges and error is not None]
     bad = [abs(error) for converges, error in middle if not converges and error is not None]
-    return Displacement(
-        exact=exact,
-        predicted=tuple(step_term(LINE, step) / exact for step in STEPS),
+    return Record(
+        exact=exact,  # [m]
+        predicted=tuple(step_term(LINE, step) / exact for step in STEPS),  # relative, at STEPS
         predicted_turned=step_term(LINE, TURNED_STEP) / exact,
         methods=tuple(methods),
         beyond=_beyond_the_step(study),
-        convergence=_convergence(study, exact),
-        good=max(good, default=None),
-        bad=(min(bad), max(bad)) if bad else None,
+        convergence=_convergence(study, exact),  # steps [s] and errors, by method
+        good=max(good, default=None),  # the largest of methods that converge, at the middle step
+        bad=(min(bad), max(bad)) if bad else None,  # the smallest and the largest of the others
+        steps=STEPS,
     )
 
 
-def _errors(study: Study, method: str) -> MethodErrors:
+def _errors(study: Study, method: str) -> Record:
+    """Relative errors of the displacement of a method at STEPS, and of the turned scene."""
     errors = tuple(measured_error(study, LINE, method, step) for step in STEPS)
-    return MethodErrors(method, errors, measured_error(study, TURNED, method, TURNED_STEP))
+    return Record(
+        method=method, errors=errors, turned=measured_error(study, TURNED, method, TURNED_STEP)
+    )
 
 
 def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequence[float]]]:
@@ -154,9 +96,9 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
     return by_method
 
 
-def _beyond_the_step(study: Study) -> tuple[Beyond, ...]:
+def _beyond_the_step(study: Study) -> tuple[Record, ...]:
     """The errors of the two models beyond the step's, and what explains them [m]."""
-    explained = list[Beyond]()
+    explained = list[Record]()
     for name in (FULL, REDUCED):
         for step in STEPS:
             if (run := measured(study, LINE, name, step)) is None:
@@ -165,18 +107,27 @@ def _beyond_the_step(study: Study) -> tuple[Beyond, ...]:
             contact = contact_of(LINE, name, step)
             deflection, drift = deflection_term(LINE, contact), stiction_drift(LINE, contact)
             left = error - deflection - drift
-            explained.append(Beyond(name, step, error, deflection, drift, left))
+            explained.append(
+                Record(
+                    method=name,
+                    step=step,  # [s]
+                    error=error,
+                    deflection=deflection,
+                    drift=drift,
+                    unexplained=left,
+                )
+            )
     return tuple(explained)
 
 
-def _converge(numbers: Displacement) -> Claims:
+def _converge(numbers: Record) -> Claims:
     if numbers.good is None or numbers.bad is None:
         return ()
     text = "errors of contacts that do not converge, and of those that do"
     return (clear(text, numbers.bad[0], numbers.good),)
 
 
-def sawtooth(study: Study) -> Sawtooth | None:
+def sawtooth(study: Study) -> Record | None:
     """The errors at steps drawn at random against the parabola, and how near they are."""
     line = problem(LINE).motion
     phases = np.linspace(0.0, 1.0, 101)
@@ -186,14 +137,27 @@ def sawtooth(study: Study) -> Sawtooth | None:
     parabola = _parabola(phases)
     every = [_places(study, name, raised if name == FULL else 0.0) for name in METHODS]
     methods = tuple(filter(None, every))
-    return Sawtooth(phases, parabola, parabola + raised, 8.0 * raised, methods) if methods else None
+    return (
+        Record(
+            phases=phases,
+            parabola=parabola,
+            raised_parabola=parabola + raised,  # of the full model, by its contacts' deflection
+            raised=8.0 * raised,  # by how much, over the parabola's top
+            methods=methods,
+            coarse=COARSE,
+            fine=FINE,
+            seed=SEED,
+        )
+        if methods
+        else None
+    )
 
 
 def _parabola(phases: Array) -> Array:
     return 0.5 * phases * (1 - phases)
 
 
-def _places(study: Study, method: str, raised: float) -> Places | None:
+def _places(study: Study, method: str, raised: float) -> Record | None:
     """phi, and the error over -(mu w2 + f g) dt^2 without that of the corner at t1; `raised` by the
     deflection of contacts."""
     by_request = recordings(study, runs((LINE,), (method,), random_steps(study.profile)))
@@ -208,10 +172,16 @@ def _places(study: Study, method: str, raised: float) -> Places | None:
     theory = _parabola(phases)
     used = theory > PART / 8
     bare, deflected = (np.abs((errors - part) / theory - 1)[used].max() for part in (0.0, raised))
-    return Places(method, phases, errors, float(bare), float(deflected))
+    return Record(
+        method=method,
+        phases=phases,  # fraction of a step at which the body stops
+        errors=errors,
+        distance=float(bare),  # the largest from the parabola, relative
+        deflected_distance=float(deflected),  # the same with the deflection of contacts added
+    )
 
 
-def _near(numbers: Sawtooth) -> Claims:
+def _near(numbers: Record) -> Claims:
     return tuple(
         at_most(
             f"the distance of {places.method} from the parabola, relative,",

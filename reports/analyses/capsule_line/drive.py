@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_motion import Demand
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.capsule_line.source import STEP, Samples, requests, samples
+from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.analyses.capsule_line.source import STEP, requests, samples
 from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.measurements import LINE, covers, measured, names, problem
 
@@ -25,31 +23,7 @@ EVERY = 4  # samples to a mark
 NOT_COULOMB = ("pymunk/pivots",)  # three bare joints, whose friction no step brings to Coulomb's
 
 
-@dataclass(frozen=True)
-class ForceError:
-    """The error of a method's force on the check manoeuvre [N]."""
-
-    method: str
-    largest: float
-    unpredicted: float | None
-    bound: float | None  # of the model's error
-
-
-@dataclass(frozen=True)
-class DrivingForce:
-    """The actuator's force on the line and on turns, and each method's error of it."""
-
-    line: Demand
-    turns: Mapping[str, Demand]  # by epsilon
-    errors: tuple[ForceError, ...]
-    within: float | None  # of the peak: the largest error not predicted where friction converges
-    times: Array  # [s]
-    forces: Array  # [N], exact
-    engines: Mapping[str, Samples]
-    step: float = STEP
-
-
-def numbers(study: Study) -> DrivingForce | None:
+def numbers(study: Study) -> Record | None:
     """Demands and errors; None where the study does not have the scene."""
     if not covers(study, LINE):
         return None
@@ -64,25 +38,35 @@ def numbers(study: Study) -> DrivingForce | None:
         and error.method not in NOT_COULOMB
     ]
     edges = np.array([0.0, line.t1, line.t_star, line.t2, 1.05 * line.t2])
-    return DrivingForce(
+    return Record(
         line=wanted,
-        turns={str(epsilon): _of_turn(epsilon) for epsilon in EPSILONS},
+        turns={str(epsilon): _of_turn(epsilon) for epsilon in EPSILONS},  # by epsilon
         errors=errors,
+        # of the peak: the largest error not predicted where friction converges
         within=max(unpredicted, default=None),
-        times=np.repeat(edges, 2)[1:-1],
-        forces=np.repeat(line.driving_force(0.5 * (edges[1:] + edges[:-1])), 2),
+        times=np.repeat(edges, 2)[1:-1],  # [s]
+        forces=np.repeat(line.driving_force(0.5 * (edges[1:] + edges[:-1])), 2),  # [N], exact
         engines=samples(study, EVERY, ("driving_force",)),
+        step=STEP,
     )
 
 
-def _errors(study: Study) -> Sequence[ForceError]:
-    by_method = list[ForceError]()
+def _errors(study: Study) -> Sequence[Record]:
+    """The error of a method's force on the check manoeuvre [N]."""
+    by_method = list[Record]()
     for name in names(study):
         run = measured(study, LINE, name, STEP)
         if run and (error := run.errors.get("driving_force")) is not None:
             unpredicted = error.predicted.beyond if error.predicted else None
             bound = error.model_error if error.model else None
-            by_method.append(ForceError(name, error.largest, unpredicted, bound))
+            by_method.append(
+                Record(
+                    method=name,
+                    largest=error.largest,
+                    unpredicted=unpredicted,
+                    bound=bound,  # of the model's error
+                )
+            )
     return by_method
 
 
@@ -91,7 +75,7 @@ def _of_turn(epsilon: float) -> Demand:
     return plane_demand(three_point_motion(manoeuvre.capsule, manoeuvre.path))
 
 
-def claims(numbers: DrivingForce) -> Claims:
+def claims(numbers: Record) -> Claims:
     """Theory predicts the force where friction converges."""
     if numbers.within is None:
         return ()

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan, TrimmingRun
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
     LINE,
@@ -52,61 +50,6 @@ HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
 FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
 
 
-@dataclass(frozen=True)
-class HeightRun:
-    """A run of a capsule with or without heights."""
-
-    method: str
-    step: float  # [s]
-    error: float  # of the displacement, relative
-    largest_heading: float  # [rad]
-    times: Array  # [s]
-    loads: Array  # [N], at A2
-
-
-@dataclass(frozen=True)
-class Heights:
-    """Loads and displacement of a capsule whose C and Q are above the plane, and in it."""
-
-    height: float  # [m]
-    moment: float  # [N m], of friction while the body slides
-    runs: tuple[HeightRun, ...]  # in the plane at both steps, above it at both
-    shift: float  # [N], the largest change of the load at A2 at the coarse step
-    changes: tuple[float, float]  # of the displacement at both steps, relative
-    times: Array  # [s]
-    statics: Array  # [N] at A2, without heights
-
-
-@dataclass(frozen=True)
-class Momentum:
-    """How far the common centre of mass goes in each engine without friction [m]."""
-
-    shifts: Mapping[str, float]
-    largest: float
-    travelled: float  # [m], by the body
-    step: float = FREE_STEP
-
-
-@dataclass(frozen=True)
-class StepCost:
-    """The cost of a method's step [ns], over that of the full model, and its relative error."""
-
-    method: str
-    cost: float
-    relative: float
-    error: float | None
-
-
-@dataclass(frozen=True)
-class Saving:
-    """Costs of the full and of the reduced model, whose motion is the same."""
-
-    costs: tuple[StepCost, ...]
-    part: float  # of the first full model's cost
-    saved: float
-    step: float = SAVING_STEP
-
-
 def saving_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     """Runs of both models; both timed where the study does not time them."""
     pairs = _pairs(plan.profile)
@@ -116,7 +59,7 @@ def saving_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     )
 
 
-def heights(study: Study) -> Heights | None:
+def heights(study: Study) -> Record | None:
     """Loads and displacement of a capsule whose C and Q are above the plane."""
     by_request = recordings(study, HEIGHT_RUNS)
     if len(by_request) < len(HEIGHT_RUNS):
@@ -125,29 +68,36 @@ def heights(study: Study) -> Heights | None:
     low, fine_low, tall, fine_tall = every
     posed, height = problem(TILTED), float(find_method(TALL).settings["height"])
     times = np.linspace(0.0, float(low.times[-1]), 200)
-    return Heights(
-        height,
-        posed.setup.capsule.friction * posed.setup.capsule.weight * height,
-        every,
-        float(np.abs(tall.loads - low.loads).max()),
-        (abs(tall.error - low.error), abs(fine_tall.error - fine_low.error)),
-        times,
-        posed.reference.observe(times)[LOAD],
+    return Record(
+        height=height,  # [m]
+        # [N m], of friction while the body slides
+        moment=posed.setup.capsule.friction * posed.setup.capsule.weight * height,
+        runs=every,  # in the plane at both steps, above it at both
+        # [N], the largest change of the load at A2 at the coarse step
+        shift=float(np.abs(tall.loads - low.loads).max()),
+        # of the displacement at both steps, relative
+        changes=(
+            abs(tall.error - low.error),
+            abs(fine_tall.error - fine_low.error),
+        ),
+        times=times,  # [s]
+        statics=posed.reference.observe(times)[LOAD],  # [N] at A2, without heights
     )
 
 
-def _height_run(request: ExtraRun, run: Trajectory) -> HeightRun:
-    return HeightRun(
-        request.method,
-        request.step,
-        end_error(TILTED, run),
-        float(np.abs(run.observables["heading"]).max()),
-        run.times,
-        run.observables[LOAD],
+def _height_run(request: ExtraRun, run: Trajectory) -> Record:
+    """A run of a capsule with or without heights."""
+    return Record(
+        method=request.method,
+        step=request.step,  # [s]
+        error=end_error(TILTED, run),  # of the displacement, relative
+        largest_heading=float(np.abs(run.observables["heading"]).max()),  # [rad]
+        times=run.times,  # [s]
+        loads=run.observables[LOAD],  # [N], at A2
     )
 
 
-def _unchanged(numbers: Heights) -> Claims:
+def _unchanged(numbers: Record) -> Claims:
     text = f"the change of Δx at {short(TILTED_STEPS[1])} s, relative,"
     return (
         at_most(text, numbers.changes[1], HARDLY),
@@ -155,12 +105,21 @@ def _unchanged(numbers: Heights) -> Claims:
     )
 
 
-def momentum(study: Study) -> Momentum | None:
+def momentum(study: Study) -> Record | None:
     """How far the common centre of mass goes in each engine without friction."""
     by_request = recordings(study, FREE_RUNS)
     shifts = {request.method: _shift(run) for request, run in by_request.items()}
     travelled = abs(float(problem(FREE).motion.displacement))
-    return Momentum(shifts, max(shifts.values()), travelled) if shifts else None
+    return (
+        Record(
+            shifts=shifts,
+            largest=max(shifts.values()),
+            travelled=travelled,  # [m], by the body
+            step=FREE_STEP,
+        )
+        if shifts
+        else None
+    )
 
 
 def _shift(run: Trajectory) -> float:
@@ -173,20 +132,34 @@ def _shift(run: Trajectory) -> float:
     return float(np.abs(observables["displacement"] + fraction * observables["stroke"]).max())
 
 
-def _conserved(numbers: Momentum) -> Claims:
+def _conserved(numbers: Record) -> Claims:
     text = "the way of the common centre of mass, over the body's,"
     return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
 
 
-def saving(study: Study) -> Saving | None:
+def saving(study: Study) -> Record | None:
     """Costs of a step of the full and of the reduced model, whose motion is the same."""
     costs = [
-        StepCost(name, cost, cost / known[0], displacement_error(study, LINE, name, SAVING_STEP))
+        Record(
+            method=name,
+            cost=cost,
+            relative=cost / known[0],
+            error=displacement_error(study, LINE, name, SAVING_STEP),
+        )
         for pair in _pairs(study.profile)
         if (known := _costs(study, pair))
         for name, cost in zip(pair, known, strict=True)
     ]
-    return Saving(tuple(costs), costs[1].relative, 1.0 - costs[1].relative) if costs else None
+    return (
+        Record(
+            costs=tuple(costs),
+            part=costs[1].relative,  # of the first full model's cost
+            saved=1.0 - costs[1].relative,
+            step=SAVING_STEP,
+        )
+        if costs
+        else None
+    )
 
 
 def _pairs(profile: str) -> tuple[tuple[str, str], ...]:
@@ -213,7 +186,7 @@ def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
     return (costs[0], costs[1]) if len(costs) == len(pair) else None
 
 
-def _cheaper(numbers: Saving) -> Claims:
+def _cheaper(numbers: Record) -> Claims:
     return (at_most("the cost of a reduced step, over a full one,", numbers.part, CHEAPER),)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import LINE, end_error
 
@@ -24,61 +23,27 @@ DIGITS = 9  # of relative errors: those of symmetric headings agree to more
 ALIKE_AT_ALL = 1e-4  # of the displacement: headings that differ by less do not tell
 
 
-@dataclass(frozen=True)
-class Headings:
-    """Sizes of a method's relative errors of the displacement over the headings, and the closed
-    curve that they are the radii of."""
-
-    method: str
-    errors: Array
-    spread: float
-    ahead: Array  # [%]
-    aside: Array  # [%]
-
-
-@dataclass(frozen=True)
-class HeadingError:
-    """A heading and the size of the error along it."""
-
-    angle: int  # [degrees]
-    size: float  # relative
-    off_axis: int  # angle to the nearest axis of the friction pyramid [degrees]
-
-
-@dataclass(frozen=True)
-class Isotropy:
-    """Errors over the headings of a scene that is turned as a whole."""
-
-    angles: tuple[int, ...]  # [degrees]
-    step: float  # [s]
-    every: tuple[Headings, ...]
-    best: HeadingError | None  # with default contacts
-    worst: HeadingError | None
-    default_spread: float | None
-    recommended_spread: float | None
-    recommended: float | None  # the largest size of an error
-
-
 def heading_runs(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Every heading in every method compared."""
     return [_run(*pair) for pair in product(METHODS, ANGLES)]
 
 
-def isotropy(study: Study) -> Isotropy | None:
+def isotropy(study: Study) -> Record | None:
     """Relative error of the displacement at each heading, and its spread."""
     every = {name: line for name in METHODS if (line := _over_headings(study, name))}
     if not every:
         return None
     default, recommended = every.get(DEFAULT), every.get(RECOMMENDED)
-    return Isotropy(
-        ANGLES,
-        STEP,
-        tuple(every.values()),
-        _heading(default.errors, np.argmin) if default else None,
-        _heading(default.errors, np.argmax) if default else None,
-        default.spread if default else None,
-        recommended.spread if recommended else None,
-        float(recommended.errors.max()) if recommended else None,
+    return Record(
+        angles=ANGLES,  # [degrees]
+        step=STEP,  # [s]
+        every=tuple(every.values()),
+        best=_heading(default.errors, np.argmin) if default else None,  # with default contacts
+        worst=_heading(default.errors, np.argmax) if default else None,
+        default_spread=default.spread if default else None,
+        recommended_spread=recommended.spread if recommended else None,
+        # the largest size of an error
+        recommended=float(recommended.errors.max()) if recommended else None,
     )
 
 
@@ -87,7 +52,7 @@ def _run(method: str, angle: int) -> ExtraRun:
     return ExtraRun(LINE, method, STEP, changes=turned, end_alone=True)
 
 
-def _over_headings(study: Study, method: str) -> Headings | None:
+def _over_headings(study: Study, method: str) -> Record | None:
     """The errors of a method; None where it did not run along every heading."""
     runs = [run for a in ANGLES if (run := study.answer(_run(method, a)))]
     if len(runs) < len(ANGLES):
@@ -95,17 +60,28 @@ def _over_headings(study: Study, method: str) -> Headings | None:
     errors = np.abs([end_error(LINE, run) for run in runs])
     around, radii = np.radians([*ANGLES, 360]), 100.0 * np.append(errors, errors[0])
     ahead, aside = radii * np.cos(around), radii * np.sin(around)
-    return Headings(method, errors, float(np.ptp(errors)), ahead, aside)
+    return Record(
+        method=method,
+        errors=errors,
+        spread=float(np.ptp(errors)),
+        ahead=ahead,  # [%]
+        aside=aside,  # [%]
+    )
 
 
-def _heading(errors: Array, end: Callable[[Array], np.intp]) -> HeadingError:
+def _heading(errors: Array, end: Callable[[Array], np.intp]) -> Record:
     """The heading at an end of the errors: the first of those that differ by their rounding."""
     place = int(end(np.round(errors, DIGITS)))
     angle = ANGLES[place]
-    return HeadingError(angle, float(errors[place]), abs((angle + 45) % 90 - 45))
+    return Record(
+        angle=angle,  # [degrees]
+        size=float(errors[place]),  # relative
+        # angle to the nearest axis of the friction pyramid [degrees]
+        off_axis=abs((angle + 45) % 90 - 45),
+    )
 
 
-def _differs(numbers: Isotropy) -> Claims:
+def _differs(numbers: Record) -> Claims:
     default, recommended = numbers.default_spread, numbers.recommended_spread
     if default is None or recommended is None:
         return ()

@@ -10,7 +10,7 @@ from itertools import product
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.identification import ParameterFit
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED, STEP
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import LINE
@@ -23,26 +23,15 @@ ALIKE = 1e-3  # of the friction: fits that differ by less do not tell
 
 
 @dataclass(frozen=True)
-class Fit:
-    """The friction that fits best along a heading."""
-
-    method: str
-    angle: int  # [degrees]
-    friction: float
-    bias: float  # relative
-    residual: float  # of the displacement, relative
-
-
-@dataclass(frozen=True)
 class IdentifiedFriction:
     """Fits over headings, with default contacts and with those recommended."""
 
     true: float
     step: float  # [s]
-    fits: tuple[Fit, ...]
+    fits: tuple[Record, ...]
 
     @property
-    def worst(self) -> Fit | None:
+    def worst(self) -> Record | None:
         """The most biased fit with default contacts; None where there is none."""
         default = [fit for fit in self.fits if fit.method == DEFAULT]
         return max(default, key=lambda fit: abs(fit.bias), default=None)
@@ -67,7 +56,15 @@ def numbers(study: Study) -> IdentifiedFriction | None:
         if fit:
             (parameter,) = fit.parameters
             true, bias = parameter.true, parameter.identified / parameter.true - 1.0
-            fits.append(Fit(method, angle, parameter.identified, bias, fit.residual))
+            fits.append(
+                Record(
+                    method=method,
+                    angle=angle,  # [degrees]
+                    friction=parameter.identified,
+                    bias=bias,  # relative
+                    residual=fit.residual,  # of the displacement, relative
+                )
+            )
     return IdentifiedFriction(true, STEP, tuple(fits)) if fits else None
 
 

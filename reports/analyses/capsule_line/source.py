@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.measurements import LINE, displacement_error, problem, runs
 
@@ -27,53 +26,6 @@ ON_LINES = (MUJOCO, "pymunk/feet")
 LINE_RUNS = runs(LINES, ON_LINES, (STEP,))
 Samples = Mapping[str, Array]
 """Times [s] and observables at them, by name."""
-
-
-@dataclass(frozen=True)
-class CheckManoeuvre:
-    """The check manoeuvre of the source over time, exact and in engines."""
-
-    switches: tuple[float, float, float]  # t1, t*, t2 [s]
-    displacement: float  # [m]
-    exact: Samples
-    engines: Mapping[str, Samples]
-    step: float = STEP
-
-
-@dataclass(frozen=True)
-class Misprints:
-    """Velocities of the body by eq. 19 as printed and as derived, and in MuJoCo."""
-
-    printed: float  # [m/s] at t*, as the two below
-    derived: float
-    measured: float | None
-    travel: float  # [m], of the slider until t2
-    times: Array
-    derived_rates: Array
-    printed_rates: Array  # until t*
-    velocities: Samples | None  # in MuJoCo
-    step: float = STEP
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line through C: its angle to C-A1 and displacement, and how engines go along it."""
-
-    scene: str
-    angle: float  # [degrees]
-    displacement: float  # [m]
-    errors: tuple[float | None, ...]  # of the displacement, relative, for each of ON_LINES
-    turns: tuple[float | None, ...]  # [rad], the largest
-
-
-@dataclass(frozen=True)
-class AnyLine:
-    """Lines through C in engines, and how far the body turns on them."""
-
-    lines: tuple[Line, ...]
-    largest_turn: float  # [rad]
-    methods: tuple[str, ...] = ON_LINES
-    step: float = STEP
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -93,7 +45,7 @@ def samples(study: Study, every: int, names: Sequence[str]) -> Mapping[str, Samp
     return by_engine
 
 
-def figure_2(study: Study) -> CheckManoeuvre:
+def figure_2(study: Study) -> Record:
     """v(t), v_c(t) and x(t) of the check manoeuvre, exact and as two engines have them."""
     line = problem(LINE).motion
     # The switches among the times, so that a corner is drawn as one.
@@ -102,10 +54,16 @@ def figure_2(study: Study) -> CheckManoeuvre:
     observed = problem(LINE).reference.observe(times)
     exact = {"times": times, **{name: observed[name] for name in DRAWN}}
     engines = samples(study, EVERY, DRAWN)
-    return CheckManoeuvre(switches, line.displacement, exact, engines)
+    return Record(
+        switches=switches,  # t1, t*, t2 [s]
+        displacement=line.displacement,  # [m]
+        exact=exact,
+        engines=engines,
+        step=STEP,
+    )
 
 
-def misprints(study: Study) -> Misprints:
+def misprints(study: Study) -> Record:
     """Eq. 19 as printed beside as derived, and the velocity at t* in an engine."""
     line = problem(LINE).motion
     stop = np.array([line.t_star])
@@ -113,41 +71,49 @@ def misprints(study: Study) -> Misprints:
     at_stop = None
     if run := study.answer(ExtraRun(LINE, MUJOCO, STEP)):
         at_stop = float(np.interp(line.t_star, run.times, run.observables["velocity"]))
-    return Misprints(
-        printed=float(printed_body_velocity(line, stop)[0]),
+    return Record(
+        printed=float(printed_body_velocity(line, stop)[0]),  # [m/s] at t*, as the two below
         derived=float(line.body_velocity(stop)[0]),
         measured=at_stop,
-        travel=float(line.strokes(np.array([line.t2]))[0]),
+        travel=float(line.strokes(np.array([line.t2]))[0]),  # [m], of the slider until t2
         times=times,
         derived_rates=line.body_velocity(times),
-        printed_rates=printed_body_velocity(line, times[times <= line.t_star]),
-        velocities=samples(study, EVERY, ("velocity",)).get(MUJOCO),
+        printed_rates=printed_body_velocity(line, times[times <= line.t_star]),  # until t*
+        velocities=samples(study, EVERY, ("velocity",)).get(MUJOCO),  # in MuJoCo
+        step=STEP,
     )
 
 
-def any_line(study: Study) -> AnyLine:
+def any_line(study: Study) -> Record:
     """Eq. 22 along the source's three lines and three others, in two engines."""
     lines = tuple(_line(study, scene) for scene in LINES)
     turns = [turn or 0.0 for line in lines for turn in line.turns]
-    return AnyLine(lines, max(turns))
+    return Record(
+        lines=lines,
+        largest_turn=max(turns),  # [rad]
+        methods=ON_LINES,
+        step=STEP,
+    )
 
 
-def _line(study: Study, scene: str) -> Line:
+def _line(study: Study, scene: str) -> Record:
+    """A line through C: its angle to C-A1 and displacement, and how engines go along it."""
     motion = problem(scene).motion
     turns = list[float | None]()
     for method in ON_LINES:
         run = study.answer(ExtraRun(scene, method, STEP))
         turns.append(None if run is None else float(np.abs(run.observables["heading"]).max()))
-    return Line(
-        scene,
-        math.degrees(motion.direction) % 360.0,
-        motion.displacement,
-        tuple(displacement_error(study, scene, method, STEP) for method in ON_LINES),
-        tuple(turns),
+    return Record(
+        scene=scene,
+        angle=math.degrees(motion.direction) % 360.0,  # [degrees]
+        displacement=motion.displacement,  # [m]
+        # of the displacement, relative, for each of ON_LINES
+        errors=tuple(displacement_error(study, scene, method, STEP) for method in ON_LINES),
+        turns=tuple(turns),  # [rad], the largest
     )
 
 
-def _straight(numbers: AnyLine) -> Claims:
+def _straight(numbers: Record) -> Claims:
     turn = numbers.largest_turn
     return (at_most("the largest turn of the body in an engine", turn, STRAIGHT, "rad"),)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from plumbob.analytic.systems.planner.problem import Limits, RestPose
 from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import LINE, measured_error, problem
 
 CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent
@@ -23,44 +23,6 @@ SHORTER = 1000.0  # times, of t1
 HARD = 2.0  # of w2 over f g/mu, beyond (15)
 STARTS = (-0.05, 0.0, 0.08)  # of the slider along its line [m]
 SPARE, AWAY = 1.002, 1e-3  # of |w| over f g/mu, and how far a plan goes with it [m]
-
-
-@dataclass(frozen=True)
-class HardBrake:
-    """The check manoeuvre with a brake beyond (15): HARD times f g/mu."""
-
-    back: float  # way until t* [m]
-    after: float  # way from there to rest [m], exact
-    formula: float  # the same by constant accelerations
-    ends: float  # when the body rests [s]
-
-
-@dataclass(frozen=True)
-class LineStatements:
-    """The check manoeuvre, and one whose acceleration is barely enough, as the source has them."""
-
-    friction_errors: tuple[float | None, ...]  # of the displacement, relative, for CONTACTS
-    weight: float  # [N]
-    load_gap: float  # of the sum of normal forces from the weight, relative
-    imbalance: float  # of eqs. 8 and 9, over the weight
-    enough: float  # acceleration [m/s²] above which the body moves
-    excess: float  # of the threshold's scene over that, relative
-    barely_moved: float  # [m], in that scene
-    switches: tuple[float, float, float]  # t1, t*, t2 [s]
-    exponents: tuple[float, float]  # of t1, in the displacements of slider and body
-    short_displacement: float  # [m]
-    opposite: bool  # whether slider and body go in opposite directions
-    plan_lines: int
-    plan_duration: float  # [s]
-    acceleration: float  # [m/s²] of the plan
-    hard_brake: HardBrake
-    by_start: float  # largest relative change of the displacement with the slider's start
-    hard: float = HARD
-    starts: tuple[float, ...] = STARTS
-    spare: float = SPARE
-    away: float = AWAY
-    shorter: float = SHORTER
-    step: float = STEP
 
 
 def slope(line: LineManoeuvre) -> tuple[float, float]:
@@ -85,7 +47,7 @@ def balance(line: LineManoeuvre) -> float:
     return float(np.abs(momentum - forces).max() / body.weight)
 
 
-def hard_brake(line: LineManoeuvre, factor: float = HARD) -> HardBrake:
+def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
     """The exact motion with w2 `factor` times f g/mu, 1 < `factor`: at t* the body turns round."""
     body, limit = line.capsule, line.capsule.holding_acceleration
     w2, resistance = factor * limit, body.friction * body.gravity
@@ -96,11 +58,12 @@ def hard_brake(line: LineManoeuvre, factor: float = HARD) -> HardBrake:
     left = line.t1 * (1.0 + line.w1 / w2) - t_star  # until the slider rests
     forth = body.mass_ratio * w2 - resistance
     places = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
-    return HardBrake(
-        float(places[0]),
-        float(places[1] - places[0]),
-        0.5 * forth * left**2 * (1.0 + forth / resistance),
-        motion.rest_time,
+    return Record(
+        back=float(places[0]),  # way until t* [m]
+        after=float(places[1] - places[0]),  # way from there to rest [m], exact
+        # the same by constant accelerations
+        formula=0.5 * forth * left**2 * (1.0 + forth / resistance),
+        ends=motion.rest_time,  # when the body rests [s]
     )
 
 
@@ -116,30 +79,40 @@ def from_starts(line: LineManoeuvre) -> float:
     return max(abs(moved(start) / line.displacement - 1.0) for start in STARTS)
 
 
-def numbers(study: Study) -> LineStatements:
+def numbers(study: Study) -> Record:
     """The sources' quantities, computed; and the errors of MuJoCo's friction."""
     line, barely = problem(LINE).motion, problem(THRESHOLD).motion
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
     limit, exponents = body.holding_acceleration, slope(line)
     plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
-    return LineStatements(
+    return Record(
+        # of the displacement, relative, for CONTACTS
         friction_errors=tuple(measured_error(study, LINE, method, STEP) for method in CONTACTS),
-        weight=body.weight,
+        weight=body.weight,  # [N]
+        # of the sum of normal forces from the weight, relative
         load_gap=float(np.abs(loads / body.weight - 1.0).max()),
-        imbalance=balance(line),
-        enough=limit,
-        excess=barely.w1 / limit - 1.0,
-        barely_moved=barely.displacement,
-        switches=(line.t1, line.t_star, line.t2),
-        exponents=exponents,
-        short_displacement=line.displacement / SHORTER ** exponents[1],
+        imbalance=balance(line),  # of eqs. 8 and 9, over the weight
+        enough=limit,  # acceleration [m/s²] above which the body moves
+        excess=barely.w1 / limit - 1.0,  # of the threshold's scene over that, relative
+        barely_moved=barely.displacement,  # [m], in that scene
+        switches=(line.t1, line.t_star, line.t2),  # t1, t*, t2 [s]
+        exponents=exponents,  # of t1, in the displacements of slider and body
+        short_displacement=line.displacement / SHORTER ** exponents[1],  # [m]
+        # whether slider and body go in opposite directions
         opposite=line.stroke * line.displacement < 0.0,
         plan_lines=plan.lines,
-        plan_duration=plan.duration,
-        acceleration=SPARE * limit,
+        plan_duration=plan.duration,  # [s]
+        acceleration=SPARE * limit,  # [m/s²] of the plan
         hard_brake=hard_brake(line),
+        # largest relative change of the displacement with the slider's start
         by_start=from_starts(line),
+        hard=HARD,
+        starts=STARTS,
+        spare=SPARE,
+        away=AWAY,
+        shorter=SHORTER,
+        step=STEP,
     )
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_line.source import Samples
 from plumbob.reports.analyses.measurements import LINE, covers, problem, recordings
 
@@ -28,44 +27,6 @@ ENGINES = (METHOD, "pymunk/side")
 ENGINE_STEP = 1e-3  # [s]
 OUTSIDE_RUNS = tuple(ExtraRun(LINE, method, ENGINE_STEP, changes=OUTSIDE) for method in ENGINES)
 DRAWN = 0.2  # [s]
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Whether a motion is as the source assumes, and its smallest normal force over the weight."""
-
-    com_inside: bool
-    slider_inside: bool
-    lowest: float
-
-
-@dataclass(frozen=True)
-class Lift:
-    """When a foot leaves the plane [s], and how far C has risen [m] at the end [s]."""
-
-    time: float
-    risen: float
-    end: float
-
-
-@dataclass(frozen=True)
-class Tipping:
-    """The exact condition, motions that hold without the source's, and a run that tips."""
-
-    reach: float  # of the slider from C, over the triangle's
-    check: Motion
-    edge: Motion
-    outside: Motion  # C outside the triangle
-    displacement: float  # [m], with C outside
-    errors: Mapping[str, float]  # of engines, relative, with C outside
-    lift: Lift | None
-    times: Array  # [s]
-    exact: Array  # normal force at A1 [N], inside the edge
-    statics: Array  # beyond
-    inside: Samples | None  # in MuJoCo
-    tipped: Samples | None
-    step: float = ENGINE_STEP
-    beyond: float = BEYOND
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -83,7 +44,7 @@ def loads_beyond(times: Array) -> Array:
     return normal_forces(line.capsule, places)
 
 
-def numbers(study: Study) -> Tipping | None:
+def numbers(study: Study) -> Record | None:
     """The exact condition and the runs about it; None where the study does not have the check
     manoeuvre."""
     if not covers(study, LINE):
@@ -93,38 +54,46 @@ def numbers(study: Study) -> Tipping | None:
     exact = float(outside.displacement)
     by_request = recordings(study, OUTSIDE_RUNS)
     times = np.linspace(0.0, DRAWN, 200)
-    return Tipping(
+    return Record(
+        # of the slider from C, over the triangle's
         reach=1.0 / problem(LINE).setup.capsule.mass_ratio,
         check=_motion(check),
         edge=_motion(edge),
-        outside=_motion(outside),
-        displacement=exact,
+        outside=_motion(outside),  # C outside the triangle
+        displacement=exact,  # [m], with C outside
+        # of engines, relative, with C outside
         errors={
             request.method: float(run.observables["displacement"][-1]) / exact - 1.0
             for request, run in by_request.items()
         },
         lift=_lift(study),
-        times=times,
-        exact=edge.normal_forces(times)[:, 0],
-        statics=loads_beyond(times)[:, 0],
-        inside=_load(study, INSIDE),
+        times=times,  # [s]
+        exact=edge.normal_forces(times)[:, 0],  # normal force at A1 [N], inside the edge
+        statics=loads_beyond(times)[:, 0],  # beyond
+        inside=_load(study, INSIDE),  # in MuJoCo
         tipped=_load(study, TIPPED),
+        step=ENGINE_STEP,
+        beyond=BEYOND,
     )
 
 
-def _motion(motion: LineManoeuvre) -> Motion:
+def _motion(motion: LineManoeuvre) -> Record:
+    """Whether a motion is as the source assumes, and its smallest normal force over the weight."""
     lowest, _ = lowest_normal_forces(motion.capsule, (motion.segment,))
     assumed = source_assumption(motion.capsule, (motion.segment,))
     smallest = float(np.min(lowest)) / motion.capsule.weight
-    return Motion(assumed.com_inside, assumed.slider_inside, smallest)
+    return Record(
+        com_inside=assumed.com_inside, slider_inside=assumed.slider_inside, lowest=smallest
+    )
 
 
-def _lift(study: Study) -> Lift | None:
+def _lift(study: Study) -> Record | None:
+    """When a foot leaves the plane [s], and how far C has risen [m] at the end [s]."""
     if (run := study.answer(TIPPED)) is None:
         return None
     off = run.times[run.channels["contacts"] < 3]
     risen = float(run.channels["vertical_displacement"][-1])
-    return Lift(float(off[0]), risen, float(run.times[-1])) if off.size else None
+    return Record(time=float(off[0]), risen=risen, end=float(run.times[-1])) if off.size else None
 
 
 def _load(study: Study, request: ExtraRun) -> Samples | None:

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import BESIDE, CURVES, planned
-from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.capsule_plan.plans import PlanNumbers, plan_numbers, plan_of
-from plumbob.reports.analyses.capsule_plan.pose_errors import OpenRun, open_runs, run_of
+from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
+from plumbob.reports.analyses.capsule_plan.pose_errors import open_runs, run_of
 from plumbob.reports.analyses.measurements import covers
 
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
@@ -26,43 +24,6 @@ PAIRS: tuple[Pair, ...] = ((1, 2), (2, 3), (3, 1))
 ARCS: tuple[ArcName, ...] = ("shorter", "longer")
 SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
 POINTS = 400  # of a slider's path
-
-
-@dataclass(frozen=True)
-class Along:
-    """A plan along a curve, and the slider's path in the body [m], shape (POINTS, 2)."""
-
-    plan: PlanNumbers
-    path: Array
-
-
-@dataclass(frozen=True)
-class Legs:
-    """Plans to one pose along all curves, exact and in engines."""
-
-    curves: tuple[Along, ...]
-    runs: tuple[OpenRun, ...]
-    supports: Array  # [m], shape (4, 2): a closed loop
-    second: PlanNumbers  # of the second of `scenes`
-    scenes: tuple[str, ...] = SCENES
-    methods: tuple[str, ...] = METHODS
-    step: float = STEP
-
-    @property
-    def worst(self) -> float:
-        """The largest error of an exact motion [m] or [rad]."""
-        return max(max(along.plan.distance, along.plan.angle) for along in self.curves)
-
-    @property
-    def slowest(self) -> float:
-        """The longest time of a plan over the shortest."""
-        times = [along.plan.duration for along in self.curves]
-        return max(times) / min(times)
-
-    @property
-    def farthest(self) -> float | None:
-        """The largest error of the place in an engine [m]."""
-        return max((run.end.distance for run in self.runs), default=None)
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -79,22 +40,36 @@ def plans() -> tuple[Plan, ...]:
     return tuple(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves)
 
 
-def numbers(study: Study) -> Legs | None:
+def numbers(study: Study) -> Record | None:
     """The six plans, and three of them in two engines; None where the study has no such plan."""
     if not any(covers(study, name) for name in SCENES):
         return None
     every = plans()
     corners = np.array(every[0].capsule.supports)
-    return Legs(
-        tuple(_along(plan) for plan in every),
-        open_runs(study, SCENES, METHODS, STEP),
-        np.vstack([corners, corners[:1]]),
-        plan_numbers(plan_of(SCENES[1])),
+    curves = tuple(_along(plan) for plan in every)
+    times = [plan.duration for plan in every]
+    runs = open_runs(study, SCENES, METHODS, STEP)
+    return Record(
+        curves=curves,
+        runs=runs,
+        supports=np.vstack([corners, corners[:1]]),  # [m], shape (4, 2): a closed loop
+        second=plan_numbers(plan_of(SCENES[1])),  # of the second of `scenes`
+        scenes=SCENES,
+        methods=METHODS,
+        step=STEP,
+        # the largest error of an exact motion [m] or [rad]
+        worst=max(max(along.plan.distance, along.plan.angle) for along in curves),
+        slowest=max(times) / min(times),  # the longest time of a plan over the shortest
+        # the largest error of the place in an engine [m]
+        farthest=max((run.end.distance for run in runs), default=None),
     )
 
 
-def _along(plan: Plan) -> Along:
-    return Along(plan_numbers(plan), plan.slider(np.linspace(0.0, plan.duration, POINTS)))
+def _along(plan: Plan) -> Record:
+    """A plan along a curve, and the slider's path in the body [m], shape (POINTS, 2)."""
+    return Record(
+        plan=plan_numbers(plan), path=plan.slider(np.linspace(0.0, plan.duration, POINTS))
+    )
 
 
 LEGS = Analysis("capsule_plan/legs", numbers, requests)

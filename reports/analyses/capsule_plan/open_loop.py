@@ -3,50 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import (
     SHOWN,
-    PlanNumbers,
     names,
     plan_numbers,
     plan_of,
 )
-from plumbob.reports.analyses.capsule_plan.pose_errors import OpenRun, open_runs, run_of
+from plumbob.reports.analyses.capsule_plan.pose_errors import open_runs, run_of
 
 DEFAULT = "mujoco/euler"  # its contacts' stiction drifts
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet", "mujoco/rk4+coulomb", DEFAULT)
 QUICK = METHODS[:2]
 STEP = 1e-3  # [s]
 SMALLEST = 1e-12  # [m] and [rad]: where an error of zero is drawn
-
-
-@dataclass(frozen=True)
-class Span:
-    """The error of the place at the end of a method's plans [m]."""
-
-    method: str
-    plans: int
-    least: float
-    largest: float
-
-
-@dataclass(frozen=True)
-class OpenLoop:
-    """Plans of a study, run open-loop to their ends."""
-
-    runs: tuple[OpenRun, ...]
-    spans: tuple[Span, ...]
-    slow: float | None  # [m]: slow motions' largest error with friction that converges
-    slow_default: float | None  # and on default contacts
-    first: PlanNumbers
-    shown: str  # the plan that is drawn; empty where the study lacks it
-    smallest: float = SMALLEST
-    step: float = STEP
-    quick: tuple[str, ...] = QUICK
 
 
 def methods(study: Study | StudyPlan) -> tuple[str, ...]:
@@ -59,28 +32,34 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return [run_of(name, method, STEP) for name in names(plan) for method in methods(plan)]
 
 
-def numbers(study: Study) -> OpenLoop | None:
+def numbers(study: Study) -> Record | None:
     """The errors at the end by plan and method; None without a plan or an engine."""
     plans = names(study)
     runs = open_runs(study, plans, methods(study), STEP)
     if not runs:
         return None
-    return OpenLoop(
-        runs,
-        tuple(_span(method, runs) for method in dict.fromkeys(run.method for run in runs)),
-        _slow(run for run in runs if run.method != DEFAULT),
-        _slow(run for run in runs if run.method == DEFAULT),
-        plan_numbers(plan_of(plans[0])),
-        SHOWN if SHOWN in plans else "",
+    return Record(
+        runs=runs,
+        spans=tuple(_span(method, runs) for method in dict.fromkeys(run.method for run in runs)),
+        # [m]: slow motions' largest error with friction that converges
+        slow=_slow(run for run in runs if run.method != DEFAULT),
+        slow_default=_slow(run for run in runs if run.method == DEFAULT),  # and on default contacts
+        first=plan_numbers(plan_of(plans[0])),
+        # the plan that is drawn; empty where the study lacks it
+        shown=SHOWN if SHOWN in plans else "",
+        smallest=SMALLEST,
+        step=STEP,
+        quick=QUICK,
     )
 
 
-def _span(method: str, runs: Sequence[OpenRun]) -> Span:
+def _span(method: str, runs: Sequence[Record]) -> Record:
+    """The error of the place at the end of a method's plans [m]."""
     distances = [run.end.distance for run in runs if run.method == method]
-    return Span(method, len(distances), min(distances), max(distances))
+    return Record(method=method, plans=len(distances), least=min(distances), largest=max(distances))
 
 
-def _slow(runs: Iterable[OpenRun]) -> float | None:
+def _slow(runs: Iterable[Record]) -> float | None:
     """The largest part of an error that slow motions caused [m]."""
     return max((run.parts["slow"].distance for run in runs if "slow" in run.parts), default=None)
 

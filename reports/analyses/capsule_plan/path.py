@@ -10,7 +10,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import (
     SHOWN,
     PlanNumbers,
@@ -38,21 +38,12 @@ class PathSegment:
 
 
 @dataclass(frozen=True)
-class Pose:
-    """The triangle of the supports at rest, a closed loop that begins at A1."""
-
-    time: float  # [s]
-    x: Array  # [m]
-    y: Array
-
-
-@dataclass(frozen=True)
 class Path:
     """One plan, drawn."""
 
     plan: PlanNumbers
     pieces: tuple[PathSegment, ...]
-    poses: tuple[Pose, ...]  # before, between and after turns and lines
+    poses: tuple[Record, ...]  # before, between and after turns and lines
     circle_x: Array  # [m]: where the slider turns, in the body
     circle_y: Array
 
@@ -92,12 +83,17 @@ def _piece(plan: Plan, manoeuvre: Manoeuvre) -> PathSegment:
     return PathSegment(manoeuvre.kind, times, x, y, state.heading, *slider.T)
 
 
-def _pose(plan: Plan, time: float) -> Pose:
+def _pose(plan: Plan, time: float) -> Record:
+    """The triangle of the supports at rest, a closed loop that begins at A1."""
     at = plan.motion.at(np.array([time]))
     supports = plan.capsule.supports
     corners = np.array([complex(*point) for point in (*supports, supports[0])])
     placed = complex(*at.position[0]) + corners * np.exp(1j * at.heading[0])
-    return Pose(time, placed.real, placed.imag)
+    return Record(
+        time=time,  # [s]
+        x=placed.real,  # [m]
+        y=placed.imag,
+    )
 
 
 def _axis_range(values: list[Array]) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -15,7 +15,8 @@ from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.capsule_plan.plans import PlanNumbers, plan_numbers, plan_of
+from plumbob.reports.analyses.analysis import Record
+from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
 from plumbob.reports.analyses.measurements import case
 
 STILL = 1e-12  # [m/s] and [rad/s]: the exact motion is at rest
@@ -102,50 +103,37 @@ def run_of(name: str, method: str, step: float) -> ExtraRun:
     return ExtraRun(name, method, step, run_duration(plan_of(name), step))
 
 
-@dataclass(frozen=True)
-class AtRest:
-    """The error after a manoeuvre at whose end the body is at rest."""
-
-    time: float  # [s]
-    kind: str
-    error: PoseError
-
-
-@dataclass(frozen=True)
-class OpenRun:
-    """A plan run open-loop to its end: the errors, and what each kind of manoeuvre added."""
-
-    scene: str
-    plan: PlanNumbers
-    method: str
-    after: tuple[AtRest, ...]
-    parts: Mapping[str, PoseError]
-
-    @property
-    def end(self) -> PoseError:
-        """The error at the end."""
-        return self.after[-1].error
-
-
 def open_runs(
     study: Study, names: Iterable[str], methods: Iterable[str], step: float
-) -> tuple[OpenRun, ...]:
+) -> tuple[Record, ...]:
     """The plans of scenes that methods ran with `step` [s], but those that do not reach an end."""
     every = (_open_run(study, run_of(n, m, step)) for n, m in product(names, methods))
     return tuple(filter(None, every))
 
 
-def _open_run(study: Study, request: ExtraRun) -> OpenRun | None:
+def _open_run(study: Study, request: ExtraRun) -> Record | None:
+    """A plan run open-loop to its end: the errors after manoeuvres at whose end the body is at
+    rest, and what each kind of manoeuvre added."""
     name, plan = request.scene, plan_of(request.scene)
     if (recorded := study.answer(request)) is None or len(recorded.times) < 2:
         return None
     errors = pose_errors(plan, case(name).reference, recorded)
     after = [
-        AtRest(float(end), manoeuvre.kind, error)
+        Record(
+            time=float(end),  # [s]
+            kind=manoeuvre.kind,
+            error=error,
+        )
         for end, manoeuvre, error in zip(plan.ends, plan.manoeuvres, errors, strict=True)
         if error is not None
     ]
     if errors[-1] is None:
         return None
-    parts = by_kind(plan, errors)
-    return OpenRun(name, plan_numbers(plan), request.method, tuple(after), parts)
+    return Record(
+        scene=name,
+        plan=plan_numbers(plan),
+        method=request.method,
+        after=after,
+        parts=by_kind(plan, errors),
+        end=errors[-1],
+    )

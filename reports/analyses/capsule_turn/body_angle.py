@@ -11,7 +11,7 @@ from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.exact_motion import FormulaErrors, formulas
 from plumbob.reports.analyses.capsule_turn.turns import (
     JUDGED,
@@ -51,20 +51,11 @@ class TurnErrors:
 
 
 @dataclass(frozen=True)
-class StepErrors:
-    """The predicted errors of Euler's steps of tau/`parts`."""
-
-    parts: int
-    stop: Points
-    rest: Points
-
-
-@dataclass(frozen=True)
 class Angles:
     """Errors of engines and formulas, and the accuracy asked for."""
 
     errors: tuple[TurnErrors, ...]
-    steps: tuple[StepErrors, ...]
+    steps: tuple[Record, ...]
     formula: FormulaErrors
     corrected: FormulaErrors
     ordered: bool
@@ -102,12 +93,14 @@ def _turn_errors(study: Study, epsilon: float, name: str) -> TurnErrors | None:
     return TurnErrors(epsilon, name, stop, end, *orders)
 
 
-def _step_errors(study: Study, parts: int) -> StepErrors:
+def _step_errors(study: Study, parts: int) -> Record:
     """At 2 tau by its formula, the same for every epsilon; at rest where the study has it."""
     stop = tuple((e, euler_lead(turn(e)) * turn(e).half_time / parts) for e in EPSILONS)
     runs = [(e, turn_run(study, e, EULER, parts)) for e in epsilons(study)]
     predicted = [(e, run.errors["body_angle"].predicted) for e, run in runs if run]
-    return StepErrors(parts, stop, tuple((e, error.end) for e, error in predicted if error))
+    return Record(
+        parts=parts, stop=stop, rest=tuple((e, error.end) for e, error in predicted if error)
+    )
 
 
 def angle_claims(numbers: Angles) -> Claims:
@@ -147,29 +140,7 @@ def leak(study: Study) -> Leak | None:
     return Leak(turns, ratios, leads[0], turn(0.03).half_time / JUDGED)
 
 
-@dataclass(frozen=True)
-class Deflected:
-    """A turn's vertical displacement, and its error at rest beyond the step's."""
-
-    epsilon: float
-    method: str
-    force: float  # the largest on the slider [N]
-    vertical: float  # range [m]
-    beyond: float  # [rad]
-    bound: float | None  # of that, from contact deflection [rad]
-
-
-@dataclass(frozen=True)
-class Deflection:
-    """Turns on contacts whose stiffness goes with the step, and on default ones."""
-
-    rows: tuple[Deflected, ...]
-    vertical: Mapping[str, float]  # the largest of each method
-    beyond: Mapping[str, float]  # likewise, as a magnitude
-    judged: int = JUDGED
-
-
-def deflection(study: Study) -> Deflection | None:
+def deflection(study: Study) -> Record | None:
     """Effect of contact deflection on turns; None where the study has no such runs."""
     pairs = [(epsilon, name) for epsilon in epsilons(study) for name in (EULER, DEFAULT)]
     rows = tuple(row for pair in pairs if (row := _deflected(study, *pair)))
@@ -178,20 +149,33 @@ def deflection(study: Study) -> Deflection | None:
         return None
     vertical = {name: max(row.vertical for row in part) for name, part in parts.items()}
     beyond = {name: max(abs(row.beyond) for row in part) for name, part in parts.items()}
-    return Deflection(rows, vertical, beyond)
+    return Record(
+        rows=rows,
+        vertical=vertical,  # the largest of each method
+        beyond=beyond,  # likewise, as a magnitude
+        judged=JUDGED,
+    )
 
 
-def _deflected(study: Study, epsilon: float, name: str) -> Deflected | None:
+def _deflected(study: Study, epsilon: float, name: str) -> Record | None:
+    """A turn's vertical displacement, and its error at rest beyond the step's."""
     run = turn_run(study, epsilon, name, JUDGED)
     error = run.errors["body_angle"] if run else None
     if run is None or error is None or error.predicted is None:
         return None
     vertical, beyond = run.channels["vertical_displacement"], error.end - error.predicted.end
     force, bound = facts(epsilon)["driving_force_peak"], error.model.get("contact deflection")
-    return Deflected(epsilon, name, force, vertical, beyond, bound)
+    return Record(
+        epsilon=epsilon,
+        method=name,
+        force=force,  # the largest on the slider [N]
+        vertical=vertical,  # range [m]
+        beyond=beyond,  # [rad]
+        bound=bound,  # of that, from contact deflection [rad]
+    )
 
 
-def deflection_claims(numbers: Deflection) -> Claims:
+def deflection_claims(numbers: Record) -> Claims:
     """Contacts that go with the step do no harm, and default ones lift the body."""
     vertical = numbers.vertical
     text = "vertical displacements, on default contacts and on those of the step"

@@ -12,7 +12,7 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import JUDGED, judged_run, name_of, turn
 from plumbob.reports.analyses.measurements import covers, plan_of, problem, recordings
 
@@ -65,34 +65,6 @@ class Departure:
         return self.largest / self.epsilon**2
 
 
-@dataclass(frozen=True)
-class Samples:
-    """Samples of a run: times over tau, body angles [rad], and the place of C [mm]."""
-
-    method: str
-    phases: Array
-    angles: Array
-    x: Array
-    y: Array
-
-
-@dataclass(frozen=True)
-class TurnCourse:
-    """A turn over time, exact, to leading order and in the engines."""
-
-    departures: tuple[Departure, ...]
-    phases: Array  # times of all curves, over tau
-    slider: Array  # phi [rad]
-    formula: Array  # -mu_1 phi [rad]
-    exact: Array  # psi [rad]
-    path: Array  # of C [mm], shape (2, n)
-    leading: Array  # the same without friction
-    runs: tuple[Samples, ...]
-    step: float  # [s]
-    drawn: float = DRAWN
-    judged: int = JUDGED
-
-
 def departure(epsilon: float) -> Departure:
     """The difference over the turn, and where it is the largest."""
     phases = np.linspace(0.0, 2.0, POINTS + 1)
@@ -101,33 +73,38 @@ def departure(epsilon: float) -> Departure:
     return Departure(epsilon, float(off.max()), float(phases[np.argmax(off)]), scaled)
 
 
-def numbers(study: Study) -> TurnCourse:
+def numbers(study: Study) -> Record:
     """Angles and paths of the turn that is drawn, with the engines' where the study has it."""
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
     angles, place = exact_course(DRAWN, PHASES)
     recorded = recordings(study, requests(plan_of(study)))
-    return TurnCourse(
-        tuple(departure(epsilon) for epsilon in EPSILONS),
-        PHASES,
-        manoeuvre.slider_angles(times),
-        manoeuvre.body_angles(times),
-        angles,
-        1e3 * place.T,
-        1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
-        tuple(_samples(request.method, run) for request, run in recorded.items()),
-        manoeuvre.half_time / JUDGED,
+    return Record(
+        departures=tuple(departure(epsilon) for epsilon in EPSILONS),
+        phases=PHASES,  # times of all curves, over tau
+        slider=manoeuvre.slider_angles(times),  # phi [rad]
+        formula=manoeuvre.body_angles(times),  # -mu_1 phi [rad]
+        exact=angles,  # psi [rad]
+        path=1e3 * place.T,  # of C [mm], shape (2, n)
+        # the same without friction
+        leading=1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
+        runs=tuple(_samples(request.method, run) for request, run in recorded.items()),
+        step=manoeuvre.half_time / JUDGED,  # [s]
+        drawn=DRAWN,
+        judged=JUDGED,
     )
 
 
-def _samples(method: str, run: Trajectory) -> Samples:
+def _samples(method: str, run: Trajectory) -> Record:
     """Samples evenly spaced over the turn, those of the engines in turn."""
     half_time = turn(DRAWN).half_time
     inside = np.flatnonzero(run.times <= LASTING * half_time)
     every = max(1, len(inside) // DOTS)
     kept = inside[ENGINES.index(method) * every // 2 :: every]
     angles, x, y = (run.observables[name][kept] for name in ("body_angle", "x", "y"))
-    return Samples(method, run.times[kept] / half_time, angles, 1e3 * x, 1e3 * y)
+    return Record(
+        method=method, phases=run.times[kept] / half_time, angles=angles, x=1e3 * x, y=1e3 * y
+    )
 
 
 COURSE = Analysis("capsule_turn/course", numbers, requests)

@@ -15,8 +15,8 @@ from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.tripod_capsule.turn import EPSILONS
-from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.capsule_turn.modes import Modes, modes_of, slip_speeds
+from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.analyses.capsule_turn.modes import modes_of, slip_speeds
 from plumbob.reports.analyses.capsule_turn.turns import facts, turn
 
 CHECKED = MappingProxyType(
@@ -102,19 +102,7 @@ def motion() -> ThreePointMotion:
     return single
 
 
-@dataclass(frozen=True)
-class Touch:
-    """A support (1, 2, 3) of a slender body that stops and slides on at once."""
-
-    time: float  # over tau
-    support: int
-    speed: float  # there [m/s]
-    sides: Rows  # time [s], slip speeds so long before and after, and those over the time
-    modes: Modes
-    parameters: Mapping[str, float]
-
-
-def touching(study: Study) -> Touch:
+def touching(study: Study) -> Record:
     """The slip speed on either side of the stop."""
     single, tau = motion(), SLENDER["half_time"]
     modes, sides = modes_of(single, tau), np.array(SIDES)
@@ -124,7 +112,14 @@ def touching(study: Study) -> Touch:
     at, *speeds = slip_speeds(single, times)[touch.support]
     before, after = np.reshape(speeds, (2, -1))
     rows = np.column_stack([sides, before, after, before / sides, after / sides])
-    return Touch(touch.time / tau, touch.support + 1, float(at), rows, modes, SLENDER)
+    return Record(
+        time=touch.time / tau,  # over tau
+        support=touch.support + 1,
+        speed=float(at),  # there [m/s]
+        sides=rows,  # time [s], slip speeds so long before and after, and those over the time
+        modes=modes,
+        parameters=SLENDER,
+    )
 
 
 SECOND_ORDER = Analysis("capsule_turn/second_order", second_order)

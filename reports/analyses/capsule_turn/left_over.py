@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import (
     JUDGED,
     METHODS,
@@ -37,18 +37,7 @@ class Left:
         return self.rate / self.rate_formula - 1.0
 
 
-@dataclass(frozen=True)
-class LeftOver:
-    """The velocities left at 2 tau, exact and in engines."""
-
-    rows: tuple[Left, ...]
-    shown: Left
-    coefficient: float  # [rad/s²]: omega(2 tau) over tau
-    engines: tuple[tuple[float, str, float, float], ...]  # epsilon, method, omega [rad/s], error
-    judged: int = JUDGED
-
-
-def numbers(study: Study) -> LeftOver:
+def numbers(study: Study) -> Record:
     """omega and |v| at 2 tau over epsilon, exact, by the formula, and as engines have omega."""
     engines = tuple(
         (epsilon, method, facts(epsilon)["angular_velocity_at_stop"] + error, error)
@@ -57,7 +46,13 @@ def numbers(study: Study) -> LeftOver:
         if (error := judged_error(study, epsilon, method, "stop", "heading_rate")) is not None
     )
     coefficient = turn(SHOWN).correction.left_at_stop.heading
-    return LeftOver(tuple(_left(e) for e in EPSILONS), _left(SHOWN), coefficient, engines)
+    return Record(
+        rows=tuple(_left(e) for e in EPSILONS),
+        shown=_left(SHOWN),
+        coefficient=coefficient,  # [rad/s²]: omega(2 tau) over tau
+        engines=engines,  # epsilon, method, omega [rad/s], error
+        judged=JUDGED,
+    )
 
 
 def _left(epsilon: float) -> Left:

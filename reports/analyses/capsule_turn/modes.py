@@ -12,7 +12,7 @@ from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import problem
 
 POINTS = 150  # of a curve of speeds, and more beside every event
@@ -23,22 +23,10 @@ Slips = tuple[Array, Array]  # times in half times; slip speeds over the largest
 
 
 @dataclass(frozen=True)
-class Stay:
-    """A stay in a mode, from event to event, in half times of the turn."""
-
-    mode: str
-    support: int  # 1, 2, 3: the pivot, or what has just slipped; 0: none
-    begin: float
-    end: float
-    lasts: float | None  # None: for ever
-    again: bool  # slides after sliding: a support stops and slides on at once
-
-
-@dataclass(frozen=True)
 class Modes:
     """The modes of a turn over time, and its slip speeds."""
 
-    stays: tuple[Stay, ...]
+    stays: tuple[Record, ...]
     slips: tuple[Slips, ...]  # in parts that join
     top: float  # the largest slip speed [m/s]
 
@@ -48,13 +36,15 @@ def modes_of(motion: ThreePointMotion, unit: float) -> Modes:
     ends = [*(event.time for event in motion.events[1:]), LATE * motion.rest_time]
     modes = ["", *(event.mode for event in motion.events[:-1])]
     stays = tuple(
-        Stay(
-            event.mode,
-            event.support + 1,
-            event.time / unit,
-            end / unit,
-            (end - event.time) / unit if event.time < motion.rest_time else None,
-            before == event.mode == "slide",
+        Record(
+            mode=event.mode,
+            support=event.support + 1,  # 1, 2, 3: the pivot, or what has just slipped; 0: none
+            begin=event.time / unit,
+            end=end / unit,
+            # None: for ever
+            lasts=(end - event.time) / unit if event.time < motion.rest_time else None,
+            # slides after sliding: a support stops and slides on at once
+            again=before == event.mode == "slide",
         )
         for before, event, end in zip(modes, motion.events, ends, strict=True)
     )
@@ -84,65 +74,55 @@ def _slips(motion: ThreePointMotion, unit: float) -> tuple[tuple[Slips, ...], fl
     return tuple((times[reach] / unit, shown[:, reach]) for reach in reaches), top
 
 
-@dataclass(frozen=True)
-class Ending:
-    """Errors of a method's body angle at the end [rad], at its coarsest and its finest step."""
-
-    method: str
-    step: float  # the finest [s]
-    lost: str = ""  # why no run reached the end
-    coarse: float | None = None
-    fine: float | None = None
-    predicted: float | None = None  # of the finest
-    order: float | None = None
-
-
-@dataclass(frozen=True)
-class HardTurn:
-    """A hard turn in numbers: its exact motion, and the methods' errors at its end."""
-
-    epsilon: float
-    slider_angle: float  # Z tau^2 [rad]
-    count: int  # of turns
-    lightest: float  # the smallest normal force, over the weight
-    acceleration: float  # the largest a Omega^2 [m/s²]
-    rest_at: float  # in half times
-    body_angle: float  # at the end [rad]
-    duration: float  # [s]
-    modes: Modes
-    endings: tuple[Ending, ...]
-
-
-def hard_turn(study: Study, scene: Scene) -> HardTurn:
+def hard_turn(study: Study, scene: Scene) -> Record:
     """The exact motion's modes and slips, what makes the case hard, and errors at the end."""
     turned = problem(scene.name).motion
     move = turned.manoeuvre
     lowest, _ = lowest_normal_forces(move.capsule, move.track)
     endings = (_ending(series) for series in study.convergence if series.scene == scene.name)
-    return HardTurn(
-        move.epsilon,
-        move.slider_angle,
-        turned.count,
-        float(min(lowest)) / move.capsule.weight,
-        move.radius * (move.angular_acceleration * move.half_time) ** 2,
-        turned.single.rest_time / move.half_time,
-        float(turned.at(scene.duration).heading[0]),
-        scene.duration,
-        modes_of(turned.single, move.half_time),
-        tuple(filter(None, endings)),
+    return Record(
+        epsilon=move.epsilon,
+        slider_angle=move.slider_angle,  # Z tau^2 [rad]
+        count=turned.count,  # of turns
+        # the smallest normal force, over the weight
+        lightest=float(min(lowest)) / move.capsule.weight,
+        # the largest a Omega^2 [m/s²]
+        acceleration=move.radius * (move.angular_acceleration * move.half_time) ** 2,
+        rest_at=turned.single.rest_time / move.half_time,  # in half times
+        body_angle=float(turned.at(scene.duration).heading[0]),  # at the end [rad]
+        duration=scene.duration,  # [s]
+        modes=modes_of(turned.single, move.half_time),
+        endings=tuple(filter(None, endings)),
     )
 
 
-def _ending(series: ConvergenceStudy) -> Ending | None:
+def _ending(series: ConvergenceStudy) -> Record | None:
+    """Errors of a method's body angle at the end [rad], at its coarsest and its finest step."""
     done = [run for run in series.measurements if run.status == "done"]
     if done:
         coarse, fine = (run.errors["body_angle"] for run in (done[0], done[-1]))
         predicted = fine.predicted.end if fine.predicted else None
         order = series.order.slope if series.order else None
-        return Ending(series.method, done[-1].step, "", coarse.end, fine.end, predicted, order)
+        return Record(
+            method=series.method,
+            step=done[-1].step,  # the finest [s]
+            lost="",  # why no run reached the end
+            coarse=coarse.end,
+            fine=fine.end,
+            predicted=predicted,  # of the finest
+            order=order,
+        )
     for run in series.measurements[-1:]:
         if run.status == "diverged":
-            return Ending(series.method, run.step, run.reason)
+            return Record(
+                method=series.method,
+                step=run.step,
+                lost=run.reason,
+                coarse=None,
+                fine=None,
+                predicted=None,
+                order=None,
+            )
     return None
 
 

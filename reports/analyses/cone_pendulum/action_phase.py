@@ -18,7 +18,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.analyses.energy_drift import in_double
@@ -55,34 +55,12 @@ class Period:
 
 
 @dataclass(frozen=True)
-class Start:
-    """A motion of MuJoCo's full model, from an entry of STARTS."""
-
-    theta: float  # [rad]
-    speed: float  # [rad/s]
-    energy: float  # [J]
-    regime: str
-    period: Period
-    drift: float | None  # largest change of the action over the run, relative
-
-
-@dataclass(frozen=True)
-class Swing:
-    """A swing of an engine's simple pendulum."""
-
-    method: str
-    amplitude: float  # [rad]
-    period: Period
-    ratio: float | None  # of the measured period to that of small swings
-
-
-@dataclass(frozen=True)
 class ActionPhase:
     """Actions and periods, exact and in engines' runs."""
 
-    starts: tuple[Start, ...]
+    starts: tuple[Record, ...]
     branches: tuple[Branch, ...]  # of the source's cone on its turning platform
-    swings: tuple[Swing, ...]
+    swings: tuple[Record, ...]
     amplitudes: Array  # [rad] of the simple pendulum
     ratios: tuple[float, ...]  # at them, of the exact period to that of small swings
     step: float = SWING_STEP
@@ -145,7 +123,8 @@ def numbers(study: Study) -> ActionPhase:
     )
 
 
-def _start(study: Study, theta: float, speed: float) -> Start:
+def _start(study: Study, theta: float, speed: float) -> Record:
+    """A motion of MuJoCo's full model, from an entry of STARTS."""
     problem, run = started(theta, speed), study.answer(_request(theta, speed))
     motion, drift = problem.motion, None
     period = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
@@ -153,13 +132,26 @@ def _start(study: Study, theta: float, speed: float) -> Start:
         system = case_of(find_scene(ROTATING)).system
         drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
     energy, times = float(double(motion.energy)), Period(motion.period, period)
-    return Start(theta, speed, energy, motion.regime, times, drift)
+    return Record(
+        theta=theta,  # [rad]
+        speed=speed,  # [rad/s]
+        energy=energy,  # [J]
+        regime=motion.regime,
+        period=times,
+        drift=drift,  # largest change of the action over the run, relative
+    )
 
 
-def _swing(study: Study, method: str, amplitude: float) -> Swing:
+def _swing(study: Study, method: str, amplitude: float) -> Record:
+    """A swing of an engine's simple pendulum."""
     period = swing_period(study.answer(_swing_request(method, amplitude)), 0.0)
     ratio = None if period is None else period / swing_time(1e-6)
-    return Swing(method, amplitude, Period(swing_time(amplitude), period), ratio)
+    return Record(
+        method=method,
+        amplitude=amplitude,  # [rad]
+        period=Period(swing_time(amplitude), period),
+        ratio=ratio,  # of the measured period to that of small swings
+    )
 
 
 def claims(phases: ActionPhase) -> Claims:

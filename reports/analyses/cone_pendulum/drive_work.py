@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
@@ -33,33 +33,6 @@ RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
 PARTS = ("translation", "coupling", "rotation")
 
 
-@dataclass(frozen=True)
-class Platform:
-    """MuJoCo's own energies [J] over a run whose platform has a finite inertia."""
-
-    total: Array  # T + U of the body
-    range: float  # of that
-    gap: float  # largest difference of that from the exact one
-    supplied_range: float  # of what the platform has given away
-    supplied_gap: float  # largest difference of that from the exact work of the drive
-
-
-@dataclass(frozen=True)
-class DriveWork:
-    """Energies [J] over the motion of Fig. 3, and the torque [N m] of the drive."""
-
-    times: Array  # [s]
-    exact: Energies
-    swing: float  # range of T + U
-    constant: float  # range of T + U less the work of the drive
-    extremes: Mapping[str, tuple[float, float]]  # of the parts of T
-    others: float  # largest of the parts of T but ½ I_x θ̇², with a platform at rest
-    torque: float  # largest
-    mujoco: Platform | None
-    inertia: float = ARMATURE
-    end: float = END
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """MuJoCo's full model with a platform whose energy can be read."""
     return (RUN,)
@@ -71,22 +44,26 @@ def along(times: Array) -> Energies:
     return energies(problem, *problem.reference.state(times))
 
 
-def numbers(study: Study) -> DriveWork:
+def numbers(study: Study) -> Record:
     """T + U is not constant; T + U less the work of the drive is."""
     run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
     exact, problem = along(times), forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
-    return DriveWork(
-        times,
-        exact,
-        float(np.ptp(_span("total", times))),
-        float(np.ptp(exact.total - exact.work)),
-        {part: _span(part, times) for part in PARTS},
-        float(np.abs(still.kinetic - still.rotation).max()),
-        largest(lambda t: drive_torque(problem, *states(t)), times),
-        None if run is None else _platform(run, exact),
+    return Record(
+        times=times,  # [s]
+        exact=exact,
+        swing=float(np.ptp(_span("total", times))),  # range of T + U
+        # range of T + U less the work of the drive
+        constant=float(np.ptp(exact.total - exact.work)),
+        extremes={part: _span(part, times) for part in PARTS},  # of the parts of T
+        # largest of the parts of T but ½ I_x θ̇², with a platform at rest
+        others=float(np.abs(still.kinetic - still.rotation).max()),
+        torque=largest(lambda t: drive_torque(problem, *states(t)), times),  # largest
+        mujoco=None if run is None else _platform(run, exact),
+        inertia=ARMATURE,
+        end=END,
     )
 
 
@@ -95,7 +72,7 @@ def _span(part: str, times: Array) -> tuple[float, float]:
     return extremes(lambda t: getattr(along(t), part), times)
 
 
-def _platform(run: Trajectory, exact: Energies) -> Platform | None:
+def _platform(run: Trajectory, exact: Energies) -> Record | None:
     """MuJoCo's own energies; None where the run has none."""
     if not {"kinetic", "potential", "platform_rate"} <= set(run.channels):
         return None
@@ -105,10 +82,16 @@ def _platform(run: Trajectory, exact: Energies) -> Platform | None:
     supplied = inertia * (rate[0] - rate) * (rate[0] + rate) / 2
     gaps = (float(np.abs(gap).max()) for gap in (body - exact.total, supplied - exact.work))
     body_gap, supplied_gap = gaps
-    return Platform(body, float(np.ptp(body)), body_gap, float(np.ptp(supplied)), supplied_gap)
+    return Record(
+        total=body,  # T + U of the body
+        range=float(np.ptp(body)),  # of that
+        gap=body_gap,  # largest difference of that from the exact one
+        supplied_range=float(np.ptp(supplied)),  # of what the platform has given away
+        supplied_gap=supplied_gap,  # largest difference of that from the exact work of the drive
+    )
 
 
-def claims(work: DriveWork) -> Claims:
+def claims(work: Record) -> Claims:
     """T + U changes in MuJoCo as it does exactly."""
     if work.mujoco is None:
         return ()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.energy_drift import (
     EnergyDrifts,
@@ -16,7 +16,7 @@ from plumbob.reports.analyses.energy_drift import (
     energy_drifts,
 )
 from plumbob.reports.analyses.measurements import case
-from plumbob.reports.analyses.saddle_growth import Saddle, SaddleGrowth, growth_at_saddle
+from plumbob.reports.analyses.saddle_growth import growth_at_saddle
 
 SYMPLECTIC, OTHER = ("mujoco/euler", "ode/leapfrog"), "mujoco/rk4"
 METHODS = (*SYMPLECTIC, OTHER)
@@ -46,14 +46,16 @@ def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
     return energy_drifts(study, _million(), forms(MILLION).correct, SYMPLECTIC, OTHER)
 
 
-def saddle_numbers(study: Study, scene: Scene) -> SaddleGrowth | None:
+def saddle_numbers(study: Study, scene: Scene) -> Record | None:
     """Growth of the errors next to the highest saddle."""
     problem = case(scene.name).problem
     saddles = [e for e in problem.equilibria if e.kind == "saddle"]
     if scene.name == MILLION or not saddles:
         return None
     highest = max(saddles, key=lambda e: e.potential)
-    return growth_at_saddle(study, scene, problem.motion, Saddle(highest.theta, highest.rate))
+    return growth_at_saddle(
+        study, scene, problem.motion, Record(theta=highest.theta, rate=highest.rate)
+    )
 
 
 def _million() -> EnergyRuns:

@@ -14,7 +14,7 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
 from plumbob.reports.analyses.measurements import PERIODS, swing_period
@@ -50,29 +50,6 @@ class Branch:
     angles: tuple[float, ...]  # [rad]
 
 
-@dataclass(frozen=True)
-class Diagram:
-    """All equilibria over the platform's rate, of one pivot."""
-
-    pivot: float  # [m]
-    stable: Branch
-    unstable: Branch
-
-
-@dataclass(frozen=True)
-class Equilibria:
-    """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
-
-    centres: tuple[Centre, ...]
-    diagrams: tuple[Diagram, ...]
-    fork: float  # platform rate [rad/s] of the pitchfork, for the first of PIVOTS
-    node: float  # and of the saddle-node, for the last
-    largest_gap: float | None
-    offset: float = PIVOTS[-1]
-    swing: float = SWING
-    scene: str = ROTATING
-
-
 @cache
 def still(pivot: float, rate: float) -> ConePendulum:
     """The source's cone on a platform at a `rate` [rad/s], its pivot at `pivot` [m]."""
@@ -106,7 +83,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return tuple(_request(*where) for where in centres())
 
 
-def numbers(study: Study) -> Equilibria:
+def numbers(study: Study) -> Record:
     """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
     rows = []
     for pivot, rate, centre in centres():
@@ -115,29 +92,38 @@ def numbers(study: Study) -> Equilibria:
         rows.append(Centre(pivot, rate, centre.theta, centre.rate, measured))
     level, offset = (still(pivot, 26.0) for pivot in PIVOTS)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
-    return Equilibria(
-        tuple(rows),
-        tuple(_diagram(pivot) for pivot in PIVOTS),
-        level.pitchfork_rate,
-        offset.saddle_node_rate,
-        max(gaps, default=None),
+    return Record(
+        centres=tuple(rows),
+        diagrams=tuple(_diagram(pivot) for pivot in PIVOTS),
+        # platform rate [rad/s] of the pitchfork, for the first of PIVOTS
+        fork=level.pitchfork_rate,
+        node=offset.saddle_node_rate,  # and of the saddle-node, for the last
+        largest_gap=max(gaps, default=None),
+        offset=PIVOTS[-1],
+        swing=SWING,
+        scene=ROTATING,
     )
 
 
-def claims(found: Equilibria) -> Claims:
+def claims(found: Record) -> Claims:
     """The measured rates are the exact ones."""
     gap = np.nan if found.largest_gap is None else found.largest_gap
     return (at_most("the largest difference of a rate, relative,", gap, AGREES),)
 
 
-def _diagram(pivot: float) -> Diagram:
+def _diagram(pivot: float) -> Record:
+    """All equilibria over the platform's rate, of one pivot."""
     places: dict[str, list[tuple[float, float]]] = {"centre": [], "saddle": []}
     for rate in DRAWN:
         for equilibrium in still(pivot, float(rate)).equilibria:
             if equilibrium.kind in places:
                 places[equilibrium.kind].append((float(rate), equilibrium.theta))
     stable, unstable = (Branch(*zip(*places[kind], strict=True)) for kind in ("centre", "saddle"))
-    return Diagram(pivot, stable, unstable)
+    return Record(
+        pivot=pivot,  # [m]
+        stable=stable,
+        unstable=unstable,
+    )
 
 
 EQUILIBRIA = Analysis("cone_pendulum/equilibria", numbers, requests, claims)

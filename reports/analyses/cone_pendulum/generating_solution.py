@@ -15,7 +15,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.action_phase import started
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
@@ -36,19 +36,6 @@ INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] of the platform
 OWN = 1.0  # [kg m^2] of the platform in the model's file, beside it
 DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s], [s]
 PLACES = 12  # of a run that are looked at
-
-
-@dataclass(frozen=True)
-class DampedRun:
-    """A recorded damped rotation at PLACES of its samples, against averaging."""
-
-    method: str
-    xi: float  # [1/s]
-    times: Array  # [s]
-    actions: Array  # [J s]
-    turns: float
-    gap: float  # largest difference of an action, relative
-    phase_gap: float  # [rad], at the end
 
 
 @dataclass(frozen=True)
@@ -75,7 +62,7 @@ class DriveRun:
 class GeneratedSolutions:
     """Slow changes of the exact motion, in runs and predicted."""
 
-    damped: tuple[DampedRun, ...]
+    damped: tuple[Record, ...]
     drives: tuple[DriveRun, ...]
     xi: float  # [1/s] of the longest damped rotation
     times: Array  # [s]
@@ -137,7 +124,7 @@ def averaged(xi: float) -> DampedRotation:
     return DampedRotation(in_double(problem.potential), problem.body.inertia_x, SPEED, xi)
 
 
-def _damped_run(run: Trajectory, method: str, xi: float) -> DampedRun:
+def _damped_run(run: Trajectory, method: str, xi: float) -> Record:
     """The action and the phase of a run at PLACES of its samples."""
     rule, data = averaged(xi), run.observables
     kept = np.linspace(0, len(run.times) - 1, PLACES + 1).astype(int)[1:]
@@ -146,7 +133,15 @@ def _damped_run(run: Trajectory, method: str, xi: float) -> DampedRun:
     times, (actions, phases) = run.times[kept], np.array(pairs).T
     gap = float(np.abs(actions / rule.action(times) - 1.0).max())
     phase_gap = float(phases[-1] - rule.phase(float(times[-1])))
-    return DampedRun(method, xi, times, actions, float(phases[-1] / (2 * np.pi)), gap, phase_gap)
+    return Record(
+        method=method,
+        xi=xi,  # [1/s]
+        times=times,  # [s]
+        actions=actions,  # [J s]
+        turns=float(phases[-1] / (2 * np.pi)),
+        gap=gap,  # largest difference of an action, relative
+        phase_gap=phase_gap,  # [rad], at the end
+    )
 
 
 def _drive_run(run: Trajectory, inertia: float) -> DriveRun:

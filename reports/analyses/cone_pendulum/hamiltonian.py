@@ -17,7 +17,7 @@ from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.energy_drift import energy
 from plumbob.reports.analyses.measurements import case
@@ -35,20 +35,15 @@ INDEPENDENT = MappingProxyType(
 TIMES = np.linspace(0.0, END, 501)  # [s], of which every other one is drawn
 
 
-@dataclass(frozen=True)
-class Forms:
-    """A scene's problem with the corrected and the printed closed form of its motion."""
-
-    problem: ConePendulum
-    correct: PendulumMotion
-    printed: PendulumMotion  # of eqs. 9, 15 and 16
-
-
 @cache
-def forms(name: str) -> Forms:
+def forms(name: str) -> Record:
     """Both closed forms of a scene, whose tables take a tenth of a second each."""
     problem: ConePendulum = case(name).problem
-    return Forms(problem, problem.motion, problem.printed_motion())
+    return Record(
+        problem=problem,
+        correct=problem.motion,
+        printed=problem.printed_motion(),  # of eqs. 9, 15 and 16
+    )
 
 
 @dataclass(frozen=True)
@@ -62,26 +57,12 @@ class ClosedForm:
 
 
 @dataclass(frozen=True)
-class Independent:
-    """A recorded run of an independent method, beside both closed forms."""
-
-    from_correct: float  # largest distance [rad]
-    from_printed: float
-    correct_varies: float  # of the correct Hamiltonian along the run [J]
-    printed_varies: float
-    times: Array  # [s]
-    theta: Array  # [rad]
-    theta_dot: Array  # [rad/s]
-    errors: Array  # from the correct form [rad]
-
-
-@dataclass(frozen=True)
 class PrintedHamiltonian:
     """Both closed forms, and the independent methods that tell which one is right."""
 
     correct: ClosedForm
     printed: ClosedForm
-    runs: Mapping[str, Independent]
+    runs: Mapping[str, Record]
     pairs: tuple[tuple[str, str, float], ...]  # of methods, with their difference at END [rad]
     apart: float  # largest distance of the closed forms [rad]
     times: Array  # [s], that are drawn
@@ -152,7 +133,8 @@ def _closed_form(motion: PendulumMotion) -> ClosedForm:
     return ClosedForm(end_of(motion), motion.period, *motion.state(TIMES[::2]))
 
 
-def _independent(both: Forms, run: Trajectory) -> Independent:
+def _independent(both: Record, run: Trajectory) -> Record:
+    """A recorded run of an independent method, beside both closed forms."""
     theta = run.observables["theta"]
     errors = theta - both.correct.state(run.times)[0]
     apart = theta - both.printed.state(run.times)[0]
@@ -160,15 +142,15 @@ def _independent(both: Forms, run: Trajectory) -> Independent:
         float(np.ptp(energy(motion.potential, motion.inertia, run)))
         for motion in (both.correct, both.printed)
     )
-    return Independent(
-        float(np.abs(errors).max()),
-        float(np.abs(apart).max()),
-        correct,
-        printed,
-        run.times,
-        theta,
-        run.observables["theta_dot"],
-        errors,
+    return Record(
+        from_correct=float(np.abs(errors).max()),  # largest distance [rad]
+        from_printed=float(np.abs(apart).max()),
+        correct_varies=correct,  # of the correct Hamiltonian along the run [J]
+        printed_varies=printed,
+        times=run.times,  # [s]
+        theta=theta,  # [rad]
+        theta_dot=run.observables["theta_dot"],  # [rad/s]
+        errors=errors,  # from the correct form [rad]
     )
 
 

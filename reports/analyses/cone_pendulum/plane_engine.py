@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, as_predicted
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.energy_drift import energy
@@ -24,30 +22,6 @@ RUNS = MappingProxyType(
         for when in ("within", "before")  # the step
     }
 )
-
-
-@dataclass(frozen=True)
-class Gain:
-    """The energy that a run gains."""
-
-    times: Array  # [s]
-    energies: Array  # [J]
-    largest: float  # magnitude [J]
-    rate: float  # [J/s], of a line through them
-    predicted: float  # [J/s]
-
-
-@dataclass(frozen=True)
-class Torque:
-    """The runs by when their torque is worked out, and what is predicted of them."""
-
-    gains: Mapping[str, Gain]
-    predicted: float  # [J/s], of the torque before the step
-    end: float  # energy [J] predicted to be gained in the whole run
-    method: str = METHOD
-    step: float = STEP
-    duration: float = DURATION
-    scene: str = ROTATING
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -64,7 +38,7 @@ def explicit_gain(motion: PendulumMotion, step: float) -> float:
     return float(step * motion.inertia * np.mean(bend**2))
 
 
-def numbers(study: Study) -> Torque:
+def numbers(study: Study) -> Record:
     """The energy that each recorded run gains, and the predicted growth."""
     motion = forms(ROTATING).correct
     growth = explicit_gain(motion, STEP)
@@ -75,11 +49,25 @@ def numbers(study: Study) -> Torque:
             gained = values - values[0]
             rate = float(np.polyfit(run.times, gained, 1)[0])
             predicted = growth if when == "before" else 0.0
-            gains[when] = Gain(run.times, gained, float(np.abs(gained).max()), rate, predicted)
-    return Torque(gains, growth, growth * DURATION)
+            gains[when] = Record(
+                times=run.times,  # [s]
+                energies=gained,  # [J]
+                largest=float(np.abs(gained).max()),  # magnitude [J]
+                rate=rate,  # [J/s], of a line through them
+                predicted=predicted,  # [J/s]
+            )
+    return Record(
+        gains=gains,
+        predicted=growth,  # [J/s], of the torque before the step
+        end=growth * DURATION,  # energy [J] predicted to be gained in the whole run
+        method=METHOD,
+        step=STEP,
+        duration=DURATION,
+        scene=ROTATING,
+    )
 
 
-def claims(numbers: Torque) -> Claims:
+def claims(numbers: Record) -> Claims:
     """The energy grows as predicted where the torque is set before the step."""
     if "before" not in numbers.gains:
         return ()

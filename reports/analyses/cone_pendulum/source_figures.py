@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
     MUJOCO_STEP,
@@ -33,32 +32,6 @@ TEMPLATE = "cone_pendulum/source_figures"
 Curves = Mapping[str, tuple[Array, Array]]  # of panels a to e: angles over 2 pi or times over T
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """A motion as the panels show it."""
-
-    period: float  # [s]
-    barrier: float  # top of V [J]
-    energy: float  # [J]
-    curves: Curves
-
-
-@dataclass(frozen=True)
-class Panels:
-    """The panels of one case: the corrected motion, the printed one, and MuJoCo's run."""
-
-    corrected: Drawn
-    printed: Drawn
-    mujoco: Curves  # empty where there is none
-
-
-@dataclass(frozen=True)
-class SourceFigures:
-    """The panels of some cases, by name."""
-
-    cases: Mapping[str, Panels]
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """A period of MuJoCo's full model on either base."""
     return tuple(_period(scene) for scene in (RESTING, ROTATING))
@@ -68,35 +41,36 @@ def _period(scene: str) -> ExtraRun:
     return ExtraRun(scene, MUJOCO, MUJOCO_STEP, forms(scene).correct.period)
 
 
-def numbers(study: Study) -> SourceFigures:
+def numbers(study: Study) -> Record:
     """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
-    return SourceFigures(
-        {
+    return Record(
+        cases={
             "resting": _panels(forms(RESTING).problem, study.answer(_period(RESTING))),
             "rotating": _panels(forms(ROTATING).problem, study.answer(_period(ROTATING))),
         }
     )
 
 
-def solved(case: Case) -> SourceFigures:
+def solved(case: Case) -> Record:
     """The same for any parameters."""
-    return SourceFigures({"case": _panels(case.problem.started, None)})
+    return Record(cases={"case": _panels(case.problem.started, None)})
 
 
-def _panels(problem: ConePendulum, run: Trajectory | None) -> Panels:
+def _panels(problem: ConePendulum, run: Trajectory | None) -> Record:
+    """The panels of one case: the corrected motion, the printed one, and MuJoCo's run."""
     right, printed = problem.motion, problem.printed_motion()
     theta = np.linspace(0.0, TURN, POINTS)
     wells = problem.potential_at(theta), np.asarray(in_double(printed.potential).value(theta))
-    return Panels(
-        _drawn(problem.reference, right, wells[0], problem.potential_offset),
-        _drawn(printed, printed, wells[1]),
-        {} if run is None else _sampled(run, right),
+    return Record(
+        corrected=_drawn(problem.reference, right, wells[0], problem.potential_offset),
+        printed=_drawn(printed, printed, wells[1]),
+        mujoco={} if run is None else _sampled(run, right),  # empty where there is none
     )
 
 
 def _drawn(
     motion: PendulumMotion | TiltedMotion, principal: PendulumMotion, well: Array, offset: float = 0
-) -> Drawn:
+) -> Record:
     """A motion of which the `principal` one, less `offset` [J], has the period and the barrier."""
     period = principal.period
     span = period if np.isfinite(period) else 1.0  # on a separatrix, and at rest, seconds
@@ -104,11 +78,11 @@ def _drawn(
     angle, time = theta / TURN, times / span
     rate = motion.state(times)[1]
     tops = principal.barriers
-    return Drawn(
-        period,
-        float(double(tops[0])) + offset if tops.size else float(well.max()),
-        float(double(principal.energy)) + offset,
-        {
+    return Record(
+        period=period,  # [s]
+        barrier=float(double(tops[0])) + offset if tops.size else float(well.max()),  # top of V [J]
+        energy=float(double(principal.energy)) + offset,  # [J]
+        curves={
             "a": (angle, well),
             "b": (angle, motion.time_at(theta) / span),
             "c": (angle, motion.momentum(theta)),

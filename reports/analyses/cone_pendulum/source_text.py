@@ -12,7 +12,7 @@ from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
 from plumbob.reports.analyses.energy_drift import in_double
 from plumbob.reports.analyses.measurements import TURN
@@ -22,18 +22,6 @@ NEAR = (0.05, 0.10)  # of the initial speed
 HARDLY = "cone-pendulum/above-barrier-1e-6"  # rotates, with 1e-6 of the barrier to spare
 VECTORS = (0.7, 5.0, 0.2)  # theta [rad], dθ/dt [rad/s] and X [m], at which (4) is worked out
 ENOUGH = 1e-12  # relative, of a period by the trapezoid rule
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Moments about the axis [N m] at ω = 26 rad/s: gravity's, and that of the rotation."""
-
-    gravity: float  # the largest
-    gravity_at: float  # where that opposes the rotation [π]
-    gravity_at_top: float
-    gravity_work: float  # [J], from the bottom to the top
-    platform: float  # the largest
-    platform_work: float
 
 
 @dataclass(frozen=True)
@@ -64,84 +52,53 @@ class Rotation:
         return self.extremes == 2 and self.highest <= self.start and at_half
 
 
-@dataclass(frozen=True)
-class Times:
-    """The time over the angle, eq. 16."""
-
-    period: float  # [s], of Fig. 2
-    printed: float  # the same with the factor 2 I_x of the print [s]
-    slope: float  # p ∂p/∂H [kg m^2], by differences
-    turns: tuple[float, ...]  # t at one, two and three turns, in periods
-    off_line: tuple[float, ...]  # largest distance of t/T from θ/2π, in Figs. 2 b and 3 b
-    crossings: tuple[int, ...]  # how often t/T crosses θ/2π within a turn
-    long: Rotation  # hardly above the barrier, on a turning platform
-
-
-@dataclass(frozen=True)
-class Vectors:
-    """The energy (4) [J] from its vectors, with the centre of mass at S n_z1 and at -S n_z1."""
-
-    theta: float
-    theta_dot: float
-    pivot_x: float
-    as_written: float
-    opposite: float
-    formula: float  # the right side of (4)
-
-
-@dataclass(frozen=True)
-class SourceText:
-    """Numbers that the source's statements are judged by."""
-
-    centre: float  # of the cone's mass, from the vertex [m]
-    momentum: float  # at the start of Fig. 3 [kg m^2/s]
-    wells: tuple[float, ...]  # tops [J] of the wells at ω = 26 rad/s
-    barriers: tuple[float, ...]  # [J], of Fig. 3, with Y = 0, and at ω = 10 rad/s
-    angles: tuple[int, ...]  # enough for the period of Fig. 2 and of Fig. 3
-    by_means: float  # largest error of the periods by means, relative
-    moments: Moments
-    rotations: Mapping[str, Rotation]
-    times: Times
-    vectors: Vectors
-    enough: float = ENOUGH
-    scene: str = ROTATING
-
-
-def numbers(study: Study) -> SourceText:
+def numbers(study: Study) -> Record:
     """Numbers that the statements are judged by, of the sources and the exact motions alone."""
     resting, turning = forms(RESTING).correct, forms(ROTATING).correct
     problem = forms(ROTATING).problem
     others = (problem, replace(problem, pivot_y=0.0), replace(problem, platform_rate=10.0))
     z = np.linspace(0.0, 1.0, SAMPLES + 1)  # from the vertex, over the height
     slices = float(np.trapezoid(z**3) / np.trapezoid(z**2))
-    return SourceText(
-        slices * problem.body.com_distance / 0.75,
-        problem.body.inertia_x * turning.theta_dot,
-        tuple(sorted(e.potential for e in problem.equilibria if e.kind == "saddle")),
-        tuple(float(double(other.motion.barriers[0])) for other in others),
-        (points_needed(resting), points_needed(turning)),
-        max(abs(period_by_means(m) / m.period - 1.0) for m in (resting, turning)),
-        _moments(turning),
-        rotations(),
-        _times(resting, turning),
-        vectors(problem),
+    return Record(
+        centre=slices * problem.body.com_distance / 0.75,  # of the cone's mass, from the vertex [m]
+        momentum=problem.body.inertia_x * turning.theta_dot,  # at the start of Fig. 3 [kg m^2/s]
+        # tops [J] of the wells at ω = 26 rad/s
+        wells=tuple(sorted(e.potential for e in problem.equilibria if e.kind == "saddle")),
+        # [J], of Fig. 3, with Y = 0, and at ω = 10 rad/s
+        barriers=tuple(float(double(other.motion.barriers[0])) for other in others),
+        # enough for the period of Fig. 2 and of Fig. 3
+        angles=(
+            points_needed(resting),
+            points_needed(turning),
+        ),
+        # largest error of the periods by means, relative
+        by_means=max(abs(period_by_means(m) / m.period - 1.0) for m in (resting, turning)),
+        moments=_moments(turning),
+        rotations=rotations(),
+        times=_times(resting, turning),
+        vectors=vectors(problem),
+        enough=ENOUGH,
+        scene=ROTATING,
     )
 
 
-def _times(resting: PendulumMotion, turning: PendulumMotion) -> Times:
+def _times(resting: PendulumMotion, turning: PendulumMotion) -> Record:
+    """The time over the angle, eq. 16."""
     points = points_needed(resting)
     period = period_by_points(resting, points)
     theta = np.linspace(0.0, TURN, SAMPLES + 1)
     off = [m.time_at(theta) / m.period - theta / TURN for m in (resting, turning)]
     turns = turning.time_at(np.array([TURN, 2 * TURN, 3 * TURN])) / turning.period
-    return Times(
-        period,
-        2.0 * period,
-        _momentum_slope(resting, 1.0),
-        tuple(float(one) for one in turns),
-        tuple(float(np.abs(one).max()) for one in off),
-        tuple(int(np.count_nonzero(np.diff(np.sign(one[1:-1])))) for one in off),
-        rotation(forms(HARDLY).correct),
+    return Record(
+        period=period,  # [s], of Fig. 2
+        printed=2.0 * period,  # the same with the factor 2 I_x of the print [s]
+        slope=_momentum_slope(resting, 1.0),  # p ∂p/∂H [kg m^2], by differences
+        turns=tuple(float(one) for one in turns),  # t at one, two and three turns, in periods
+        # largest distance of t/T from θ/2π, in Figs. 2 b and 3 b
+        off_line=tuple(float(np.abs(one).max()) for one in off),
+        # how often t/T crosses θ/2π within a turn
+        crossings=tuple(int(np.count_nonzero(np.diff(np.sign(one[1:-1])))) for one in off),
+        long=rotation(forms(HARDLY).correct),  # hardly above the barrier, on a turning platform
     )
 
 
@@ -152,7 +109,7 @@ def _momentum_slope(motion: PendulumMotion, theta: float) -> float:
     return (high - low) / (2 * energy)
 
 
-def vectors(pendulum: ConePendulum) -> Vectors:
+def vectors(pendulum: ConePendulum) -> Record:
     """M V · [Ω, R] of (4) by its vectors at VECTORS, with R = S n_z1 as written, and with -R."""
     theta, rate, x = VECTORS
     platform = np.array([0.0, 0.0, pendulum.platform_rate])
@@ -164,7 +121,14 @@ def vectors(pendulum: ConePendulum) -> Vectors:
         float(pendulum.body.mass * pivot @ np.cross(turning, place)) for place in (arm, -arm)
     )
     formula = energies(replace(pendulum, pivot_x=x), np.array([theta]), np.array([rate]))
-    return Vectors(theta, rate, x, as_written, opposite, float(formula.coupling[0]))
+    return Record(
+        theta=theta,
+        theta_dot=rate,
+        pivot_x=x,
+        as_written=as_written,
+        opposite=opposite,
+        formula=float(formula.coupling[0]),  # the right side of (4)
+    )
 
 
 def period_by_means(motion: PendulumMotion) -> float:
@@ -195,20 +159,22 @@ def points_needed(motion: PendulumMotion) -> int:
     return count
 
 
-def _moments(motion: PendulumMotion) -> Moments:
+def _moments(motion: PendulumMotion) -> Record:
+    """Moments about the axis [N m] at ω = 26 rad/s: gravity's, and that of the rotation."""
     v = in_double(motion.potential)
     theta = np.linspace(0.0, TURN, 2 * SAMPLES + 1)
     gravity = -v.c * np.sin(theta)
     platform = -v.slope(theta) - gravity
     up = slice(SAMPLES + 1)
     work = round(float(np.trapezoid(platform[up], theta[up])), 9)
-    return Moments(
-        float(np.abs(gravity).max()),
-        float(theta[np.argmin(gravity[up])]) / np.pi,
-        abs(float(gravity[SAMPLES])),
-        float(np.trapezoid(gravity[up], theta[up])),
-        float(np.abs(platform).max()),
-        work + 0.0,  # without what rounding leaves, its sign included
+    return Record(
+        gravity=float(np.abs(gravity).max()),  # the largest
+        # where that opposes the rotation [π]
+        gravity_at=float(theta[np.argmin(gravity[up])]) / np.pi,
+        gravity_at_top=abs(float(gravity[SAMPLES])),
+        gravity_work=float(np.trapezoid(gravity[up], theta[up])),  # [J], from the bottom to the top
+        platform=float(np.abs(platform).max()),  # the largest
+        platform_work=work + 0.0,  # without what rounding leaves, its sign included
     )
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
 
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, as_expected
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.long_runs import judged_long_run
@@ -19,15 +17,6 @@ from plumbob.reports.view.content import Claim
 SWING, STEP = "simple-pendulum/free-large", 0.05  # [s] the notebook's
 METHODS = ("mujoco/euler", "ode/leapfrog", "ode/rk4", "mujoco/rk4")
 MOST_STEPS = 64_000  # in which every error is as large as the swing
-
-
-@dataclass(frozen=True)
-class LongRuns:
-    """The long runs, a record each as `plumbob stability --long --json` prints them, and why those
-    that are unexpected are."""
-
-    runs: tuple[Mapping[str, Any], ...]
-    surprises: tuple[str, ...]
 
 
 def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
@@ -39,7 +28,7 @@ def requests(plan: StudyPlan) -> Sequence[LongRunSearch]:
     )
 
 
-def numbers(study: Study) -> LongRuns | None:
+def numbers(study: Study) -> Record | None:
     """The long runs that the study holds; None where it holds none."""
     searches = {request: study.answer(request) for request in requests(plan_of(study))}
     judged = [
@@ -50,10 +39,10 @@ def numbers(study: Study) -> LongRuns | None:
     if not judged:
         return None
     surprises = [f"{of.search.method}: {of.surprise}" for of in judged if of.surprise]
-    return LongRuns(tuple(of.record() for of in judged), tuple(surprises))
+    return Record(runs=tuple(of.record() for of in judged), surprises=tuple(surprises))
 
 
-def claims(numbers: LongRuns) -> Claims:
+def claims(numbers: Record) -> Claims:
     """That no time is unexpected, and that RK4 reaches the first level after leapfrog, and the last
     before it."""
     unexpected = as_expected(numbers.surprises)

@@ -13,7 +13,7 @@ from plumbob.engines.study.model_reading import EVERY_FIELD, ModelRead, ModelRea
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import find_system
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.model_readers import RULE, Reader, compared, fields_stated, ignored
 
@@ -21,23 +21,17 @@ Readings = Mapping[ModelReading, ModelRead | None]
 Ignoring = Mapping[str, tuple[str, ...]]  # by engine, the options that it takes from no file
 
 
-@dataclass(frozen=True)
-class Known:
-    """The fields that a version of an engine reads of a model that has every field."""
-
-    version: str
-    fields: tuple[str, ...]
-
-
-KNOWN: Mapping[str, Known] = MappingProxyType(
+KNOWN: Mapping[str, Record] = MappingProxyType(
     {
-        "dart": Known("6.20.0", ("mass", "damping", "friction")),
-        "drake": Known(
-            "1.51.1",
-            ("gravity", "mass", "inertia", "armature", "damping", "friction", "gear"),
+        "dart": Record(version="6.20.0", fields=("mass", "damping", "friction")),
+        "drake": Record(
+            version="1.51.1",
+            fields=("gravity", "mass", "inertia", "armature", "damping", "friction", "gear"),
         ),
-        "pinocchio": Known("4.1.0", ("mass", "inertia", "armature", "damping", "frictionloss")),
-        "pybullet": Known("3.2.7", ("mass", "friction")),
+        "pinocchio": Record(
+            version="4.1.0", fields=("mass", "inertia", "armature", "damping", "frictionloss")
+        ),
+        "pybullet": Record(version="3.2.7", fields=("mass", "friction")),
     }
 )  # by reading, which a test repeats where they are installed
 
@@ -53,10 +47,10 @@ class FieldsRead:
     dropped: Mapping[str, str] = field(default_factory=dict)  # {field: what is there instead}
 
     @property
-    def known(self) -> Known:
+    def known(self) -> Record:
         """The fields that it is known to read; of another engine, or one that refuses, what it
         reads here."""
-        here = Known(self.version, self.read)
+        here = Record(version=self.version, fields=self.read)
         return here if self.refuses else KNOWN.get(self.engine, here)
 
     @property
@@ -70,27 +64,6 @@ class FieldsRead:
         return tuple(name for name in self.known.fields if name not in self.read)
 
 
-@dataclass(frozen=True)
-class OwnModel:
-    """A model of plumbob's, and what each engine drops of it."""
-
-    model: str
-    fields: int
-    readers: tuple[Reader | None, ...]
-
-
-@dataclass(frozen=True)
-class ModelReaders:
-    """Which fields each reader takes over."""
-
-    fields: tuple[str, ...]  # that MuJoCo reads
-    readers: tuple[FieldsRead, ...]  # in this study, MuJoCo first
-    others: tuple[FieldsRead, ...]  # known of engines that the study did not read with
-    engines: tuple[str, ...]  # of the models' readers
-    models: tuple[OwnModel, ...]
-    rule: str = RULE
-
-
 def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     """The models of the plan's systems, read by those of its engines that read any; none without
     MuJoCo, whose format it is."""
@@ -102,7 +75,7 @@ def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     return readings(first, [find_system(name) for name in names])
 
 
-def numbers(study: Study) -> ModelReaders | None:
+def numbers(study: Study) -> Record | None:
     """Which fields each reader takes over; None where MuJoCo read nothing."""
     results = {
         request: study.answer(request)
@@ -122,7 +95,14 @@ def numbers(study: Study) -> ModelReaders | None:
     others = [FieldsRead(e, of.version, of.fields) for e, of in KNOWN.items() if e not in every]
     engines = tuple(dict.fromkeys(r.engine for r, read in results.items() if read))
     models = _own_models(results, engines, ignoring) if len(engines) > 1 else ()
-    return ModelReaders(fields_stated(rule.fields), tuple(readers), tuple(others), engines, models)
+    return Record(
+        fields=fields_stated(rule.fields),  # that MuJoCo reads
+        readers=tuple(readers),  # in this study, MuJoCo first
+        others=tuple(others),  # known of engines that the study did not read with
+        engines=engines,  # of the models' readers
+        models=models,
+        rule=RULE,
+    )
 
 
 def _fields_read(reader: Reader, version: str) -> FieldsRead:
@@ -131,7 +111,7 @@ def _fields_read(reader: Reader, version: str) -> FieldsRead:
 
 def _own_models(
     results: Readings, engines: Sequence[str], ignoring: Ignoring
-) -> tuple[OwnModel, ...]:
+) -> tuple[Record, ...]:
     """plumbob's own models against readers."""
     models = []
     for model in dict.fromkeys(r.model for r in results if r.model != EVERY_FIELD):
@@ -140,7 +120,9 @@ def _own_models(
             continue
         reads = {engine: results[ModelReading(engine, model)] for engine in engines}
         readers = (_reader(e, rule, read, ignoring) if read else None for e, read in reads.items())
-        models.append(OwnModel(model, len(fields_stated(rule.fields)), tuple(readers)))
+        models.append(
+            Record(model=model, fields=len(fields_stated(rule.fields)), readers=tuple(readers))
+        )
     return tuple(models)
 
 

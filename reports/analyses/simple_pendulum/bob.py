@@ -13,8 +13,8 @@ from plumbob.analytic.systems.pendulums.rod_tension import bob_place
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import Curve, case, largest
+from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.analyses.measurements import case, largest
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
@@ -35,47 +35,12 @@ SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
 
 
 @dataclass(frozen=True)
-class Distance:
-    """How far the two bobs of a case are apart."""
-
-    label: str
-    largest: float  # [m]
-    parted: float | None  # [s], when they first are by APART
-
-
-@dataclass(frozen=True)
-class Accelerometer:
-    """Readings at MuJoCo's bob in case 2, against the exact acceleration [m/s^2]."""
-
-    across: float  # largest |L θ̈|
-    along: float  # largest L θ̇²
-    gap: float  # largest difference of the readings, gravity added, from those two
-    reads_across: float  # largest reading across the rod, as it is
-    gap_of_pull: float  # largest difference of that along it from T/m of the engine's own sensor
-
-
-@dataclass(frozen=True)
 class BobPath:
     """Places of a bob over time."""
 
     times: Array  # [s]
     x: Array  # [m]
     y: Array  # [m]
-
-
-@dataclass(frozen=True)
-class Bobs:
-    """Distances of the bobs in each case; both over time, exact and by RK4, and in the plane."""
-
-    distances: tuple[Distance, ...]
-    pendulum: tuple[BobPath, BobPath | None]
-    linear_pendulum: tuple[BobPath, BobPath | None]
-    rotation: Curve  # y over x [m]
-    linear_rotation: Curve
-    accelerometer: Accelerometer | None
-    apart: float = APART  # [m]
-    duration: float = DURATION
-    shown: float = SHOWN
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -95,19 +60,23 @@ def distances(times: Array, name: str) -> Array:
     return np.asarray(np.hypot(*apart.T))
 
 
-def numbers(study: Study) -> Bobs:
+def numbers(study: Study) -> Record:
     """How far the two bobs are apart in each case, and both in the plane."""
-    return Bobs(
-        tuple(_distance(label, name) for label, name in CASES.items()),
-        _paths(study, SIMPLE + DRAWN),
-        _paths(study, LINEAR + DRAWN),
-        tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),
-        tuple(INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
-        None if (run := study.answer(ACCELEROMETER)) is None else readings(run),
+    return Record(
+        distances=tuple(_distance(label, name) for label, name in CASES.items()),
+        pendulum=_paths(study, SIMPLE + DRAWN),
+        linear_pendulum=_paths(study, LINEAR + DRAWN),
+        rotation=tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),  # y over x [m]
+        linear_rotation=tuple(INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
+        accelerometer=None if (run := study.answer(ACCELEROMETER)) is None else readings(run),
+        apart=APART,  # [m]
+        duration=DURATION,
+        shown=SHOWN,
     )
 
 
-def readings(run: Trajectory) -> Accelerometer | None:
+def readings(run: Trajectory) -> Record | None:
+    """Readings at MuJoCo's bob in case 2, against the exact acceleration [m/s^2]."""
     if "acceleration_across" not in run.channels:
         return None
     pendulum = case(ACCELEROMETER.scene).problem.started
@@ -118,19 +87,26 @@ def readings(run: Trajectory) -> Accelerometer | None:
     reads = run.channels["acceleration_across"], run.channels["acceleration_along"]
     free_fall = -pendulum.gravity * sine, -pendulum.gravity * cosine
     moved = [read + fall for read, fall in zip(reads, free_fall, strict=True)]
-    return Accelerometer(
-        float(np.abs(across).max()),
-        float(along.max()),
-        float(max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max())),
-        float(np.abs(reads[0]).max()),
-        float(np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max()),
+    return Record(
+        across=float(np.abs(across).max()),  # largest |L θ̈|
+        along=float(along.max()),  # largest L θ̇²
+        # largest difference of the readings, gravity added, from those two
+        gap=float(max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max())),
+        reads_across=float(np.abs(reads[0]).max()),  # largest reading across the rod, as it is
+        # largest difference of that along it from T/m of the engine's own sensor
+        gap_of_pull=float(np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max()),
     )
 
 
-def _distance(label: str, name: str) -> Distance:
+def _distance(label: str, name: str) -> Record:
+    """How far the two bobs of a case are apart."""
     over = np.flatnonzero(distances(FINE, name) > APART * case(SIMPLE + name).problem.length)
     parted = float(FINE[over[0]]) if over.size else None
-    return Distance(label, largest(partial(distances, name=name), FINE), parted)
+    return Record(
+        label=label,
+        largest=largest(partial(distances, name=name), FINE),  # [m]
+        parted=parted,  # [s], when they first are by APART
+    )
 
 
 def _paths(study: Study, scene: str) -> tuple[BobPath, BobPath | None]:

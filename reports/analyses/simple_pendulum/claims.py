@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import Curve, case, convergence_of, largest
+from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.analyses.measurements import case, convergence_of, largest
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
@@ -30,58 +28,25 @@ SETTLED = 40.0  # [s]: a forced swing, damped at 0.2/s, has forgotten its start 
 MUJOCO = "mujoco/rk4"
 
 
-@dataclass(frozen=True)
-class Parting:
-    """How the linear motion of a case leaves the non-linear one."""
-
-    largest: float  # difference within DURATION [rad]
-    relative: float  # the same over the amplitude at the start
-    visible_at: float | None  # time of a difference of VISIBLE of the amplitude [s]
-    in_runs: float | None  # the largest difference in the notebook's own RK4 [rad]
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """A rotation beside the swing of the linear pendulum from the same start."""
-
-    turns: float  # within DURATION
-    linear_degrees: float  # its largest angle [°]
-    faster: float  # than the speed that just reaches the top, relative
-
-
-@dataclass(frozen=True)
-class NotebookClaims:
-    """The figures that the notebook's statements are held to, of cases by their labels."""
-
-    partings: Mapping[str, Parting]
-    lengthening: Mapping[str, float]  # of the period, relative
-    rotations: Mapping[str, Rotation]
-    decay: Mapping[str, float]  # see `decay`
-    forced: float  # [rad], the largest angle of the forced swing, settled
-    forced_linear: float
-    rests: float  # turns, where case 7 comes to rest
-    damping_ratio: float
-    mujoco: tuple[float, float] | None  # error [rad] of its multibody model on case 2, at step [s]
-    apart: Curve  # non-linear less linear angle [rad] over time in case 1
-    apart_by_rk4: Curve | None
-    duration: float = DURATION
-    visible: float = VISIBLE
-    settled: float = SETTLED
-
-
 def angle(scene: str) -> Array:
     """theta [rad] of the exact motion at TIMES."""
     return case(scene).reference.observe(TIMES)["theta"]
 
 
-def parting(study: Study, name: str) -> Parting:
+def parting(study: Study, name: str) -> Record:
     """The difference of the exact motions of a case, and of the notebook's own runs of it."""
     amplitude = abs(float(angle(SIMPLE + name)[0]))
     over = np.flatnonzero(np.abs(difference(TIMES, name)) > VISIBLE * amplitude)
     most = largest(partial(difference, name=name), TIMES)
     runs = runs_apart(study, name)
     in_runs = None if runs is None else float(np.abs(at_every_step(*runs)).max())
-    return Parting(most, most / amplitude, float(TIMES[over[0]]) if over.size else None, in_runs)
+    return Record(
+        largest=most,  # difference within DURATION [rad]
+        relative=most / amplitude,  # the same over the amplitude at the start
+        # time of a difference of VISIBLE of the amplitude [s]
+        visible_at=float(TIMES[over[0]]) if over.size else None,
+        in_runs=in_runs,  # the largest difference in the notebook's own RK4 [rad]
+    )
 
 
 def runs_apart(study: Study, name: str) -> tuple[Array, Array, Array] | None:
@@ -120,15 +85,16 @@ def lengthening(name: str) -> float:
     return float(problem.elliptic.period) / natural - 1.0
 
 
-def rotation(name: str) -> Rotation:
+def rotation(name: str) -> Record:
     """A rotation, from where it starts, beside the linear pendulum."""
     problem = case(SIMPLE + name).problem
     start, end = angle(SIMPLE + name)[[0, -1]]
     least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
-    return Rotation(
-        abs(float(end - start)) / math.tau,
-        math.degrees(swing(LINEAR + name, TIMES)),
-        float(abs(problem.theta_dot)) / least - 1.0,
+    return Record(
+        turns=abs(float(end - start)) / math.tau,  # within DURATION
+        linear_degrees=math.degrees(swing(LINEAR + name, TIMES)),  # its largest angle [°]
+        # than the speed that just reaches the top, relative
+        faster=float(abs(problem.theta_dot)) / least - 1.0,
     )
 
 
@@ -140,22 +106,32 @@ def smallest_error(study: Study) -> tuple[float, float] | None:
     return (done[-1].errors["theta"].largest, done[-1].step) if done else None
 
 
-def numbers(study: Study) -> NotebookClaims:
+def numbers(study: Study) -> Record:
     """The figures that the notebook's statements are held to."""
     damped, runs = case(f"{SIMPLE}damped-small").problem, runs_apart(study, CASES["1"])
     natural, late = math.sqrt(damped.gravity / damped.length), TIMES[TIMES >= SETTLED]
-    return NotebookClaims(
-        {label: parting(study, CASES[label]) for label in ("1", "2", "5", "6")},
-        {label: lengthening(CASES[label]) for label in ("1", "2")},
-        {label: rotation(CASES[label]) for label in ("3", "4")},
-        {label: decay(CASES[label]) for label in ("5", "6")},
-        swing(f"{SIMPLE}forced-large", late),
-        swing(f"{LINEAR}forced-large", late),
-        float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
-        damped.damping_rate / (2 * natural),
-        smallest_error(study),
-        (TIMES[::10], difference(TIMES, CASES["1"])[::10]),
-        None if runs is None else (runs[0][::5], runs[1][::5]),
+    return Record(
+        partings={label: parting(study, CASES[label]) for label in ("1", "2", "5", "6")},
+        # of the period, relative
+        lengthening={label: lengthening(CASES[label]) for label in ("1", "2")},
+        rotations={label: rotation(CASES[label]) for label in ("3", "4")},
+        decay={label: decay(CASES[label]) for label in ("5", "6")},  # see `decay`
+        # [rad], the largest angle of the forced swing, settled
+        forced=swing(f"{SIMPLE}forced-large", late),
+        forced_linear=swing(f"{LINEAR}forced-large", late),
+        # turns, where case 7 comes to rest
+        rests=float(angle(f"{SIMPLE}damped-rotating")[-1]) / math.tau,
+        damping_ratio=damped.damping_rate / (2 * natural),
+        mujoco=smallest_error(study),  # error [rad] of its multibody model on case 2, at step [s]
+        # non-linear less linear angle [rad] over time in case 1
+        apart=(
+            TIMES[::10],
+            difference(TIMES, CASES["1"])[::10],
+        ),
+        apart_by_rk4=None if runs is None else (runs[0][::5], runs[1][::5]),
+        duration=DURATION,
+        visible=VISIBLE,
+        settled=SETTLED,
     )
 
 

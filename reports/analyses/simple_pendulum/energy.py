@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -14,7 +13,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims
 from plumbob.reports.analyses.energy_drift import (
     EnergyDrifts,
@@ -37,26 +36,6 @@ LOSS_STEPS, ITERATIONS = (4e-3, 2e-3, 1e-3), (1, 10, 50)
 LOSS_SPAN = 8.5  # [s]: three periods and a little
 
 
-@dataclass(frozen=True)
-class JointLoss:
-    """Mean rates [J/s] at which a joint of pymunk's changes the energy."""
-
-    method: str
-    step: float  # [s]
-    rates: tuple[float | None, ...]  # by ITERATIONS; None without pymunk
-    predicted: float | None  # at first order; None without theory
-
-
-@dataclass(frozen=True)
-class PendulumEnergy:
-    """Which methods keep the energy of case 2, at which rate RK4 loses it, and what joints take."""
-
-    drifts: EnergyDrifts
-    losses: tuple[JointLoss, ...]
-    methods: tuple[str, ...] = METHODS
-    iterations: tuple[int, ...] = ITERATIONS
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Runs over many steps, and short ones with as many iterations of the joint's solver."""
     losses = [_loss_run(m, h, n) for m in JOINTED for h in LOSS_STEPS for n in ITERATIONS]
@@ -71,19 +50,23 @@ def _loss_run(method: str, step: float, iterations: int) -> ExtraRun:
     return ExtraRun(SCENE, method, step, LOSS_SPAN, settings=(("iterations", iterations),))
 
 
-def numbers(study: Study) -> PendulumEnergy:
+def numbers(study: Study) -> Record:
     """The drifts over many steps, and what joints lose over a few periods."""
     losses = [
-        JointLoss(
-            method,
-            step,
-            tuple(loss(study, method, step, iterations) for iterations in ITERATIONS),
-            predicted_loss(step) if method == "pymunk/default" else None,
+        Record(
+            method=method,
+            step=step,  # [s]
+            # by ITERATIONS; None without pymunk
+            rates=tuple(loss(study, method, step, iterations) for iterations in ITERATIONS),
+            # at first order; None without theory
+            predicted=predicted_loss(step) if method == "pymunk/default" else None,
         )
         for method in JOINTED
         for step in LOSS_STEPS
     ]
-    return PendulumEnergy(compared(study), tuple(losses))
+    return Record(
+        drifts=compared(study), losses=tuple(losses), methods=METHODS, iterations=ITERATIONS
+    )
 
 
 def compared(study: Study) -> EnergyDrifts:
@@ -96,7 +79,7 @@ def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
     return compared(study) if scene.name == MILLION else None
 
 
-def claims(energies: PendulumEnergy) -> Claims:
+def claims(energies: Record) -> Claims:
     """Symplectic methods keep the energy, and RK4 lets it drift at the predicted rate."""
     return energy_claims(energies.drifts)
 

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import PI, double, quad
-from plumbob.analytic.numerics.rotor.lyapunov import LyapunovExponent, largest_exponent
+from plumbob.analytic.numerics.rotor.lyapunov import largest_exponent
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.analysis import Analysis
-from plumbob.reports.analyses.measurements import Curve, case
-from plumbob.reports.analyses.saddle_growth import Saddle, SaddleGrowth, growth_at_saddle
+from plumbob.reports.analyses.analysis import Analysis, Record
+from plumbob.reports.analyses.measurements import case
+from plumbob.reports.analyses.saddle_growth import growth_at_saddle
 from plumbob.reports.analyses.simple_pendulum.notebook import CASES, FORCED, SIMPLE
 
 CHAOTIC = f"{SIMPLE}forced-chaotic"
@@ -32,63 +31,7 @@ EXPONENTS = (1, 2, 3, 4, 5, 6, 8, 10, 12)
 TIMES = 101  # over a period
 
 
-@dataclass(frozen=True)
-class Certainty:
-    """How well the reference of a scene is known over SPAN."""
-
-    scene: str
-    apart: float  # [rad], largest difference of two methods
-    error_bar: float  # [rad], the largest
-    known: float | None  # [s], until when to the first of HORIZONS; None for all times
-
-
-@dataclass(frozen=True)
-class Horizon:
-    """Until when a motion is known to a tolerance."""
-
-    tolerance: float  # [rad]
-    time: float  # [s]
-
-
-@dataclass(frozen=True)
-class References:
-    """Agreement of two methods on each scene, and the horizon of the chaotic one."""
-
-    scenes: tuple[Certainty, ...]
-    separated: float  # [s], when two methods differ by more than AGREED in the chaotic scene
-    horizons: tuple[Horizon, ...]
-    exponent: LyapunovExponent
-    followed: float  # [s]
-    apart: Curve  # [rad] over time: two methods in the chaotic scene
-    error_bar: Curve
-    growth: Curve  # at the rate of the exponent
-    agreed: float = AGREED
-    tolerance: float = HORIZONS[0]
-    chaotic: str = CHAOTIC
-
-
-@dataclass(frozen=True)
-class Start:
-    """A motion from rest at 10^-k rad from the top over a period: what scipy's formula makes of it,
-    and the angle as a double; errors are relative but for those of theta."""
-
-    k: int
-    period: float  # [s]
-    scipy_period: float | None  # None where it is not a number
-    scipy_theta: float | None  # [rad]
-    distance: float
-    rounded_period: float
-    rounded_theta: float  # [rad]
-
-
-@dataclass(frozen=True)
-class NearTop:
-    """The complement of the angle as the argument, against scipy and against the rounded angle."""
-
-    starts: tuple[Start, ...]
-
-
-def references(study: Study) -> References:
+def references(study: Study) -> Record:
     """Agreement of two methods on each scene, and the horizon of the chaotic one."""
     every = [name for name in CASES.values() if "damped" in name] + list(FORCED)
     chosen = {scene.name for scene in study.scenes} | {CHAOTIC, SIMPLE + "damped-rotating"}
@@ -99,25 +42,41 @@ def references(study: Study) -> References:
     at, gaps = motion.disagreement
     beyond = np.flatnonzero(gaps["theta"] > AGREED)
     times = np.linspace(0.0, LONG, 300)[1:]
-    return References(
-        tuple(_certainty(name) for name in names),
-        float(at[beyond[0]]) if beyond.size else np.inf,
-        tuple(Horizon(tolerance, motion.horizon(tolerance)) for tolerance in HORIZONS),
-        exponent,
-        followed,
-        (at[1:], gaps["theta"][1:]),
-        (times, motion.uncertainty(times)["theta"]),
-        (times, 1e-15 * np.exp(exponent.value * times)),
+    return Record(
+        scenes=tuple(_certainty(name) for name in names),
+        # [s], when two methods differ by more than AGREED in the chaotic scene
+        separated=float(at[beyond[0]]) if beyond.size else np.inf,
+        horizons=tuple(
+            Record(
+                tolerance=tolerance,  # [rad]
+                time=motion.horizon(tolerance),  # [s]
+            )
+            for tolerance in HORIZONS
+        ),
+        exponent=exponent,
+        followed=followed,  # [s]
+        apart=(at[1:], gaps["theta"][1:]),  # [rad] over time: two methods in the chaotic scene
+        error_bar=(times, motion.uncertainty(times)["theta"]),
+        growth=(times, 1e-15 * np.exp(exponent.value * times)),  # at the rate of the exponent
+        agreed=AGREED,
+        tolerance=HORIZONS[0],
+        chaotic=CHAOTIC,
     )
 
 
-def _certainty(name: str) -> Certainty:
+def _certainty(name: str) -> Record:
+    """How well the reference of a scene is known over SPAN."""
     motion = _followed(SIMPLE + name, LONG if SIMPLE + name == CHAOTIC else SPAN)
     at, gaps = motion.disagreement
     doubt = motion.uncertainty(at[at <= SPAN])["theta"]
     horizon = motion.horizon(HORIZONS[0])
     known = horizon if np.isfinite(horizon) else None
-    return Certainty(name, float(gaps["theta"][at <= SPAN].max()), float(doubt.max()), known)
+    return Record(
+        scene=name,
+        apart=float(gaps["theta"][at <= SPAN].max()),  # [rad], largest difference of two methods
+        error_bar=float(doubt.max()),  # [rad], the largest
+        known=known,  # [s], until when to the first of HORIZONS; None for all times
+    )
 
 
 def _followed(name: str, until: float) -> DrivenMotion:
@@ -125,12 +84,14 @@ def _followed(name: str, until: float) -> DrivenMotion:
     return UnendingMotion(rotor, problem.theta, problem.theta_dot).until(until)
 
 
-def near_top(study: Study) -> NearTop:
+def near_top(study: Study) -> Record:
     """The complement of the angle as the argument, against scipy and against the rounded angle."""
-    return NearTop(tuple(_start(k) for k in EXPONENTS))
+    return Record(starts=tuple(_start(k) for k in EXPONENTS))
 
 
-def _start(k: int) -> Start:
+def _start(k: int) -> Record:
+    """A motion from rest at 10^-k rad from the top over a period: what scipy's formula makes of it,
+    and the angle as a double; errors are relative but for those of theta."""
     pendulum: SimplePendulum = case(f"{SIMPLE}near-top-1e-{k}").problem
     rounded, motion = pendulum.started, pendulum.elliptic
     beside = rounded.elliptic
@@ -140,14 +101,14 @@ def _start(k: int) -> Start:
     theta = motion.observe(times)["theta"]
     by_scipy, period = _by_scipy(rounded, times)
     distance = float(double(PI - quad(rounded.theta)))
-    return Start(
-        k,
-        motion.period,
-        _or_none(period / motion.period - 1),
-        _or_none(float(np.abs(by_scipy - theta).max())),
-        distance / -(pendulum.theta_from_top or math.nan) - 1,
-        beside.period / motion.period - 1,
-        float(np.abs(beside.observe(times)["theta"] - theta).max()),
+    return Record(
+        k=k,
+        period=motion.period,  # [s]
+        scipy_period=_or_none(period / motion.period - 1),  # None where it is not a number
+        scipy_theta=_or_none(float(np.abs(by_scipy - theta).max())),  # [rad]
+        distance=distance / -(pendulum.theta_from_top or math.nan) - 1,
+        rounded_period=beside.period / motion.period - 1,
+        rounded_theta=float(np.abs(beside.observe(times)["theta"] - theta).max()),  # [rad]
     )
 
 
@@ -167,7 +128,7 @@ def _or_none(error: float) -> float | None:
     return error if math.isfinite(error) else None
 
 
-def top_growth(study: Study, scene: Scene) -> SaddleGrowth | None:
+def top_growth(study: Study, scene: Scene) -> Record | None:
     """Growth of the errors at the top, which leaves it at sqrt(g/L)."""
     if "near-top" not in scene.name:
         return None
@@ -175,7 +136,7 @@ def top_growth(study: Study, scene: Scene) -> SaddleGrowth | None:
     motion = problem.started.elliptic  # the one whose roundings an engine has
     if motion is None:
         return None
-    top = Saddle(math.pi, math.sqrt(problem.gravity / problem.length))
+    top = Record(theta=math.pi, rate=math.sqrt(problem.gravity / problem.length))
     return growth_at_saddle(study, scene, motion, top)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims
-from plumbob.reports.analyses.measurements import Curve, case, largest, scheme
+from plumbob.reports.analyses.measurements import case, largest, scheme
 from plumbob.reports.view.content import Claim
 from plumbob.reports.view.notation import number
 
@@ -38,31 +38,12 @@ FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A motion as the notebook draws it: theta [deg] over time, for SHOWN theta_dot [deg/s] over
-    theta, which goes on past a full turn."""
-
-    over_time: Curve
-    in_plane: Curve
-
-
-@dataclass(frozen=True)
 class CaseMotions:
     """The motions of a case of the pendulum and the linear one: exact, and by RK4."""
 
     label: str
-    pendulum: tuple[Motion, Motion | None]
-    linear: tuple[Motion, Motion | None]
-
-
-@dataclass(frozen=True)
-class Cases:
-    """The motions of all cases."""
-
-    cases: tuple[CaseMotions, ...]
-    shown: float = SHOWN
-    duration: float = DURATION
-    dots: float = STEP * DOTS  # [s]
+    pendulum: tuple[Record, Record | None]
+    linear: tuple[Record, Record | None]
 
 
 @dataclass(frozen=True)
@@ -100,16 +81,21 @@ def own_run(scene: str) -> ExtraRun:
     return ExtraRun(scene, METHOD, STEP, DURATION)
 
 
-def cases(study: Study) -> Cases:
+def cases(study: Study) -> Record:
     """For each case theta(t) and the phase plane, linear and non-linear, exact and by RK4."""
     motions = []
     for label, name in CASES.items():
         pair = (_motions(study, kind + name) for kind in (SIMPLE, LINEAR))
         motions.append(CaseMotions(label, *pair))
-    return Cases(tuple(motions))
+    return Record(
+        cases=tuple(motions),
+        shown=SHOWN,
+        duration=DURATION,
+        dots=STEP * DOTS,  # [s]
+    )
 
 
-def _motions(study: Study, scene: str) -> tuple[Motion, Motion | None]:
+def _motions(study: Study, scene: str) -> tuple[Record, Record | None]:
     """The exact motion of a scene, and the notebook's run of it."""
     path = case(scene).reference.observe(EVERY_STEP)
     exact = _motion(EVERY_STEP, path["theta"], path["theta_dot"])
@@ -119,11 +105,11 @@ def _motions(study: Study, scene: str) -> tuple[Motion, Motion | None]:
     return exact, _motion(run.times[::DOTS], theta[::DOTS], rate[::DOTS])
 
 
-def _motion(times: Array, theta: Array, rate: Array) -> Motion:
+def _motion(times: Array, theta: Array, rate: Array) -> Record:
     """The two plots of a motion, in degrees."""
     degrees = np.degrees(theta)
     first = times <= SHOWN
-    return Motion((times, degrees), (degrees[first], np.degrees(rate)[first]))
+    return Record(over_time=(times, degrees), in_plane=(degrees[first], np.degrees(rate)[first]))
 
 
 def errors(study: Study) -> NotebookErrors:

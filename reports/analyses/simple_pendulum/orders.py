@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import ExtraConvergence, StudyPlan
 from plumbob.engines.study.measurement import floor
-from plumbob.engines.study.order import Order, fit_order
+from plumbob.engines.study.order import fit_order
 from plumbob.engines.study.results import Study
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, between
 from plumbob.reports.analyses.measurements import convergence_of, plan_of
 from plumbob.reports.analyses.simple_pendulum.notebook import CASES, FORCED, SIMPLE
@@ -34,47 +33,6 @@ EXPECTED: Mapping[str, tuple[float, float]] = MappingProxyType(
 """The range of the order of RK4 with a control that is held, held from mid-step, and followed."""
 
 
-@dataclass(frozen=True)
-class Fit:
-    """The observed order of an error, and the same fit to the predicted one."""
-
-    observed: Order
-    predicted: Order
-
-
-@dataclass(frozen=True)
-class Orders:
-    """Orders of methods by scene; None with too few steps for a fit."""
-
-    methods: tuple[str, ...]
-    scenes: Mapping[str, Mapping[str, Fit | None]]
-
-    @property
-    def gap(self) -> float:
-        """The largest difference of an observed order from the predicted one."""
-        fits = [fit for of_scene in self.scenes.values() for fit in of_scene.values() if fit]
-        return max(abs(fit.observed.slope - fit.predicted.slope) for fit in fits)
-
-
-@dataclass(frozen=True)
-class ControlOrder:
-    """The order of a method in the forced case, and its errors of theta [rad] by step [s]."""
-
-    order: Order | None
-    predicted: Order | None
-    steps: tuple[float, ...]
-    errors: tuple[float, ...]
-    shown: tuple[float, float] | None  # step and error next to SHOWN_STEP
-
-
-@dataclass(frozen=True)
-class HeldControl:
-    """Orders in the forced case by method, those whose engine is missing left out."""
-
-    by_method: Mapping[str, ControlOrder]
-    methods: tuple[str, ...] = READ  # whose styles the figure has
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraConvergence]:
     """A convergence study of the forced pendulum with each method that the study does not
     run on it itself."""
@@ -85,7 +43,7 @@ def _extra(method: str) -> ExtraConvergence:
     return ExtraConvergence(FORCED_LARGE, method, STEPS, DURATION)
 
 
-def orders(study: Study) -> Orders | None:
+def orders(study: Study) -> Record | None:
     """Orders of five methods on the study's scenes; None where it fitted none."""
     scenes = {}
     for name in (*CASES.values(), *FORCED):
@@ -94,10 +52,18 @@ def orders(study: Study) -> Orders | None:
         if any(fits.values()):
             scenes[name] = fits
     methods = tuple(m for m in METHODS if any(m in fits for fits in scenes.values()))
-    return Orders(methods, scenes) if scenes else None
+    if not scenes:
+        return None
+    fitted = [fit for of_scene in scenes.values() for fit in of_scene.values() if fit]
+    return Record(
+        methods=methods,
+        scenes=scenes,  # None with too few steps for a fit
+        # the largest difference of an observed order from the predicted one
+        gap=max(abs(fit.observed.slope - fit.predicted.slope) for fit in fitted),
+    )
 
 
-def _fitted(series: ConvergenceStudy) -> Fit | None:
+def _fitted(series: ConvergenceStudy) -> Record | None:
     """Observed and predicted order of the error of theta, over the steps in the range of the
     series; None with fewer than four of them above round-off."""
     reached = [
@@ -113,19 +79,22 @@ def _fitted(series: ConvergenceStudy) -> Fit | None:
         return None
     same = {step: of for step, _, _, of in reached if step in observed.steps}
     predicted = fit_order(list(same), list(same.values()), [0.0] * len(same))
-    return Fit(observed, predicted) if predicted else None
+    return Record(observed=observed, predicted=predicted) if predicted else None
 
 
-def order_claims(fits: Orders) -> Claims:
+def order_claims(fits: Record) -> Claims:
     """The orders are the predicted ones."""
     what = "the largest difference of an order from the predicted one"
     return (at_most(what, fits.gap, ALIKE),)
 
 
-def held_control(study: Study) -> HeldControl:
+def held_control(study: Study) -> Record:
     """Orders of the forced case by how the control is read, with what theory says of each."""
     every = {method: _convergence(study, method) for method in READ}
-    return HeldControl({m: _control_order(of) for m, of in every.items() if of})
+    return Record(
+        by_method={m: _control_order(of) for m, of in every.items() if of},
+        methods=READ,  # whose styles the figure has
+    )
 
 
 def _convergence(study: Study, method: str) -> ConvergenceStudy | None:
@@ -136,14 +105,21 @@ def _convergence(study: Study, method: str) -> ConvergenceStudy | None:
     return study.answer(_extra(method))
 
 
-def _control_order(of: ConvergenceStudy) -> ControlOrder:
+def _control_order(of: ConvergenceStudy) -> Record:
+    """The order of a method in the forced case, and its errors of theta [rad] by step [s]."""
     errors = {m.step: m.errors["theta"].largest for m in of.measurements if m.status == "done"}
     shown = min(errors.items(), key=lambda entry: abs(entry[0] - SHOWN_STEP), default=None)
     steps, sizes = tuple(errors), tuple(errors.values())
-    return ControlOrder(of.order, of.predicted_order, steps, sizes, shown)
+    return Record(
+        order=of.order,
+        predicted=of.predicted_order,
+        steps=steps,
+        errors=sizes,
+        shown=shown,  # step and error next to SHOWN_STEP
+    )
 
 
-def held_claims(control: HeldControl) -> Claims:
+def held_claims(control: Record) -> Claims:
     """RK4's order is reduced by three, and by two."""
     return [
         between(f"the order of {method}", of.order.slope, *bounds)
