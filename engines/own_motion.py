@@ -104,6 +104,16 @@ class Touching:
 
 
 @dataclass(frozen=True)
+class Solid:
+    """A geom of a model: the convex hull of points [m], shape (n, 3), about the centre of mass of
+    its body and in the body's axes, thickened by a radius [m]; of body 0 in the world's."""
+
+    body: int
+    points: Array
+    radius: float
+
+
+@dataclass(frozen=True)
 class Change:
     """A change of a model: numbers of it, and the values that they are given. A feature is removed
     by those that disable it."""

@@ -75,6 +75,16 @@ class Audit:
         return dict(zip(self.model.bodies, last, strict=True))
 
     @property
+    def states(self) -> tuple[Array, Array]:
+        """States of the reference, and of the model's own steps from where it starts, at the ends
+        of the periods up to `until`, shape (n, ...) each."""
+        assert self.found is not None
+        assert self.model is not None
+        stepped = self.model.stepped(self.script, self.integrator, self.found.own.parts)
+        last = self.found.index + 1
+        return self.reference.course.states[:last], stepped.states[:last]
+
+    @property
     def uncertainty(self) -> float:
         """[m] of the reference there."""
         return float(self.reference.uncertainty[self.found.index]) if self.found else float("inf")

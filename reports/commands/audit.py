@@ -211,8 +211,11 @@ def _row(
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
     text = ""
     if chosen.out is not None:
+        from plumbob.reports.analyses.replay.geoms import audited
+
         drawn = result.model.picture() if result.model else None
-        text = page(answer, result, _command(chosen, [path] * (chosen.gym is None)), drawn)
+        shown = audited(result) if isinstance(result, Audit) else None
+        text = page(answer, result, _command(chosen, [path] * (chosen.gym is None)), drawn, shown)
     return Row(
         path,
         None if math.isnan(error) else error,

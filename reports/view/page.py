@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 
 TEMPLATES = Path(__file__).parent / "templates"
 NAME = "index.html"
-UNITS = re.compile(r"(?<=\d) (?=(?:%|m?s|[nµmk]?m|rad|N|J|W|°)(?![\w]))")  # no line ends before one
+UNITS = re.compile(
+    r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"
+)  # no line ends before one
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
 FIRST = 0x1000  # the character that stands for 0, after all that a script may not hold

@@ -38,6 +38,7 @@ WORDS: Mapping[Role, str] = MappingProxyType(
         "other": "",
     }
 )
+Drawn = tuple[Layer, Samples]  # a motion, or a run's deviations from it, with how it is drawn
 SMALLER = " but for the step"  # that of the recommended settings beside them
 SPEEDS = tuple(
     float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
@@ -53,9 +54,7 @@ def replay(study: Study, scene: Scene) -> Replay:
     seconds = shown_seconds(scene)
     picture = _picture(case, seconds)
     exact = sampled(picture.motion, seconds, picture.angles, picture.smooth)
-    layers = [Layer("exact", "exact answer", "")]
-    coded_layers = [_exact("exact", exact, picture)]
-    runs: list[tuple[str, Samples]] = []
+    runs: list[Drawn] = []
     lacking: list[str] = []
     missing = {  # engines that are not installed: the page says that once
         c.method
@@ -70,18 +69,37 @@ def replay(study: Study, scene: Scene) -> Replay:
             continue
         samples = Samples(run.times, picture.deviations(run))
         slot = "second" if shown.role == "recommended" or runs else "first"
-        runs.append((slot, samples))
         words = WORDS[shown.role]
         if shown.role == "default" and shown.run.step != DEFAULT_STEP:
             words += SMALLER
-        layers.append(Layer(slot, name, words, *errors_said(picture, samples.channels)))
-        coded_layers.append(_deviating(slot, samples))
-    compared = None
-    if beside := companion(scene):
-        other = _picture(beside, seconds)
-        compared = sampled(other.motion, seconds, other.angles, other.smooth)
-        layers.append(Layer("companion", "linear pendulum", "exact, the same start"))
-        coded_layers.append(_exact("companion", compared, other))
+        layer = Layer(slot, name, words, *errors_said(picture, samples.channels))
+        runs.append((layer, samples))
+    beside: list[Drawn] = []
+    if other := companion(scene):
+        shape = _picture(other, seconds)
+        samples = sampled(shape.motion, seconds, shape.angles, shape.smooth)
+        beside.append((Layer("companion", "linear pendulum", "exact, the same start"), samples))
+    truth = Layer("exact", "exact answer", ""), exact
+    return assembled(scene.name, scene.duration, picture, truth, runs, beside, lacking)
+
+
+def assembled(
+    name: str,
+    whole: float,
+    picture: Picture,
+    exact: Drawn,
+    runs: Sequence[Drawn],
+    beside: Sequence[Drawn] = (),
+    lacking: Sequence[str] = (),
+) -> Replay:
+    """The replay of a motion of `whole` [s], as far as its samples reach, with runs as deviations
+    from it and at most one other motion beside it."""
+    seconds = float(exact[1].times[-1])
+    coded_layers = [
+        _exact(exact[0].slot, exact[1], picture),
+        *(_deviating(layer.slot, samples) for layer, samples in runs),
+        *(_exact(layer.slot, samples, picture) for layer, samples in beside),
+    ]
     data = {
         "kind": picture.kind,
         "seconds": seconds,
@@ -93,16 +111,22 @@ def replay(study: Study, scene: Scene) -> Replay:
         "layers": coded_layers,
     }
     return Replay(
-        scene.name,
-        scene.name.replace("/", "-"),
+        name,
+        name.replace("/", "-"),
         picture.text,
         seconds,
-        scene.duration,
-        tuple(layers),
+        whole,
+        tuple(layer for layer, _ in (exact, *runs, *beside)),
         tuple(lacking),
         _speeds(seconds),
         _factors(picture, [samples for _, samples in runs]),
-        strip(picture, seconds, exact, runs, compared),
+        strip(
+            picture,
+            seconds,
+            exact[1],
+            [(layer.slot, samples) for layer, samples in runs],
+            next((samples for _, samples in beside), None),
+        ),
         _json(data),
     )
 

@@ -73,7 +73,7 @@ def body(case: Case, seconds: float) -> Picture:
         moving & frozenset(ATTITUDE),
         moving,
         1.0,
-        *observed(case, (*ATTITUDE, *RATES)),
+        *observed(case.reference.observe, (*ATTITUDE, *RATES)),
         apart,
         lambda apart_by: radians(float(apart(apart_by).max())),
         outline,

@@ -25,6 +25,7 @@ from plumbob.reports.analyses.replay.picture import (
     Picture,
     State,
     around,
+    hull,
     observed,
 )
 from plumbob.reports.view.notation import number
@@ -76,7 +77,7 @@ def cone(case: Case, seconds: float) -> Picture:
         return (
             Line(_seen(disc, rate * time), closed=True),
             Line(_seen(post, rate * time)),
-            Line(_hull(_seen(_surface(shape, state["theta"]), rate * time)), closed=True),
+            Line(hull(_seen(_surface(shape, state["theta"]), rate * time)), closed=True),
         )
 
     def mark(state: State, time: float) -> tuple[float, float]:
@@ -102,7 +103,7 @@ def cone(case: Case, seconds: float) -> Picture:
         ANGLES,
         frozenset(CHANNELS),
         1.0,
-        *observed(case, CHANNELS),
+        *observed(case.reference.observe, CHANNELS),
         apart,
         largest,
         outline,
@@ -157,10 +158,3 @@ def _seen(places: Array, turned: float) -> Array:
     cos, sin = math.cos(turned), math.sin(turned)
     world = places @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(world @ camera()[:2].T)
-
-
-def _hull(places: Array) -> Array:
-    """The convex hull of places, shape (n, 2), as its corners in order."""
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(places[ConvexHull(places).vertices])

@@ -17,7 +17,7 @@ def chart(case: Case, seconds: float) -> Picture:
     """The replay of any system over `seconds` [s]: its first observables as charts."""
     shown = {o.name: o.unit for o in case.system.observables[:MOST]}
     first = next(iter(shown))
-    motion, deviations = observed(case, list(shown))
+    motion, deviations = observed(case.reference.observe, list(shown))
     exact = motion(np.linspace(0.0, seconds, 801))
     span = around(exact[first])
 

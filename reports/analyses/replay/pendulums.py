@@ -66,7 +66,7 @@ def pendulum(case: Case, seconds: float) -> Picture:
         ANGLES,
         frozenset(CHANNELS),
         1.0,
-        *observed(case, CHANNELS),
+        *observed(case.reference.observe, CHANNELS),
         apart,
         largest,
         outline,

@@ -10,11 +10,10 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number, seconds
 
-Kind = Literal["pendulum", "cone", "capsule", "body", "chart"]
+Kind = Literal["pendulum", "cone", "capsule", "body", "chart", "geoms"]
 State = Mapping[str, float]  # channels at one moment
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 MARGIN = 0.08  # of a chart's range, beyond it
@@ -65,13 +64,13 @@ class Picture:
 
 
 def observed(
-    case: Case, names: Sequence[str]
+    observe: Callable[[Array], Channels], names: Sequence[str]
 ) -> tuple[Callable[[Array], Channels], Callable[[Trajectory], Channels]]:
-    """The motion of a case, and the differences of a run from it, in channels that are
-    observables."""
+    """The motion that `observe` gives at times [s], and the differences of a run from it, in
+    channels that are observables."""
 
     def motion(times: Array) -> Channels:
-        exact = case.reference.observe(times)
+        exact = observe(times)
         return {name: exact[name] for name in names}
 
     def deviations(run: Trajectory) -> Channels:
@@ -87,6 +86,13 @@ def around(*values: Array, least: float = 0.0) -> tuple[float, float]:
     half = max(0.5 * (high - low), 0.5 * least) or 1.0
     middle = 0.5 * (low + high)
     return middle - (1.0 + 2.0 * MARGIN) * half, middle + (1.0 + 2.0 * MARGIN) * half
+
+
+def hull(places: Array) -> Array:
+    """The convex hull of places, shape (n, 2), as its corners in order."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(places[ConvexHull(places).vertices])
 
 
 def metres(value: float) -> str:

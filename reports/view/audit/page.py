@@ -11,11 +11,13 @@ from zlib import crc32
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
+from plumbob.reports.view import notation
 from plumbob.reports.view.audit.contacts import Contacts
 from plumbob.reports.view.audit.motion import Motion
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import written as worded
 from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.records import Replay
 from plumbob.reports.view.tables import lines as text_lines
 
 MARK = re.compile(r'data-model="(\w+)"')
@@ -50,9 +52,13 @@ def write_page(text: str, model: str, folder: Path, contacts: bool = False) -> P
 
 
 def page(
-    answer: Finding, audit: Audit | ContactAudit, command: str, drawn: bytes | None = None
+    answer: Finding,
+    audit: Audit | ContactAudit,
+    command: str,
+    drawn: bytes | None = None,
+    replay: Replay | None = None,
 ) -> str:
-    """The page of an audit as HTML; `drawn` is a PNG of the model."""
+    """The page of an audit as HTML; `drawn` is a PNG of the model, `replay` its motion."""
     table = answer.tables[0]
     cells = tuple((name, Cell(text.text, "text")) for name, text in table.rows)
     return filled(
@@ -61,7 +67,9 @@ def page(
         mark=mark_of(audit.name),
         picture="" if drawn is None else base64.b64encode(drawn).decode("ascii"),
         versions=", ".join(f"{name} {version}" for name, version in versions().items()),
-        seconds=f"{audit.seconds:.3g}",
+        lasted=f"{audit.seconds:.3g}",
+        seconds=notation.seconds,
+        replay=replay,
         command=command,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
         card=() if isinstance(audit, ContactAudit) else card(audit),

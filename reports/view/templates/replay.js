@@ -133,6 +133,9 @@
     };
     const apart = (layer, at) => {
       const of = (name) => valueAt(layer, name, at, smooth);
+      if (data.kind === "geoms") {
+        return {size: Math.max(...shape.bodies.map((k) => Math.hypot(...["x", "y", "z"].map((axis) => of(k + axis))))), turn: 0};
+      }
       if (data.kind === "capsule") return {size: Math.hypot(of("x"), of("y")), turn: of("heading")};
       if (data.kind === "chart") return {size: Math.abs(of(Object.keys(layer.channels)[0])), turn: 0};
       if (data.kind === "body") return {size: 0, turn: 2 * Math.hypot(...ATTITUDE.map(of))};
@@ -141,7 +144,7 @@
     const outside = (layer, at) => {
       if (layer.absolute) return false;
       const times = Number(factor.value), {size, turn} = apart(layer, at);
-      if (data.kind === "capsule") {
+      if (data.kind === "capsule" || data.kind === "geoms") {
         return times * size > 4 * data.size || (times > 1 && times * Math.abs(turn) > Math.PI);
       }
       return times > 1 && times * Math.max(Math.abs(turn), size / data.size) > Math.PI;
@@ -391,10 +394,11 @@
 
     // The free body: places in its own axes, turned by its attitude.
     const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    const turnedBy = (state, p) => {
-      const [w, ...u] = ATTITUDE.map((name) => state[name]), once = cross(u, p), twice = cross(u, once);
+    const rotated = ([w, ...u], p) => {
+      const once = cross(u, p), twice = cross(u, once);
       return p.map((value, i) => value + 2 * (w * once[i] + twice[i]));
     };
+    const turnedBy = (state, p) => rotated(ATTITUDE.map((name) => state[name]), p);
     const drawBody = (truth, shown) => {
       const on = (state, p) => seen(turnedBy(state, p), t), corner = shape.half;
       const sides = [0, 1, 2].flatMap((axis) => [-1, 1].map((sign) => [axis, sign]));
@@ -438,6 +442,57 @@
       for (const {layer, state} of shown) mark(layer.role, on(state, corner));
       const p = on(truth, corner);
       label("P", [p[0] + 16, p[1] - 8], ink.label);
+    };
+
+    // An audited model: its geoms as hulls of points, thickened by a radius; far ones first.
+    const AXES = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+    const placed = ({body, points}, state) => {
+      if (!body) return points;
+      const [x, y, z, ...q] = AXES.map((axis) => state[body + axis]), size = Math.hypot(...q);
+      return points.map((p) => rotated(q.map((v) => v / size), p)).map((p) => [p[0] + x, p[1] + y, p[2] + z]);
+    };
+    const drawSolids = (solids, state, edge, fill) => {
+      const far = solids.map((solid) => {
+        const places = placed(solid, state);
+        return {solid, places, depth: places.reduce((sum, p) => sum + dot(towards, p), 0) / places.length};
+      }).sort((a, b) => a.depth - b.depth);
+      pen.lineCap = "round";
+      for (const {solid, places} of far) {
+        const flat = places.map((p) => seen(p, t)), path = flat.length > 2 ? hull(flat) : flat;
+        const wide = 2 * solid.radius * plan.picture.scale;
+        pen.beginPath();
+        for (const [x, y] of path) { pen.lineTo(x, y); pen.lineTo(x + 0.01, y); }
+        pen.closePath();
+        for (const [colour, more] of [[edge, 1.6], [fill(solid), 0]]) {
+          pen.strokeStyle = pen.fillStyle = colour;
+          pen.lineWidth = wide + more;
+          if (pen.lineWidth && (more || wide)) pen.stroke();
+          if (path.length > 2) pen.fill();
+        }
+      }
+      pen.lineCap = "butt";
+    };
+    const veil = document.createElement("canvas");
+    const drawGeoms = (truth, shown) => {
+      const grey = ({body}) => `hsl(210 8% ${56 + 9 * (body % 3)}%)`;
+      drawSolids(shape.solids.filter((one) => !one.body), truth, ink.rule, () => ink.disc);
+      const moving = shape.solids.filter((one) => one.body);
+      const spotOf = (state) => seen(["x", "y", "z"].map((axis) => state[shape.worst + axis]), t);
+      if (exact.on) drawSolids(moving, truth, ink.exact, grey);
+      trailOf(shape.trail, spotOf);
+      for (const {layer, state} of shown.filter((one) => one.layer !== exact)) {
+        const ratio = devicePixelRatio || 1;
+        [veil.width, veil.height] = [canvas.width, canvas.height];
+        pen = veil.getContext("2d");
+        pen.scale(ratio, ratio);
+        pen.lineJoin = "round";
+        drawSolids(moving, state, ink.label, () => ink[layer.role]);
+        pen = front;
+        pen.globalAlpha = 0.45;
+        pen.drawImage(veil, 0, 0, plan.width, plan.height);
+        pen.globalAlpha = 1;
+      }
+      for (const {layer, state} of shown) mark(layer.role, spotOf(state));
     };
 
     const fastest = () => {
@@ -529,7 +584,7 @@
     // What the charts show of a layer at a fine grid of times, worked out once for a factor.
     const names = [...new Set(data.charts.flatMap((chart) => [chart.x, ...chart.y]))].filter((n) => n !== "t");
     const part = Math.min(...data.charts.map((chart) => (chart.seconds || data.seconds) / data.seconds));
-    const many = data.kind === "capsule" ? 900 : part < 1 ? Math.ceil(500 / part) : 2400;
+    const many = data.kind === "capsule" ? 900 : data.kind === "geoms" ? 400 : part < 1 ? Math.ceil(500 / part) : 2400;
     const tableOf = (layer) => {
       if (tables.has(layer)) return tables.get(layer);
       const found = {hidden: new Uint8Array(many + 1)};
@@ -629,7 +684,7 @@
       pen = front;
     };
 
-    const DRAW = {pendulum: drawPendulum, cone: drawCone, capsule: drawCapsule, body: drawBody};
+    const DRAW = {pendulum: drawPendulum, cone: drawCone, capsule: drawCapsule, body: drawBody, geoms: drawGeoms};
     const draw = () => {
       if (!plan) return;
       if (!backdrop) makeBackdrop();
@@ -657,7 +712,7 @@
     // ---- controls ---------------------------------------------------------------------------
     const apartText = (layer) => {
       const {size, turn} = apart(layer, t);
-      if (data.kind === "capsule") return metres(size) + (Math.abs(turn) > 1e-9 ? `, ${number(Math.abs(turn))} rad` : "");
+      if (data.kind === "capsule" || data.kind === "geoms") return metres(size) + (Math.abs(turn) > 1e-9 ? `, ${number(Math.abs(turn))} rad` : "");
       return data.kind === "chart" ? number(size) : `${number(Math.abs(turn))} rad`;
     };
     const report = () => {

@@ -24,6 +24,7 @@ from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
+from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.tangent import (
     TangentMaps,
     diverged,
@@ -41,6 +42,7 @@ from plumbob.engines.own_motion import (
     Change,
     NotCertifiable,
     Script,
+    Solid,
     Start,
     Stepped,
     Touching,
@@ -279,15 +281,25 @@ class MujocoModel:
 
     def positions(self, states: Array) -> Array:
         """Centres of mass of the bodies [m], shape (len(states), bodies, 3)."""
+        return self.poses(states)[..., :3]
+
+    def poses(self, states: Array) -> Array:
+        """Centres of mass of the bodies [m] and their attitudes as quaternions, scalar first, shape
+        (len(states), bodies, 7)."""
         model, data = self.effective, self._begun(self.effective)
-        positions = np.full((len(states), model.nbody, 3), np.nan)
+        poses = np.full((len(states), model.nbody, 7), np.nan)
         for k, state in enumerate(states):
             if np.isfinite(state[: model.nq]).all():
                 data.qpos[:] = state[: model.nq]
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_comPos(model, data)
-                positions[k] = data.xipos
-        return positions
+                poses[k] = np.hstack([data.xipos, data.xquat])
+        return poses
+
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """Its geoms, as a replay draws them."""
+        return tuple(solids(self.effective, self.start))
 
     def readings(self, states: Array) -> Mapping[str, Array]:
         """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
