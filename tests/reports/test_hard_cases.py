@@ -47,13 +47,13 @@ def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platfor
 
 def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> None:
     """A system's page has the same rows as the pages of its scenes, below a row that names the
-    scene and what makes it hard."""
+    scene and what makes it hard; where no limit is stored, columns on stability are left out."""
     study = quick()
     hard = [scene for scene in study.scenes if scene.hard]
     table, alone = (cases(study, of) for of in (hard, [find_scene(SADDLE)]))
     assert table
     assert alone
-    assert table.heads == alone.heads
+    assert (*table.heads[:3], table.heads[-1]) == alone.heads
     names = [row[0].text for row in table.rows]
     assert [name for name in names if "/" in name and name.startswith("cone-")] == [
         scene.name for scene in hard
@@ -61,7 +61,8 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> Non
     place = names.index(SADDLE)
     assert table.rows[place][1].text.startswith(find_scene(SADDLE).hard)
     assert "loses 7.9 of the 16 digits" in table.rows[place][1].text
-    assert table.rows[place + 1 : place + 1 + len(alone.rows)] == alone.rows
+    rows = table.rows[place + 1 : place + 1 + len(alone.rows)]
+    assert tuple((*row[:3], row[-1]) for row in rows) == alone.rows
     steps = {row[0].text: row[2].text for row in alone.rows}
     assert set(steps) == {method.name for method in study.methods}
     assert steps["mujoco/euler"] == "none run"
