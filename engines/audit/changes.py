@@ -55,11 +55,15 @@ def _settings(audit: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _worse(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
-    """Changes of the error, the certified motion, its end and stability."""
-    ends, before = [audit["certified_until"] for audit in (old, new)], _error(old)
+    """Changes of the error, as far as both are certified, of the certified motion, its end and
+    stability."""
+    ends = [audit["certified_until"] for audit in (old, new)]
+    shared = min(len(audit["error_over_time"]) for audit in (old, new))
+    before, now = (_error(audit, shared) for audit in (old, new))
     known = sum(audit["uncertainty"] or 0.0 for audit in (old, new))
-    if all(ends) and abs(_error(new) - before) > known:
-        yield _moved("error [m]", before, _error(new), _relative(_error(new), before) - 1.0)
+    if all(ends) and abs(now - before) > known:
+        until = "" if math.isclose(*ends) else f" at {min(ends):.3g} s"
+        yield _moved(f"error{until} [m]", before, now, _relative(now, before) - 1.0)
     if not math.isclose(*ends):
         lost = math.inf if ends[1] < ends[0] else None
         yield _moved("certified until [s]", ends[0], ends[1], lost)
@@ -74,8 +78,10 @@ def _worse(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
         yield _moved("unstable", old["unstable"], new["unstable"], lost)
 
 
-def _error(audit: Mapping[str, Any]) -> float:
-    return math.inf if audit["error"] is None else float(audit["error"])
+def _error(audit: Mapping[str, Any], samples: int) -> float:
+    """The largest error [m] over the first `samples` of its control periods."""
+    error = audit["error_over_time"][samples - 1] if samples else audit["error"]
+    return math.inf if error is None else float(error)
 
 
 def _relative(size: float, error: float) -> float:

@@ -319,7 +319,8 @@ def stored_audits(file: Path) -> list[Any]:
     except (ValueError, RecursionError) as error:
         raise ParameterError("against", str(file), f"{what} ({error})") from None
     stored = stored if isinstance(stored, list) else [stored]
-    if not all(isinstance(old, dict) and ("fields" in old or "why" in old) for old in stored):
+    of_motion = "fields", "error_over_time"  # which a file that was refused has not
+    if not all(isinstance(o, dict) and {"why", *of_motion} - {*o} <= {*of_motion} for o in stored):
         raise ParameterError("against", str(file), what)
     return stored
 

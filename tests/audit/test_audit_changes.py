@@ -27,6 +27,8 @@ AUDIT: dict[str, Any] = {
     "certified_until": 1.0,
     "uncertainty": 1e-6,
     "error": 0.01,
+    "error_over_time": [0.002, 0.01],
+    "why": "",
     "unstable": False,
     "pose": {"world": [0.0, 0.0, 0.0], "rod": [0.3, 0.0, 0.4]},
     "fields": {"opt.timestep": "0.005"},
@@ -37,13 +39,21 @@ AUDIT: dict[str, Any] = {
 @pytest.mark.parametrize(
     ("new", "what", "growth"),
     [
-        ({"error": 0.010001}, None, None),  # within what both references leave open, 2e-6
-        ({"error": 0.0101}, "error [m]", 0.01),
-        ({"error": 0.005}, "error [m]", -0.5),
-        ({"error": None}, "error [m]", math.inf),  # it diverges
+        (
+            {"error_over_time": [0.002, 0.010001]},
+            None,
+            None,
+        ),  # within what both references leave open, 2e-6
+        ({"error_over_time": [0.002, 0.0101]}, "error [m]", 0.01),
+        ({"error_over_time": [0.002, 0.005]}, "error [m]", -0.5),
+        ({"error_over_time": [0.002, None]}, "error [m]", math.inf),  # it diverges
         ({"pose": {"rod": [0.3, 1e-6, 0.4]}}, None, None),
         ({"pose": {"rod": [0.3, 1e-3, 0.4]}}, "certified rod at 1 s by [m]", 0.1),
-        ({"certified_until": 0.5}, "certified until [s]", math.inf),
+        (  # as far as both are certified, errors are the same
+            {"certified_until": 0.5, "error": 0.002, "error_over_time": [0.002]},
+            "certified until [s]",
+            math.inf,
+        ),
         ({"unstable": True}, "unstable", math.inf),
         ({"step": 0.01}, "step", None),
         ({"versions": {"mujoco": "4.0.0"}}, "version of mujoco", None),
@@ -109,12 +119,17 @@ def test_several_find_their_own_and_what_is_no_audit_is_one_line(
     for name in ("a", "b"):
         (tmp_path / f"{name}.xml").write_text(ROD)
     old = tmp_path / "old.json"
-    stored = [{**AUDIT, "model": str(tmp_path / f"{n}.xml"), "error": 1.0} for n in ("a", "b")]
-    old.write_text(json.dumps([{**stored[0], "error": 1e-9, "uncertainty": 0.0}, stored[1]]))
+    paths = [str(tmp_path / f"{n}.xml") for n in ("a", "b")]
+    stored = [{**AUDIT, "model": path, "error_over_time": [0.0, 0.5, 1.0]} for path in paths]
+    old.write_text(
+        json.dumps(
+            [{**stored[0], "error_over_time": [0.0, 0.0, 1e-9], "uncertainty": 0.0}, stored[1]]
+        )
+    )
     words = [str(tmp_path), "--duration", "0.04", "--budget", "5", "--against", str(old)]
     assert main(["audit", *words, "--fail-above", "5%"]) == 1
     err = capsys.readouterr().err
-    assert (err.count("a.xml: error"), err.count("b.xml: error")) == (1, 0)
+    assert (err.count("a.xml: error at 0.04 s"), err.count("b.xml: error")) == (1, 0)
     assert main(["audit", *words, "--contacts"]) == 2
     for text in ("{", "[1]", '{"model": "a"}', "[" * 100_000):
         old.write_text(text)

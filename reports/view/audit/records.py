@@ -9,6 +9,7 @@ from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
+from plumbob.engines.audit.step_errors import Compared
 from plumbob.engines.audit.trims import Trim
 from plumbob.reports.advice.json_records import plain
 from plumbob.reports.view.audit.page import answered, rows, versions
@@ -45,24 +46,7 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "clamped": audit.clamped,
         "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
         "to_do": dict(rows(answered(audit)))["to do"],
-        "worst_body": steps.own.worst if steps else None,
-        "order": None if not steps or not steps.order else steps.order.__dict__,
-        "steps": []
-        if steps is None
-        else [
-            {
-                "integrator": s.integrator,
-                "step": s.step,
-                "error": s.at(steps.index),
-                "ns_per_second": s.ns_per_second,
-                "why": s.why,
-                "cost": s.cost and s.cost.__dict__,
-            }
-            for s in steps.steps
-        ],
-        "cheapest": []
-        if steps is None
-        else [{**c.__dict__, **_spread(c.cost)} for c in steps.cheapest],
+        **_steps(steps),
         "likely": None if audit.likely is None else audit.likely.__dict__,
         "balances": [b.__dict__ for b in audit.balances],
         "trims": []
@@ -78,6 +62,37 @@ def _motion(audit: Audit) -> dict[str, Any]:
         **_gradient(audit.gradient),
         **({} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}),
         "seconds": audit.seconds,
+    }
+
+
+def _steps(found: Compared | None) -> dict[str, Any]:
+    """The own step's error over time [m], order, and errors and costs of other steps, as plain
+    data."""
+    if found is None:
+        return {
+            "worst_body": None,
+            "error_over_time": [],
+            "order": None,
+            "steps": [],
+            "cheapest": [],
+        }
+    steps = [
+        {
+            "integrator": s.integrator,
+            "step": s.step,
+            "error": s.at(found.index),
+            "ns_per_second": s.ns_per_second,
+            "why": s.why,
+            "cost": s.cost and s.cost.__dict__,
+        }
+        for s in found.steps
+    ]
+    return {
+        "worst_body": found.own.worst,
+        "error_over_time": found.own.errors[: found.index + 1],
+        "order": found.order and found.order.__dict__,
+        "steps": steps,
+        "cheapest": [{**c.__dict__, **_spread(c.cost)} for c in found.cheapest],
     }
 
 
