@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from plumbob.analytic.systems.planner.tracks import ArcName, Pair
 
 LIMITS = tuple(field.name for field in fields(Limits))
-NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", "legs", "arc")
+CURVE = ("legs", "segments", "arc")  # of the slider, where it is not free
+NAMES = (*BODY, *LIMITS, "to", "track", "start", "slider", "slider_at_end", *CURVE)
 STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 LONG = 10.0  # [s]: a plan that takes more is not run at the finest step
 # Whole steps of every size, a little after the last manoeuvre has ended.
@@ -59,17 +60,11 @@ CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] =
 
 @cache
 def _planned(
-    body: Capsule,
-    goal: RestPose,
-    limits: Limits,
-    track: TrackName,
-    start: RestPose,
-    legs: Pair,
-    arc: ArcName,
+    body: Capsule, goal: RestPose, limits: Limits, track: TrackName, start: RestPose, **curve: Any
 ) -> Plan:
     from plumbob.analytic.systems.planner.construction import plan
 
-    return plan(body, goal, limits, track, start, legs=legs, arc=arc)
+    return plan(body, goal, limits, track, start, **curve)
 
 
 def _pose(name: str, value: Any) -> tuple[float, float, float]:
@@ -80,8 +75,8 @@ def _pose(name: str, value: Any) -> tuple[float, float, float]:
     return x, y, psi
 
 
-def _point(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+def _hashable(value: Any) -> Any:
+    return tuple(_hashable(item) for item in value) if isinstance(value, list | tuple) else value
 
 
 def planned(parameters: Parameters) -> Plan:
@@ -91,20 +86,20 @@ def planned(parameters: Parameters) -> Plan:
     known(parameters, NAMES)
     if "to" not in parameters:
         raise ParameterError("to", None, "a pose [x, y, psi]")
-    slider = _point(parameters.get("slider", (0.0, 0.0)))
+    slider = _hashable(parameters.get("slider", (0.0, 0.0)))
     start = RestPose(*_pose("start", parameters.get("start", (0.0, 0.0, 0.0))), slider)
-    end = _point(parameters.get("slider_at_end", slider))
+    end = _hashable(parameters.get("slider_at_end", slider))
     goal = RestPose(*_pose("to", parameters["to"]), end)
     limits = Limits(**{name: parameters[name] for name in LIMITS if name in parameters})
     track = parameters.get("track", "free")
     if track not in _TRACKS:
         raise ParameterError("track", track, "free or curve")
-    legs, arc = _point(parameters.get("legs", (1, 2))), parameters.get("arc", "shorter")
-    for name in ("legs", "arc"):
-        if name in parameters and track == "free":
-            raise ParameterError(name, parameters[name], "left out where the track is free")
-    check_curve(legs, arc)
-    return _planned(capsule(parameters), goal, limits, track, start, legs, arc)
+    curve = {name: _hashable(parameters[name]) for name in CURVE if name in parameters}
+    if curve and track == "free":
+        name = next(iter(curve))
+        raise ParameterError(name, parameters[name], "left out where the track is free")
+    check_curve(**curve)
+    return _planned(capsule(parameters), goal, limits, track, start, **curve)
 
 
 def problem(parameters: Parameters) -> CapsuleProblem:

@@ -19,7 +19,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK
-from plumbob.models.tripod_capsule.plan import LIMITS, planned
+from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, planned
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
     PoseError,
     PoseErrors,
@@ -28,16 +28,22 @@ from plumbob.reports.analyses.capsule_plan.pose_errors import (
     run_duration,
 )
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.judge.verdict import Judgement, judge
 from plumbob.reports.view.tables import lines
 
-PLACES = ("start", "slider", "slider_at_end", "legs", "arc")
+PLACES = ("start", "slider", "slider_at_end", *CURVE)
 ABOUT = """\
 --set takes, beside the body's ({body}) and the limits ({limits}):
   start=[X, Y, PSI]       the pose at the start (default: 0, 0, 0)
   slider=[X, Y]           the slider's place from C at the start (default: at C)
   slider_at_end=[X, Y]    and at the end (default: as at the start)
-  legs=[I, J]             on the curve: the supports whose lines C-Ai and C-Aj it follows
-                          (default: 1, 2; --arc is its arc, shorter by default)"""
+on the curve (--track curve), between whose pieces it goes straight where they do not meet:
+  legs=[I, J]             it follows C-Ai and C-Aj from C to the circle (default: 1, 2)
+  segments=[[DIRECTION, FROM, TO], [DIRECTION, FROM, TO]]
+                          or any two segments of lines through C: direction [rad] in the body,
+                          ends [m] from C, below zero on its other side
+  arc=[FROM, TO]          any arc of the circle [rad] (default: the shorter one between the
+                          two lines' directions; --arc longer is the other)"""
 SYSTEM = "capsule-plan"
 KINDS: Mapping[str, str] = MappingProxyType(
     {"slow": "slow motions", "turn": "turns", "line": "lines", "wait": "waits"}
@@ -86,8 +92,10 @@ def described(found: Plan) -> dict[str, Any]:
         "start": asdict(found.start),
         "goal": asdict(found.goal),
         "track": found.track,
-        "legs": found.legs if found.track == "curve" else None,
+        "legs": found.legs if found.track == "curve" and not found.segments else None,
+        "segments": found.segments,
         "arc": found.arc if found.track == "curve" else None,
+        "one_curve": found.rails.joined,
         "limits": asdict(found.limits),
         "parameters": asdict(found.capsule),
         "total_time": found.duration,
@@ -119,6 +127,7 @@ class PlanRun:
     """A plan run open-loop: its measurement, and the error of the pose after each manoeuvre."""
 
     found: Measurement
+    judgement: Judgement
     after: PoseErrors
 
 
@@ -126,9 +135,10 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
     """Run `plan`, which is that of `scene`, with `step` [s] to its end. Raises ParameterError."""
     case = case_of(replace(scene, duration=run_duration(plan, step)))
     found, run = measure(case, method, step)
+    judgement = judge(found, case.system, method)
     if run is None or found.status != "done":
-        return PlanRun(found, ())
-    return PlanRun(found, pose_errors(plan, case.reference, run))
+        return PlanRun(found, judgement, ())
+    return PlanRun(found, judgement, pose_errors(plan, case.reference, run))
 
 
 def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
@@ -139,7 +149,12 @@ def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
         "step": measured.step,
         "status": measured.status,
         "reason": measured.reason,
+        "verdict": run.judgement.verdict,
         "errors_at_end": {name: error.end for name, error in measured.errors.items()},
+        "predicted_at_end": {
+            name: error.predicted.end for name, error in measured.errors.items() if error.predicted
+        },
+        "allowed": {name: error.left_open for name, error in measured.errors.items()},
         "off_after": [None if off is None else _off(off) for off in run.after],
         "arising": {kind: _off(off) for kind, off in by_kind(plan, run.after).items()},
     }

@@ -20,7 +20,6 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     reached = poses.numbers(ran)
     assert reached
     assert reached.worst < 1e-6
-    assert reached.least_factor > 1.3
     (drawn,) = written(path.PATH.template, plain(path.numbers(ran)))
     assert len(drawn.figures) == 3
     ended = open_loop.numbers(ran)
@@ -39,7 +38,7 @@ def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     ran = declared(measured(shown, (FEET,)), legs.requests)
     found = legs.numbers(ran)
     assert found
-    assert len({(along.plan.legs, along.plan.arc) for along in found.curves}) == 6
+    assert len({(along.plan.legs, along.plan.arc) for along in found.curves}) == 9
     assert found.worst < 1e-12
     assert [run.method for run in found.runs] == [*legs.METHODS] * 3
     for run in found.runs:
@@ -48,7 +47,6 @@ def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
         assert abs(run.end.heading) < (5e-4 if run.method == FEET else 5e-3)
     command = finding(legs.LEGS, ran).commands[0]
     assert command.endswith("--track curve --set 'legs=[2, 3]' --arc longer")
-    # the quick profile's curve is one of the six, and its naive plan goes along it too
+    # the quick profile's curve is one of these
     assert plan_of(shown).duration == pytest.approx(legs.plans()[3].duration, rel=1e-12)
-    assert (poses.naive(shown).legs, poses.naive(shown).arc) == ((2, 3), "longer")
     assert legs.numbers(nothing()) is None

@@ -14,7 +14,7 @@ import pytest
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
-from plumbob.reports.analyses.capsule_plan import legs, poses
+from plumbob.reports.analyses.capsule_plan import legs
 from plumbob.reports.analyses.capsule_plan.plans import plan_of
 from plumbob.reports.judge.smallest_change import Sensitivities, Slopes, parameters_of
 from plumbob.reports.view.content import Finding
@@ -44,7 +44,6 @@ def one_plan() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(legs, "SCENES", (shown, shown, shown))
         patched.setattr(legs, "plans", lambda: (plan_of(shown), plan_of(shown)))
-        patched.setattr(poses, "naive", plan_of)
         yield
 
 

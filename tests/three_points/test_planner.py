@@ -20,8 +20,7 @@ from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.planner.result import Plan, pose_error
-from plumbob.analytic.systems.planner.style import quickest
-from plumbob.analytic.systems.planner.tracks import ArcName, Curve, FreePlane
+from plumbob.analytic.systems.planner.tracks import ArcName, Track, curve
 from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
@@ -188,22 +187,9 @@ def test_scenes_of_other_curves_last_until_the_body_rests(
     assert made.duration <= given.duration == lasting < made.duration + 0.2
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("name", "track", "least"), [("half-turn", "free", 7.0), ("ahead", "curve", 1.6)]
-)
-def test_minimum_time_is_below_that_of_equal_manoeuvres(
-    name: str, track: str, least: float
-) -> None:
-    naive = plan(CHECK, PLACES[name], track=track, equal=True)  # type: ignore[arg-type]
-    assert max(naive.error) <= REACHED
-    assert naive.duration >= least * planned(name, track).duration
-
-
 @given(st.floats(1.2, 70.0), st.floats(0.05, 0.9))
 def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
     limits, threshold = Limits(), CHECK.holding_acceleration
-    best = quickest(CHECK, limits)
 
     def time(w1: float, w2: float) -> float:
         """For one displacement, with the slow return (Chernousko 2020, eqs. 17, 18, 22)."""
@@ -211,14 +197,16 @@ def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
         back = 2.0 * math.sqrt(unit.stroke / (limits.holding * threshold))
         return (unit.t2 + back) / math.sqrt(-unit.displacement)
 
-    assert time(best.w1, best.w2) <= time(push * threshold, pull * threshold)
+    assert time(limits.acceleration, Track(CHECK, limits).w2) <= time(
+        push * threshold, pull * threshold
+    )
 
 
 @pytest.mark.parametrize("track", ["free", "curve"])
 def test_lines_take_about_as_long_as_is_estimated(track: str) -> None:
     limits = Limits()
-    rails = FreePlane(CHECK, limits) if track == "free" else Curve(CHECK, limits)
-    estimate = line_time(rails, quickest(CHECK, limits), PLACES["ahead"].place)
+    rails = Track(CHECK, limits) if track == "free" else curve(CHECK, limits)
+    estimate = line_time(rails, PLACES["ahead"].place)
     assert estimate == pytest.approx(planned("ahead", track).duration, rel=0.05)
 
 

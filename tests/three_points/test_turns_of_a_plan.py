@@ -12,8 +12,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner import turns
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose, to_ten_digits
-from plumbob.analytic.systems.planner.style import Style, quickest
-from plumbob.analytic.systems.planner.tracks import ROUND, FreePlane, Track
+from plumbob.analytic.systems.planner.tracks import ROUND, Track
 from plumbob.analytic.systems.planner.turns import Turn, computed_turn, turns_to
 from plumbob.tests.support.fixture_types import Patch
 from plumbob.tests.support.random_capsules import CHECK
@@ -58,16 +57,16 @@ def test_a_turn_the_wrong_way_is_made_up_for(wanted: float, monkeypatch: Patch) 
     """By turns from one place, where the turns after the first go the other way."""
     mirrored: list[Turn] = []
 
-    def mirror(track: Track, style: Style, start: float, swing: float) -> Turn:
+    def mirror(track: Track, start: float, swing: float) -> Turn:
         steps = start / FULL_CIRCLE * len(ROUND)
         if abs(steps - round(steps)) > 1e-9:  # not the first turn, nor one tried for its size
-            mirrored.append(computed_turn(track, style, start, -swing))
+            mirrored.append(computed_turn(track, start, -swing))
             return mirrored[-1]
-        return computed_turn(track, style, start, swing)
+        return computed_turn(track, start, swing)
 
     monkeypatch.setattr(turns, "computed_turn", mirror)
     limits = Limits(stroke=0.06)
-    made = turns_to(FreePlane(CHECK, limits), quickest(CHECK, limits), wanted, 0j)
+    made = turns_to(Track(CHECK, limits), wanted, 0j)
     assert mirrored[0].heading * wanted < 0.0
     assert sum(one.heading for one in made) == pytest.approx(wanted, abs=1e-12)
 

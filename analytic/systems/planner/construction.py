@@ -23,15 +23,7 @@ from plumbob.analytic.systems.planner.problem import (
     too_many,
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName
-from plumbob.analytic.systems.planner.style import Style, quickest, simple
-from plumbob.analytic.systems.planner.tracks import (
-    ArcName,
-    Curve,
-    FreePlane,
-    Pair,
-    Track,
-    check_curve,
-)
+from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track
 from plumbob.analytic.systems.planner.turns import Turn, passage, turns_to
 
 SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
@@ -46,34 +38,29 @@ def plan(
     track: TrackName = "free",
     start: RestPose | None = None,
     *,
-    equal: bool = False,
     legs: Pair = (1, 2),
-    arc: ArcName = "shorter",
+    arc: ArcName | Ends = "shorter",
+    segments: tuple[LineSegment, ...] | None = None,
 ) -> Plan:
-    """A plan from `start` (None: the origin, slider at C) to `goal`, turning the shorter way round.
+    """The quickest of a few plans from `start` (None: the origin, slider at C) to `goal`, turning
+    the shorter way round.
 
-    The plan is the quickest of a few within `limits`; with `equal` it is a simple one instead: as
-    few equal turns and lines as possible, w1 = 3 f g/mu, w2 = 0.8 f g/mu, mu_1 Z = 3 R_0, a slow
-    return after each. On the track "curve" the slider goes along C-Ai and C-Aj, where i and j are
-    the `legs`, and the `arc` between them. Raises ParameterError naming the limit that makes a pose
-    unreachable, or the pose where the plan misses it.
+    On the track "curve" the lines are along the supports' directions `legs`, or along two
+    `segments` of lines through C, and the turns on the `arc`, by name or from angle to angle [rad].
+    Raises ParameterError naming the limit that makes a pose unreachable, or the pose where the plan
+    misses it.
     """
-    limits = limits or Limits()
-    start = start or RestPose(0.0, 0.0, 0.0)
+    limits, start = limits or Limits(), start or RestPose(0.0, 0.0, 0.0)
     if track not in ("free", "curve"):
         raise ParameterError("track", track, "free or curve")
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:
             raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
-    check_curve(legs, arc)
-    rails: Track = (
-        FreePlane(capsule, limits) if track == "free" else Curve(capsule, limits, legs, arc)
-    )
+    empty = Plan(capsule, start, goal, limits, track, (), legs, arc, segments)
+    rails = empty.rails
     for breach in validity(capsule, (Segment(start.slider, goal.slider),)):
         raise breach
-    style = (simple if equal else quickest)(capsule, limits)
-    manoeuvres = _arranged(rails, style, start, goal)
-    plan = Plan(capsule, start, goal, limits, track, manoeuvres, legs, arc)
+    plan = replace(empty, manoeuvres=_arranged(rails, start, goal))
     away, turned = plan.error
     if max(away, turned) > CLOSED:
         ends = f"the one found ends {away:.2g} m and {turned:.2g} rad away"
@@ -82,7 +69,7 @@ def plan(
     return plan
 
 
-def _arranged(track: Track, style: Style, start: RestPose, goal: RestPose) -> tuple[Manoeuvre, ...]:
+def _arranged(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre, ...]:
     """Turns to the heading, then lines to the place, then the slider to its place: C moves with
     every turn, and a translation does not change the heading."""
     heading = math.remainder(goal.heading - start.heading, FULL_CIRCLE)
@@ -90,11 +77,11 @@ def _arranged(track: Track, style: Style, start: RestPose, goal: RestPose) -> tu
     if abs(heading) > SAME or abs(left) > SAME:
         check_pushing(track.capsule, track.limits)
     if abs(heading) > SAME:
-        turns = turns_to(track, style, heading, left)
+        turns = turns_to(track, heading, left)
     for turn in turns:
         left = (left - turn.shift) * cmath.rect(1.0, -turn.heading)
-    turning = [passage(track, turn, returning=style.equal) for turn in turns]
-    translations = _translations(track, style, left)
+    turning = [passage(track, turn) for turn in turns]
+    translations = _translations(track, left)
     ways = [
         _joined(track, [Passage(begin, begin, ()), *turning, *lines, Passage(end, end, ())])
         for begin in track.places(start.slider)
@@ -109,7 +96,7 @@ def _arranged(track: Track, style: Style, start: RestPose, goal: RestPose) -> tu
     return tuple(replace(m, start=begin) for m, begin in zip(best, begins, strict=False))
 
 
-def _translations(track: Track, style: Style, displacement: complex) -> list[tuple[Passage, ...]]:
+def _translations(track: Track, displacement: complex) -> list[tuple[Passage, ...]]:
     """Ways to move the body by `displacement` [m], in body axes: lines along one leg of the track
     after another."""
     if abs(displacement) <= SAME:
@@ -117,7 +104,7 @@ def _translations(track: Track, style: Style, displacement: complex) -> list[tup
     ways = list[tuple[Passage, ...]]()
     for legs in track.legs(displacement):
         along = [
-            [_joined(track, way) for way in strokes(track, style, rail, distance)]
+            [_joined(track, way) for way in strokes(track, rail, distance)]
             for rail, distance in legs
         ]
         ways += itertools.product(*along)

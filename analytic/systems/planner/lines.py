@@ -8,40 +8,31 @@ displacement, so whole strokes and one remainder cover a distance quickest."""
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
-from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import ClosedForm, closed_form
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
 from plumbob.analytic.systems.planner.manoeuvre import Passage, line
 from plumbob.analytic.systems.planner.problem import too_many
-from plumbob.analytic.systems.planner.style import Style
 from plumbob.analytic.systems.planner.tracks import Rail, Track
 
 ON_RAIL = (0.0, 0.5, 1.0)  # fractions of the length that a stroke leaves, as the part before it
 
 
-@lru_cache(maxsize=64)
-def _unit_line(capsule: Capsule, style: Style) -> ClosedForm:
-    """The line manoeuvre with t1 = 1 s: displacements scale with t1^2, times with t1."""
-    return closed_form(capsule, style.w1, style.w2, 1.0)
-
-
-def line_time(track: Track, style: Style, displacement: complex) -> float:
+def line_time(track: Track, displacement: complex) -> float:
     """Estimated time [s] of lines with slow returns for `displacement` [m], in body axes."""
-    unit, total = _unit_line(track.capsule, style), 0.0
-    braking = track.limits.holding * track.capsule.holding_acceleration
+    unit, total = track.unit_line, 0.0
     for rail, distance in track.legs(displacement)[0]:
         stroke = min(track.limits.stroke, rail.high - rail.low)
         part, count = math.modf(distance / (-unit.displacement * stroke / unit.stroke))
-        time = unit.t2 * math.sqrt(stroke / unit.stroke) + 2.0 * math.sqrt(stroke / braking)
+        time = unit.t2 * math.sqrt(stroke / unit.stroke) + 2.0 * math.sqrt(stroke / track.w2)
         total += time * (count + math.sqrt(part))
     return total
 
 
-def strokes(track: Track, style: Style, rail: Rail, distance: float) -> list[tuple[Passage, ...]]:
+def strokes(track: Track, rail: Rail, distance: float) -> list[tuple[Passage, ...]]:
     """Line manoeuvres that together move the body by `distance` [m], in a few ways: whole strokes
-    and a remainder, from one place or another on `rail`; or equal ones. Raises ParameterError."""
-    unit, longest = _unit_line(track.capsule, style), min(track.limits.stroke, rail.high - rail.low)
+    and a remainder, from one place or another on `rail`. Raises ParameterError."""
+    unit, longest = track.unit_line, min(track.limits.stroke, rail.high - rail.low)
+    w1, w2 = track.limits.acceleration, track.w2
     whole = -unit.displacement * longest / unit.stroke
     count = math.ceil(distance / whole * (1.0 - 1e-12))
     if count > track.limits.manoeuvres:
@@ -49,12 +40,10 @@ def strokes(track: Track, style: Style, rail: Rail, distance: float) -> list[tup
 
     def stroke(part: float, before: float) -> Passage:
         t1 = math.sqrt(part / -unit.displacement)
-        length = closed_form(track.capsule, style.w1, style.w2, t1).stroke
+        length = closed_form(track.capsule, w1, w2, t1).stroke
         begin = rail.low + before * max(rail.high - rail.low - length, 0.0)
-        made = line(rail.direction, begin, style.w1, style.w2, t1)
+        made = line(rail.direction, begin, w1, w2, t1)
         return Passage(rail.place(begin), rail.place(begin + length), (made,))
 
-    if style.equal:
-        return [(stroke(distance / count, 0.5),) * count]
     parts = [whole] * (count - 1) + [distance - (count - 1) * whole]
     return [tuple(stroke(part, before) for part in parts) for before in ON_RAIL]

@@ -25,6 +25,7 @@ from plumbob.analytic.systems.three_points.rest import excess_load
 
 Kind = Literal["slow", "turn", "line", "wait"]
 
+ANYWHERE, FIRST, ARC, SECOND = range(4)  # parts of a track
 ARC_SAMPLES = 9  # of each piece of a slow arc, for its largest load
 
 
@@ -50,11 +51,20 @@ class Manoeuvre:
 
 
 @dataclass(frozen=True)
+class Place:
+    """A place of the slider: `at` is x + iy relative to C [m] where `part` is ANYWHERE, its angle
+    [rad] on the ARC, and on the FIRST or the SECOND segment its distance along it from C [m]."""
+
+    part: int
+    at: complex
+
+
+@dataclass(frozen=True)
 class Passage:
     """Manoeuvres that take the slider from one of the track's places to another."""
 
-    begin: complex
-    end: complex
+    begin: Place
+    end: Place
     manoeuvres: tuple[Manoeuvre, ...]
 
     @property

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.systems.capsule import Arc, Capsule, Point, Segment, validity
+from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
@@ -75,18 +75,6 @@ class Limits:
             raise ParameterError("manoeuvres", self.manoeuvres, need)
 
 
-def check_limits(capsule: Capsule, limits: Limits, arc: Arc) -> None:
-    """Raise ParameterError, naming the parameter, where no plan is possible: no friction, or a
-    support without load with the slider at C or somewhere on `arc`."""
-    positive("friction", capsule.friction)
-    at_com = Segment((0.0, 0.0), (0.0, 0.0))
-    if validity(capsule, (at_com,)):
-        raise ParameterError("supports", capsule.supports, "such that C is inside their triangle")
-    for breach in validity(capsule, (arc,)):
-        need = f"small enough to keep every support pressed to the ground ({breach})"
-        raise ParameterError("radius", limits.radius, need)
-
-
 def check_pushing(capsule: Capsule, limits: Limits) -> None:
     """Raise ParameterError where no line manoeuvre moves the body (Chernousko 2020, eq. 15): turns
     alone reach no pose, for they shift C as well."""
@@ -100,8 +88,8 @@ def too_many(limits: Limits, needed: int) -> ParameterError:
     return ParameterError(
         "manoeuvres",
         limits.manoeuvres,
-        f"at least {needed:.9g} to get there with strokes of {limits.stroke:g} m at "
-        f"{limits.acceleration:g} m/s^2",
+        f"at least {needed:.9g} to get there with strokes of {limits.stroke:g} m at most, "
+        f"{limits.acceleration:g} m/s^2 and the track as it is",
     )
 
 

@@ -14,7 +14,7 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
-from plumbob.analytic.systems.planner.tracks import ArcName, Pair
+from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track, curve
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
@@ -36,11 +36,19 @@ class Plan:
     limits: Limits
     track: TrackName
     manoeuvres: tuple[Manoeuvre, ...] = field(repr=False)
-    legs: Pair = (1, 2)  # of the curve
-    arc: ArcName = "shorter"
+    legs: Pair = (1, 2)  # of the curve, where it has no `segments`
+    arc: ArcName | Ends = "shorter"
+    segments: tuple[LineSegment, ...] | None = None
     kind: ClassVar[MotionKind] = "plane"
     count: ClassVar[int] = 1
     period: ClassVar[float] = math.inf
+
+    @cached_property
+    def rails(self) -> Track:
+        """Where the slider may go."""
+        if self.track == "free":
+            return Track(self.capsule, self.limits)
+        return curve(self.capsule, self.limits, self.legs, self.arc, self.segments)
 
     @cached_property
     def path(self) -> SliderPath:

@@ -1,4 +1,4 @@
-"""Tracks, where the slider may go: the free plane, and the source's single curve."""
+"""Where the slider may go: anywhere, or along an arc of the circle and segments of two lines."""
 
 from __future__ import annotations
 
@@ -7,24 +7,37 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import (
     Arc,
     Capsule,
     Point,
+    Segment,
     direction_to,
     load_fractions,
     load_slopes,
+    validity,
 )
-from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, slow_arc, slow_line
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, check_limits
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import ClosedForm, closed_form
+from plumbob.analytic.systems.planner.manoeuvre import (
+    ANYWHERE,
+    ARC,
+    FIRST,
+    SECOND,
+    Manoeuvre,
+    Place,
+    slow_arc,
+    slow_line,
+)
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
 
-NEAR = 1e-12  # [m] two places of the slider this near are one
+NEAR = 1e-12  # [m] or [rad]: two places of the slider this near are one
 ROUND = tuple(k / 24 for k in range(24))  # places round the circle for the first turn to begin at
 ON_ARC = (0.0, 0.5, 1.0)  # and on an arc
 LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rail
@@ -33,18 +46,21 @@ Pair = tuple[int, int]
 """The supports at whose directions the curve's segments lie, 1, 2 or 3, in the order of the places
 along it."""
 ArcName = Literal["shorter", "longer"]
+Ends = tuple[float, float]
+LineSegment = tuple[float, float, float]
+"""A segment of a line through C: the line's direction [rad, from the body's x axis], and the ends,
+signed along it from C [m]."""
 
 
 @dataclass(frozen=True)
 class Rail:
     """A straight part of the track on a line through C: the slider may go in `direction` [rad, from
-    the body's x axis] from `low` to `high`, signed along it from C [m]; `place` names the track's
-    place there."""
+    the body's x axis] from `low` to `high`, signed along it from C [m]; `place` is that there."""
 
     direction: float
     low: float
     high: float
-    place: Callable[[float], complex]
+    place: Callable[[float], Place]
 
 
 Legs = tuple[tuple[Rail, float], ...]
@@ -79,138 +95,116 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class FreePlane:
-    """Track on which the slider may go anywhere; a place is x + iy relative to C [m]. One rail
-    along a line through C is enough, because eq. 22 of Chernousko 2020 holds for all of them."""
+class Track:
+    """Where turns and lines take the slider, and slow motions between them.
+
+    Lines are on two `segments`, or on any line through C, because eq. 22 of Chernousko 2020 holds
+    for all of them; turns are on the `arc` between two angles [rad], or all round the circle. Where
+    both segments meet the arc, the slider keeps to this curve and has one degree of freedom (fig.
+    1); else it goes from one piece to another straight, or by way of C. Raises ParameterError.
+    """
 
     capsule: Capsule
     limits: Limits
+    segments: tuple[LineSegment, ...] = ()
+    arc: Ends | None = None
 
     def __post_init__(self) -> None:
-        check_limits(self.capsule, self.limits, Arc(self.limits.radius, 0.0, FULL_CIRCLE))
-
-    def places(self, point: Point) -> tuple[complex, ...]:
-        """Every place at `point` relative to C [m]."""
-        return (complex(*point),)
-
-    def circle(self, sense: float, *, returning: bool) -> Circle:
-        """The part of the circle for turns of that `sense`; the slider goes on all round, unless it
-        is `returning` after each turn."""
-        longest = self.limits.stroke / self.limits.radius
-        if returning:
-            return Circle(sense, longest, 0.0, longest)
-        return Circle(sense, longest, 0.0, None, ROUND)
-
-    def on_circle(self, angle: float) -> complex:
-        """The place on the circle at `angle` [rad]."""
-        return cmath.rect(self.limits.radius, angle)
-
-    def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """Ways to carry the body over `displacement` [m], in body axes: here one, straight. On the
-        rail no support load falls below a part of what it is with the slider at C."""
-        direction = cmath.phase(-displacement)
-        load = load_fractions(self.capsule, np.zeros((1, 2)))[0] * self.capsule.weight
-        falls = -load_slopes(self.capsule, direction) / ((1.0 - LEAST_LOAD) * load)
-        ahead, behind = 1.0 / float(falls.max()), -1.0 / float(falls.min())
-        length = min(self.limits.stroke, ahead + behind)
-        high = min(max(0.5 * length, length - behind), ahead)
-        rail = Rail(direction, high - length, high, lambda along: cmath.rect(along, direction))
-        return (((rail, abs(displacement)),),)
-
-    def route(self, begin: complex, end: complex) -> tuple[Manoeuvre, ...]:
-        """The quickest slow motions from one place to another: straight, or by way of C, where
-        static friction allows most."""
-        straight, by_c = (
-            tuple(
-                slow_line(self.capsule, here, there, self.limits.holding)
-                for here, there in itertools.pairwise(stops)
-                if abs(there - here) > NEAR
-            )
-            for stops in ((begin, end), (begin, 0j, end))
-        )
-        return min(straight, by_c, key=lambda way: sum(motion.duration for motion in way))
-
-
-@dataclass(frozen=True)
-class Curve:
-    """Track of one degree of freedom: from C along C-Ai to the circle, round to the line C-Aj the
-    shorter way or the longer, and along it back to C (Chernousko 2020, fig. 1), where i and j are
-    the `supports`. A place is the arc length from its beginning [m]; its ends do not join, though
-    both are at C. Raises ParameterError."""
-
-    capsule: Capsule
-    limits: Limits
-    supports: Pair = (1, 2)
-    arc: ArcName = "shorter"
-
-    def __post_init__(self) -> None:
-        check_curve(self.supports, self.arc)
-        first, swing = self.first, self.swing
-        if abs(math.sin(swing)) <= NEAR:
-            i, j = self.supports
-            raise ParameterError(
-                "supports", self.capsule.supports, f"such that C-A{i} and C-A{j} are not one line"
-            )
-        check_limits(self.capsule, self.limits, Arc(self.limits.radius, first, first + swing))
+        positive("friction", self.capsule.friction)
+        if validity(self.capsule, (Segment((0.0, 0.0), (0.0, 0.0)),)):
+            need = "such that C is inside their triangle"
+            raise ParameterError("supports", self.capsule.supports, need)
+        for breach in validity(self.capsule, (Arc(self.limits.radius, *(self.arc or (0.0, 7.0))),)):
+            need = f"small enough to keep every support pressed to the ground ({breach})"
+            raise ParameterError("radius", self.limits.radius, need)
+        if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
+            need = "two angles [from, to], different and within one turn of each other"
+            raise ParameterError("arc", self.arc, need)
+        for direction, low, high in self.segments:
+            if not high - low > NEAR:
+                need = "[direction, from, to] each, `from` and `to` apart"
+                raise ParameterError("segments", self.segments, need)
+            ends = [(c.real, c.imag) for c in (cmath.rect(s, direction) for s in (low, high))]
+            for breach in validity(self.capsule, (Segment(ends[0], ends[1]),)):
+                raise ParameterError(
+                    "segments", self.segments, f"where every support stays pressed ({breach})"
+                )
 
     @property
-    def first(self) -> float:
-        """Angle of C-Ai [rad]."""
-        return direction_to(self.capsule, self.supports[0])
+    def w2(self) -> float:
+        """The acceleration that stops the slider in a line [m/s^2]."""
+        return self.limits.holding * self.capsule.holding_acceleration
+
+    @cached_property
+    def unit_line(self) -> ClosedForm:
+        """The line manoeuvre with t1 = 1 s: displacements scale with t1^2, times with t1."""
+        return closed_form(self.capsule, self.limits.acceleration, self.w2, 1.0)
+
+    @cached_property
+    def joints(self) -> dict[int, tuple[Place, Place]]:
+        """Of a segment that meets the arc the place there, on the segment and on the arc."""
+        met = dict[int, tuple[Place, Place]]()
+        for part, (direction, low, high) in zip((FIRST, SECOND), self.segments, strict=False):
+            for along in (self.limits.radius, -self.limits.radius):
+                angle = self._on_arc(direction if along > 0.0 else direction + math.pi)
+                if low - NEAR <= along <= high + NEAR and angle is not None:
+                    met.setdefault(part, (Place(part, along), Place(ARC, angle)))
+        return met
 
     @property
-    def swing(self) -> float:
-        """Angle from C-Ai to C-Aj along the arc [rad], with its sign."""
-        swing = direction_to(self.capsule, self.supports[1]) - self.first
-        shorter = math.remainder(swing, FULL_CIRCLE)
-        if self.arc == "shorter":
-            return shorter
-        return shorter - math.copysign(FULL_CIRCLE, shorter)
+    def joined(self) -> bool:
+        """Whether the pieces are one curve."""
+        return len(self.joints) == 2
 
-    @property
-    def _length(self) -> float:
-        """Arc length in all [m]: the radius is that of either line."""
-        return self.limits.radius * (2.0 + abs(self.swing))
+    def _on_arc(self, angle: float) -> float | None:
+        """`angle` [rad] as counted along the arc, within whole turns; None off it."""
+        if self.arc is None:
+            return None
+        first, last = self.arc
+        sense = math.copysign(1.0, last - first)
+        gone = (sense * (angle - first) + NEAR) % FULL_CIRCLE - NEAR
+        return first + sense * gone if gone <= abs(last - first) + NEAR else None
 
-    def _angle(self, place: float) -> float:
-        """Angle of the point at `place` [rad]."""
-        turned = min(max(place / self.limits.radius - 1.0, 0.0), abs(self.swing))
-        return self.first + math.copysign(turned, self.swing)
-
-    def _point(self, place: float) -> complex:
-        """The point relative to C [m] at `place`."""
-        out = min(place, self.limits.radius, self._length - place)
-        return cmath.rect(out, self._angle(place))
-
-    def places(self, point: Point) -> tuple[complex, ...]:
+    def places(self, point: Point) -> tuple[Place, ...]:
         """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
         there = complex(*point)
-        turned = math.copysign(1.0, self.swing) * (cmath.phase(there) - self.first)
-        on_arc = self.limits.radius * (1.0 + turned % FULL_CIRCLE)
-        places = dict.fromkeys((abs(there), self._length - abs(there), on_arc))
-        near = [complex(s) for s in places if abs(self._point(s) - there) <= NEAR]
+        if not self.joined:
+            return (Place(ANYWHERE, there),)
+        near = list[Place]()
+        for part, (direction, low, high) in zip((FIRST, SECOND), self.segments, strict=True):
+            along = there * cmath.rect(1.0, -direction)
+            if abs(along.imag) <= NEAR and low - NEAR <= along.real <= high + NEAR:
+                near.append(Place(part, along.real))
+        angle = self._on_arc(cmath.phase(there))
+        if angle is not None and abs(abs(there) - self.limits.radius) <= NEAR:
+            near.append(Place(ARC, angle))
         if not near:
-            i, j = self.supports
-            raise ParameterError("slider", point, f"on the curve: C-A{i}, circle, C-A{j}")
+            raise ParameterError("slider", point, "on the curve: segment, arc, segment")
         return tuple(near)
 
     def circle(self, sense: float, *, returning: bool) -> Circle:
-        """The arc, from the end of which all of it lies ahead for turns of that `sense`; the slider
-        returns after each, and if `returning` is said all of them begin there."""
-        first, extent = self.first, abs(self.swing)
-        if sense * self.swing < 0.0:
-            first += self.swing
-        longest = min(extent, self.limits.stroke / self.limits.radius)
-        return Circle(sense, longest, first, extent, (0.0,) if returning else ON_ARC)
+        """The part of the circle for turns of that `sense`: all of it round, or the arc from the
+        end where all of it lies ahead; if `returning`, from one place."""
+        longest = self.limits.stroke / self.limits.radius
+        if self.arc is None:
+            around = (longest, (0.0,)) if returning else (None, ROUND)
+            return Circle(sense, longest, 0.0, *around)
+        first, last = self.arc if sense * (self.arc[1] - self.arc[0]) > 0.0 else self.arc[::-1]
+        extent, places = abs(last - first), (0.0,) if returning else ON_ARC
+        return Circle(sense, min(extent, longest), first, extent, places)
 
-    def on_circle(self, angle: float) -> complex:
+    def on_circle(self, angle: float) -> Place:
         """The place on the circle at `angle` [rad]."""
-        return complex(self.limits.radius * (1.0 + abs(angle - self.first)))
+        if self.arc is None:
+            return Place(ANYWHERE, cmath.rect(self.limits.radius, angle))
+        return Place(ARC, angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
-        """Ways to carry the body over `displacement` [m], in body axes: along C-Ai and C-Aj, in
-        either order."""
-        sides = np.array([self.first, self.first + self.swing])
+        """Ways to carry the body over `displacement` [m], in body axes: along the two segments in
+        either order, or straight."""
+        if not self.segments:
+            return (((self._any_rail(cmath.phase(-displacement)), abs(displacement)),),)
+        sides = np.array([direction for direction, *_ in self.segments])
         axes = np.stack([np.cos(sides), np.sin(sides)])
         parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
         legs = tuple(
@@ -220,40 +214,107 @@ class Curve:
         )
         return tuple(dict.fromkeys((legs, legs[::-1])))
 
-    def _rail(self, number: int, *, away: bool) -> Rail:
-        """Segment C-Ai (0) or C-Aj (1), with the slider going away from C or towards it."""
-        side, radius, end = self.first + number * self.swing, self.limits.radius, self._length
-        ends = (side, 0.0, radius) if away else (side + math.pi, -radius, 0.0)
-        return Rail(*ends, lambda along: complex(end - abs(along) if number else abs(along)))
+    def _any_rail(self, direction: float) -> Rail:
+        """A rail in that direction [rad], on which no support load falls below a part of what it is
+        with the slider at C."""
+        load = load_fractions(self.capsule, np.zeros((1, 2)))[0] * self.capsule.weight
+        falls = -load_slopes(self.capsule, direction) / ((1.0 - LEAST_LOAD) * load)
+        ahead, behind = 1.0 / float(falls.max()), -1.0 / float(falls.min())
+        length = min(self.limits.stroke, ahead + behind)
+        high = min(max(0.5 * length, length - behind), ahead)
 
-    def route(self, begin: complex, end: complex) -> tuple[Manoeuvre, ...]:
-        """The slow motions from one place to another along the curve, stopping at its corners."""
-        low, high = sorted((begin.real, end.real))
-        corners = self.limits.radius, self._length - self.limits.radius
-        inner = (s for s in corners if low + NEAR < s < high - NEAR)
-        stops = sorted((low, *inner, high), reverse=begin.real > end.real)
+        def place(along: float) -> Place:
+            return Place(ANYWHERE, cmath.rect(along, direction))
+
+        return Rail(direction, high - length, high, place)
+
+    def _rail(self, number: int, *, away: bool) -> Rail:
+        """A segment, with the slider going in its line's direction (`away`) or against it."""
+        direction, low, high = self.segments[number]
+        part = (FIRST, SECOND)[number]
+        if away:
+            return Rail(direction, low, high, lambda along: Place(part, along))
+        return Rail(direction + math.pi, -high, -low, lambda along: Place(part, -along))
+
+    def _point(self, place: Place) -> complex:
+        """The point relative to C [m]."""
+        if place.part == ANYWHERE:
+            return place.at
+        if place.part == ARC:
+            return cmath.rect(self.limits.radius, place.at.real)
+        return cmath.rect(place.at.real, self.segments[place.part == SECOND][0])
+
+    def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
+        """The slow motions from one place to another: along one piece, along the curve with stops
+        at its corners, or else the quicker of straight and by way of C, where static friction
+        allows most."""
+        if begin.part == end.part != ANYWHERE:
+            return self._slow(((begin, end),))
+        if self.joined:
+            (off, onto), (last, onto_last) = (
+                self.joints.get(place.part, (place, place)) for place in (begin, end)
+            )
+            return self._slow(((begin, off), (onto, onto_last), (last, end)))
+        here, there, c = self._point(begin), self._point(end), Place(ANYWHERE, 0j)
+        ends = Place(ANYWHERE, here), Place(ANYWHERE, there)
+        ways = self._slow((ends,)), self._slow(((ends[0], c), (c, ends[1])))
+        return min(ways, key=lambda way: sum(motion.duration for motion in way))
+
+    def _slow(self, ways: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
+        """Slow motions, each within one part of the track."""
+        capsule, radius, holding = self.capsule, self.limits.radius, self.limits.holding
         return tuple(
-            self._slow(here, there)
-            for here, there in itertools.pairwise(stops)
-            if abs(there - here) > NEAR
+            slow_arc(capsule, radius, here.at.real, there.at.real, holding)
+            if here.part == ARC
+            else slow_line(capsule, self._point(here), self._point(there), holding)
+            for here, there in ways
+            if abs(there.at - here.at) > NEAR
         )
 
-    def _slow(self, here: float, there: float) -> Manoeuvre:
-        """The slow motion between two places of one part of the curve."""
-        capsule, limits = self.capsule, self.limits
-        angles = self._angle(here), self._angle(there)
-        if abs(angles[0] - angles[1]) > NEAR:
-            return slow_arc(capsule, limits.radius, *angles, limits.holding)
-        return slow_line(capsule, self._point(here), self._point(there), limits.holding)
 
-
-Track = FreePlane | Curve
-
-
-def check_curve(supports: Pair, arc: ArcName) -> None:
-    """Raises ParameterError where `supports` are no two of 1, 2, 3, or `arc` is no name."""
-    pairs = itertools.permutations((1, 2, 3), 2)
-    if supports not in pairs or any(type(i) is not int for i in supports):
-        raise ParameterError("legs", supports, "two different ones of the supports 1, 2, 3")
+def check_curve(legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None) -> None:
+    """Raises ParameterError where `legs` are no two of the supports, `arc` is neither a name nor
+    two angles, or `segments` are no two triples of numbers."""
+    if legs not in itertools.permutations((1, 2, 3), 2) or any(type(i) is not int for i in legs):
+        raise ParameterError("legs", legs, "two different ones of the supports 1, 2, 3")
     if arc not in ("shorter", "longer"):
-        raise ParameterError("arc", arc, "shorter or longer")
+        _check_numbers("arc", arc, (2,), "shorter or longer, or two angles [from, to]")
+    if segments is not None:
+        _check_numbers("segments", segments, (2, 3), "two of [direction, from, to]")
+
+
+def _check_numbers(name: str, value: Any, shape: tuple[int, ...], need: str) -> None:
+    """Raises ParameterError where `value` is not of that shape, of finite numbers."""
+    if not shape:
+        finite(name, value)
+    elif not isinstance(value, tuple) or len(value) != shape[0]:
+        raise ParameterError(name, value, need)
+    else:
+        for item in value:
+            _check_numbers(name, item, shape[1:], need)
+
+
+def curve(
+    capsule: Capsule,
+    limits: Limits,
+    legs: Pair = (1, 2),
+    arc: ArcName | Ends = "shorter",
+    segments: Sequence[LineSegment] | None = None,
+) -> Track:
+    """Two `segments` of lines through C and an `arc` of the circle: from angle to angle [rad], or
+    from the first line's direction to the second's the shorter way or the longer. Without
+    `segments` those from C to the circle towards the supports `legs` (Chernousko 2020, fig. 1).
+    Raises ParameterError."""
+    check_curve(legs, arc, segments)
+    if segments is None:
+        segments = [(direction_to(capsule, i), 0.0, limits.radius) for i in legs]
+    lines = tuple((direction, min(ends), max(ends)) for direction, *ends in segments)
+    turned = lines[1][0] - lines[0][0]
+    if abs(math.sin(turned)) <= NEAR:
+        raise ParameterError("segments", lines, "on two lines, and not on one")
+    if not isinstance(arc, str):
+        return Track(capsule, limits, lines, arc)
+    swing = math.remainder(turned, FULL_CIRCLE)
+    if arc == "longer":
+        swing -= math.copysign(FULL_CIRCLE, swing)
+    return Track(capsule, limits, lines, (lines[0][0], lines[0][0] + swing))

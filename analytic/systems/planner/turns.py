@@ -21,7 +21,6 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage, slow_arc, turn, wait
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits, too_many
-from plumbob.analytic.systems.planner.style import Style
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 
@@ -67,9 +66,10 @@ class Turn:
 
 
 @lru_cache(maxsize=256)
-def computed_turn(track: Track, style: Style, start: float, swing: float) -> Turn:
+def computed_turn(track: Track, start: float, swing: float) -> Turn:
     """Compute a turn from rest: slider from angle `start` through `swing` [rad], of either sign."""
-    acceleration = style.turn_acceleration(track.limits, abs(swing))
+    # The largest |w| is at half time, where the centripetal acceleration is a Z |swing|.
+    acceleration = track.limits.acceleration / (track.limits.radius * math.hypot(1.0, swing))
     half_time = math.sqrt(abs(swing) / acceleration)
     manoeuvre = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
     motion = three_point_motion(track.capsule, manoeuvre.path)
@@ -80,7 +80,6 @@ def computed_turn(track: Track, style: Style, start: float, swing: float) -> Tur
 
 def exact_turn(
     track: Track,
-    style: Style,
     circle: Circle,
     start: Callable[[float], float],
     longest: float,
@@ -91,7 +90,7 @@ def exact_turn(
     from scipy.optimize import brentq
 
     def turn_of(swing: float) -> Turn:
-        return computed_turn(track, style, start(swing), circle.sense * swing)
+        return computed_turn(track, start(swing), circle.sense * swing)
 
     def excess(swing: float) -> float:
         return circle.gained(turn_of(swing).heading if swing else 0.0) - wanted
@@ -113,15 +112,13 @@ class Choice:
     time: float
 
 
-def choices(
-    track: Track, style: Style, circle: Circle, wanted: float, displacement: complex
-) -> list[Choice]:
+def choices(track: Track, circle: Circle, wanted: float, displacement: complex) -> list[Choice]:
     """Ways to turn the body by `wanted` [rad] (its size), and C with lines by `displacement` [m] in
     body axes at the start. Each is estimated from a few computed turns: heading and shift are
     nearly as the slider's angle, and the time as its root. Raises ParameterError."""
-    ways, turns = list[Choice](), _survey(track, style, circle)
+    ways, turns = list[Choice](), _survey(track, circle)
     fewest = math.ceil(wanted / (LIKELY * circle.gained(turns[-1].heading)))
-    most = min(fewest + (0 if style.equal else MORE), track.limits.manoeuvres)
+    most = min(fewest + MORE, track.limits.manoeuvres)
     for count in range(fewest, most + 1):
         swing, shift, time = _between(turns, circle, wanted / count)
         time, turned = count * time, -wanted / count
@@ -134,7 +131,7 @@ def choices(
         for place, start in enumerate(circle.starts(swing)):
             left = displacement - drift * cmath.rect(1.0, start)
             left *= cmath.rect(1.0, circle.sense * wanted)
-            ways.append(Choice(count, swing, place, time + line_time(track, style, left)))
+            ways.append(Choice(count, swing, place, time + line_time(track, left)))
     if not ways:
         raise too_many(track.limits, fewest)
     return ways
@@ -152,13 +149,13 @@ def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, c
     return swing, shift, math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings)))
 
 
-def _survey(track: Track, style: Style, circle: Circle) -> list[Turn]:
+def _survey(track: Track, circle: Circle) -> list[Turn]:
     """A few turns between a small one and the one that turns the body most. Raises ParameterError,
     naming the acceleration, where they don't turn it the more the larger they are."""
     if not SMALLEST * circle.longest > 0.0:
         raise ParameterError("stroke", track.limits.stroke, "large enough for a turn")
     swings = circle.sense * np.geomspace(SMALLEST * circle.longest, circle.longest, SURVEYED)
-    turns = [computed_turn(track, style, circle.first, float(swing)) for swing in swings]
+    turns = [computed_turn(track, circle.first, float(swing)) for swing in swings]
     gains = [0.0, *(circle.gained(turn.heading) for turn in turns)]
     count = int(np.argmax(gains))
     if count == 0 or np.any(np.diff(gains[: count + 1]) <= 0.0):
@@ -167,9 +164,7 @@ def _survey(track: Track, style: Style, circle: Circle) -> list[Turn]:
     return turns[:count]
 
 
-def turns_of(
-    track: Track, style: Style, circle: Circle, wanted: float, choice: Choice
-) -> list[Turn] | None:
+def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> list[Turn] | None:
     """The turns of a choice, together of exactly the heading `wanted` [rad] (its size): from one
     place all the same, else the last one for the exact rest; None where one would be too large."""
     longest, turns = min(LARGER * choice.swing, circle.longest), list[Turn]()
@@ -180,36 +175,32 @@ def turns_of(
         return float(circle.starts(swing)[choice.place])
 
     if circle.extent is not None:
-        turn = exact_turn(track, style, circle, start, longest, wanted / choice.count)
+        turn = exact_turn(track, circle, start, longest, wanted / choice.count)
         return None if turn is None else [turn] * choice.count
     while len(turns) < choice.count - 1:
         swing = circle.sense * choice.swing
-        turns.append(computed_turn(track, style, start(swing), swing))
+        turns.append(computed_turn(track, start(swing), swing))
     left = wanted - sum(circle.gained(turn.heading) for turn in turns)
-    last = exact_turn(track, style, circle, start, longest, left)
+    last = exact_turn(track, circle, start, longest, left)
     return None if last is None else [*turns, last]
 
 
-def turns_to(track: Track, style: Style, wanted: float, displacement: complex) -> list[Turn]:
+def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
     """Turns for the heading `wanted` [rad]; `displacement` [m] in body axes is the total of turns
     and lines. Raises ParameterError."""
     sense, size = -math.copysign(1.0, wanted), abs(wanted)
-    for returning in (style.equal, True):  # where turns round the circle go astray, from one place
+    for returning in (False, True):  # where turns round the circle go astray, from one place
         circle = track.circle(sense, returning=returning)
-        ways = choices(track, style, circle, size, displacement)
+        ways = choices(track, circle, size, displacement)
         best = min(ways, key=lambda choice: to_ten_digits(choice.time))
-        if turns := turns_of(track, style, circle, size, best):
+        if turns := turns_of(track, circle, size, best):
             return turns
     raise too_many(track.limits, best.count + 1)
 
 
-def passage(track: Track, turn: Turn, *, returning: bool) -> Passage:
-    """The turn, a wait for its residual motion to end, and where `returning` the way back."""
-    limits, begin, end = track.limits, turn.begin, turn.end
+def passage(track: Track, turn: Turn) -> Passage:
+    """The turn, and a wait for its residual motion to end."""
     manoeuvres = [turn.manoeuvre]
     if turn.pause > 0.0:
-        manoeuvres.append(wait(cmath.rect(limits.radius, end), turn.pause))
-    if returning:
-        manoeuvres.append(slow_arc(track.capsule, limits.radius, end, begin, limits.holding))
-    places = track.on_circle(begin), track.on_circle(begin if returning else end)
-    return Passage(*places, tuple(manoeuvres))
+        manoeuvres.append(wait(cmath.rect(track.limits.radius, turn.end), turn.pause))
+    return Passage(track.on_circle(turn.begin), track.on_circle(turn.end), tuple(manoeuvres))

@@ -1,4 +1,4 @@
-"""Which lines and arc the curve may have: plans along every pair of C-Ai, either way round."""
+"""Which lines and arc the slider may have: every pair of C-Ai, either way round, and others."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plumbob.analytic.systems.planner.result import Plan
-from plumbob.analytic.systems.planner.tracks import ArcName, Pair
+from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
@@ -22,6 +22,12 @@ METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
 STEP = 1e-3  # [s]
 PAIRS: tuple[Pair, ...] = ((1, 2), (2, 3), (3, 1))
 ARCS: tuple[ArcName, ...] = ("shorter", "longer")
+# Arcs and segments that belong to no support: apart, on both sides of C, and short.
+PIECES: tuple[tuple[Ends, tuple[LineSegment, ...]], ...] = (
+    ((0.3, 1.1), ((0.4, 0.02, 0.08), (2.1, -0.05, 0.05))),
+    ((2.0, -0.4), ((-2.6, 0.01, 0.11), (1.9, -0.09, -0.03))),
+    ((-3.0, -2.6), ((0.9, -0.02, 0.02), (2.4, 0.0, 0.04))),
+)
 SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
 POINTS = 400  # of a slider's path
 
@@ -34,20 +40,24 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 
 def plans() -> tuple[Plan, ...]:
-    """Plans to the same pose along each pair of lines, with the shorter arc and the longer."""
+    """Plans to the same pose along each pair of lines, with the shorter arc and the longer, and
+    along other segments and arcs."""
     to = {**CHECK, "to": (BESIDE.x, BESIDE.y, BESIDE.heading), "track": "curve"}
     curves = itertools.product(PAIRS, ARCS)
-    return tuple(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves)
+    return (
+        *(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves),
+        *(planned({**to, "arc": arc, "segments": segments}) for arc, segments in PIECES),
+    )
 
 
 def numbers(study: Study) -> Record | None:
-    """The six plans, and three of them in two engines; None where the study has no such plan."""
+    """The plans, and three of them in two engines; None where the study has no such plan."""
     if not any(covers(study, name) for name in SCENES):
         return None
     every = plans()
     corners = np.array(every[0].capsule.supports)
     curves = tuple(_along(plan) for plan in every)
-    times = [plan.duration for plan in every]
+    times = [plan.duration for plan in every if not plan.segments]
     runs = open_runs(study, SCENES, METHODS, STEP)
     return Record(
         curves=curves,
@@ -59,7 +69,7 @@ def numbers(study: Study) -> Record | None:
         step=STEP,
         # the largest error of an exact motion [m] or [rad]
         worst=max(max(along.plan.distance, along.plan.angle) for along in curves),
-        slowest=max(times) / min(times),  # the longest time of a plan over the shortest
+        slowest=max(times) / min(times),  # longest time over the shortest, towards supports
         # the largest error of the place in an engine [m]
         farthest=max((run.end.distance for run in runs), default=None),
     )

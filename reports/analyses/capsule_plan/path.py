@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.reference import Array
@@ -13,7 +11,6 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import (
     SHOWN,
-    PlanNumbers,
     names,
     plan_numbers,
     plan_of,
@@ -24,41 +21,7 @@ MARGIN = 0.06  # of the ground that a figure shows
 ROUND = np.linspace(0.0, 2.0 * np.pi, 90)
 
 
-@dataclass(frozen=True)
-class PathSegment:
-    """Samples of the motion over one manoeuvre, each array of POINTS."""
-
-    kind: str
-    times: Array  # [s]
-    x: Array  # [m], of the body's centre of mass
-    y: Array
-    heading: Array  # [rad]
-    slider_x: Array  # [m], in the body
-    slider_y: Array
-
-
-@dataclass(frozen=True)
-class Path:
-    """One plan, drawn."""
-
-    plan: PlanNumbers
-    pieces: tuple[PathSegment, ...]
-    poses: tuple[Record, ...]  # before, between and after turns and lines
-    circle_x: Array  # [m]: where the slider turns, in the body
-    circle_y: Array
-
-    @property
-    def x_range(self) -> tuple[float, float]:
-        """Ends of an axis [m] that shows all poses."""
-        return _axis_range([pose.x for pose in self.poses])
-
-    @property
-    def y_range(self) -> tuple[float, float]:
-        """The same across."""
-        return _axis_range([pose.y for pose in self.poses])
-
-
-def numbers(study: Study) -> Path | None:
+def numbers(study: Study) -> Record | None:
     """The plan to be shown, or the first that the study has."""
     covered = names(study)
     if not covered:
@@ -66,21 +29,33 @@ def numbers(study: Study) -> Path | None:
     plan = plan_of(SHOWN if SHOWN in covered else covered[0])
     ends = zip(plan.ends, plan.manoeuvres, strict=True)
     shown = [0.0, *(float(end) for end, one in ends if one.kind in ("wait", "line"))]
+    poses = [_pose(plan, time) for time in shown]
     radius = plan.limits.radius
-    return Path(
-        plan_numbers(plan),
-        tuple(_piece(plan, manoeuvre) for manoeuvre in plan.manoeuvres),
-        tuple(_pose(plan, time) for time in shown),
-        radius * np.cos(ROUND),
-        radius * np.sin(ROUND),
+    return Record(
+        plan=plan_numbers(plan),
+        pieces=[_piece(plan, manoeuvre) for manoeuvre in plan.manoeuvres],
+        poses=poses,  # before, between and after turns and lines
+        circle_x=radius * np.cos(ROUND),  # [m]: where the slider turns, in the body
+        circle_y=radius * np.sin(ROUND),
+        x_range=_axis_range([pose.x for pose in poses]),  # [m]
+        y_range=_axis_range([pose.y for pose in poses]),
     )
 
 
-def _piece(plan: Plan, manoeuvre: Manoeuvre) -> PathSegment:
+def _piece(plan: Plan, manoeuvre: Manoeuvre) -> Record:
+    """POINTS samples of the motion over one manoeuvre."""
     times = np.linspace(manoeuvre.start, manoeuvre.start + manoeuvre.duration, POINTS)
     state, slider = plan.motion.at(times), plan.slider(times)
     x, y = np.asarray(state.position).T
-    return PathSegment(manoeuvre.kind, times, x, y, state.heading, *slider.T)
+    return Record(
+        kind=manoeuvre.kind,
+        times=times,  # [s]
+        x=x,  # [m], of the body's centre of mass
+        y=y,
+        heading=state.heading,  # [rad]
+        slider_x=slider[:, 0],  # [m], in the body
+        slider_y=slider[:, 1],
+    )
 
 
 def _pose(plan: Plan, time: float) -> Record:

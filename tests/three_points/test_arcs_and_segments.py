@@ -1,0 +1,111 @@
+"""Plans along arbitrary arcs of the circle and segments of any two lines, exact and in MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.planner.construction import plan
+from plumbob.analytic.systems.planner.problem import Limits, RestPose
+from plumbob.analytic.systems.planner.result import Plan
+from plumbob.engines.registry import method
+from plumbob.models.registry import scene
+from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.commands.plan import run_plan
+from plumbob.tests.support.random_capsules import CHECK
+
+REACHED = 1e-11  # the plan is exact: the errors of the reference remain
+STEP = 2e-4  # [s]
+SEED, TASKS = 27, range(10)
+
+
+@cache
+def task(number: int) -> dict[str, Any]:
+    """A random pose, an arc of 0.15 to 2.5 rad either way round, and segments of 3 to 10 cm."""
+    rng = np.random.default_rng([SEED, number])
+    first, extent = rng.uniform(-math.pi, math.pi), rng.uniform(0.15, 2.5) * rng.choice([-1, 1])
+    line = rng.uniform(-math.pi, math.pi)
+    lows, lengths = rng.uniform(-0.1, 0.06, 2), rng.uniform(0.03, 0.1, 2)
+    lines = zip((line, line + rng.uniform(0.4, 2.7)), lows, lengths, strict=True)
+    return {
+        "to": (*rng.uniform(-0.05, 0.05, 2), rng.uniform(-0.6, 0.6)),
+        "track": "curve",
+        "arc": (first, first + extent),
+        "segments": tuple((side, low, low + length) for side, low, length in lines),
+    }
+
+
+def asked(number: int) -> Plan:
+    """The plan of a task."""
+    return planned(scene("capsule-plan", task(number)).parameters)
+
+
+@pytest.mark.long(keep=3)
+@pytest.mark.parametrize("number", TASKS)
+def test_a_pose_is_reached_along_any_arc_and_segments(number: int) -> None:
+    made, given = asked(number), task(number)
+    assert max(made.error) <= REACHED
+    assert made.path.end == pytest.approx((0.0, 0.0), abs=1e-16)
+    assert made.turns > 0 < made.lines
+    low, high = sorted(given["arc"])
+    lines = np.array(given["segments"])
+    for one in made.manoeuvres:
+        place = one.path.kinematics(np.linspace(0.0, one.duration, 9))[0] @ [1.0, 1j]
+        if one.kind == "turn" or "radius" in one.parameters:  # or a slow return round the arc
+            on = (np.angle(place) - low + 1e-9) % (2 * math.pi) - 1e-9
+            assert np.abs(np.abs(place) - made.limits.radius).max() <= 1e-12
+            assert on.max() <= high - low + 1e-9
+        if one.kind == "line":
+            along = place[:, None] * np.exp(-1j * lines[:, 0])
+            off = np.maximum(lines[:, 1] - along.real, along.real - lines[:, 2])
+            beside = np.maximum(np.abs(along.imag), off).max(axis=0)
+            assert beside.min() <= 1e-12
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("number", TASKS)
+def test_its_replay_has_the_predicted_error(number: int) -> None:
+    """In MuJoCo, open-loop: the error of the pose is the predicted one, a small part of the way."""
+    made = asked(number)
+    ran = run_plan(made, scene("capsule-plan", task(number)), method("mujoco/euler+coulomb"), STEP)
+    assert ran.judgement.verdict == "predicted"
+    for name in ("x", "y", "heading"):
+        error = ran.found.errors[name]
+        assert error.predicted
+        assert error.left_open
+        assert abs(error.end - error.predicted.end) <= error.left_open < 2e-3
+    assert (last := ran.after[-1])
+    assert last.distance < 1e-3 > abs(last.heading)
+
+
+@pytest.mark.parametrize("across", [1.0, 0.3])
+def test_pieces_that_meet_are_one_curve(across: float) -> None:
+    """Segments that end on the arc, or cross it, join it: the slider keeps to the curve."""
+    segments = ((0.2, 0.03, 0.12), (1.6, 0.05, 0.13))
+    ends = (0.2, 1.6) if across == 1.0 else (-0.1, 1.9)
+    start, goal = (
+        RestPose(x, 0.0, psi, (0.12 * math.cos(0.9), 0.12 * math.sin(0.9)))
+        for x, psi in ((0.0, 0.0), (0.01, 0.05))
+    )
+    made = plan(CHECK, goal, track="curve", start=start, arc=ends, segments=segments)
+    assert made.rails.joined
+    assert max(made.error) <= REACHED
+    place = made.slider(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1j]
+    on_line = [
+        (np.abs((place * np.exp(-1j * side)).imag) <= 1e-12) & (np.abs(place) >= low - 1e-12)
+        for side, low, _ in segments
+    ]
+    assert np.all((np.abs(np.abs(place) - 0.12) <= 1e-12) | on_line[0] | on_line[1])
+    with pytest.raises(ParameterError, match=r"^slider = .* on the curve"):
+        plan(CHECK, RestPose(0.01, 0.0, 0.05), track="curve", arc=ends, segments=segments)
+
+
+def test_a_pose_out_of_reach_is_refused() -> None:
+    """A turn through 0.01 rad of arc turns the body by 1.3 mrad."""
+    with pytest.raises(ParameterError, match=r"^manoeuvres = 200: must be at least 15\d\d to"):
+        plan(CHECK, RestPose(0.0, 0.0, 2.0), Limits(), "curve", arc=(0.0, 0.01))
