@@ -85,6 +85,7 @@ MEASURED = (
     "bouncing-ball-restitution",
     "free-body-rk4-second-order",
     "gradients",
+    "gradients-through-contact",
     "largest-steps",
     "long-runs",
     "model-readers",

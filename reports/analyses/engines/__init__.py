@@ -8,5 +8,6 @@ from plumbob.reports.analyses.engines.gradients import GRADIENTS
 from plumbob.reports.analyses.engines.largest_steps import LARGEST_STEPS
 from plumbob.reports.analyses.engines.long_runs import LONG_RUNS
 from plumbob.reports.analyses.engines.readers import READERS
+from plumbob.reports.analyses.engines.through_contact import THROUGH_CONTACT
 
-SECTION = Section((LARGEST_STEPS, GRADIENTS, LONG_RUNS, READERS))
+SECTION = Section((LARGEST_STEPS, THROUGH_CONTACT, GRADIENTS, LONG_RUNS, READERS))

@@ -43,6 +43,7 @@ from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
 SOURCES, TOLERANCES, GLOSSARY = "sources", "tolerances", "glossary"  # names of pages
+GRADIENTS = "gradients-through-contact"  # the finding that the index has a picture of
 SEARCH = "search.js"
 PREVIEW = "preview.png"
 TABLES = "tables.html.gz"  # the folded tables of all pages, for those who read without a script
@@ -186,6 +187,7 @@ def _common(
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
+        "gradients": first_screen.cards([f for f in findings if f.name == GRADIENTS])[:1],
         "preview": first_screen.preview_of(findings),
         "counts": first_screen.counts(records.verdicts),
         "by_engine": first_screen.by_engine(records.verdicts),

@@ -1,0 +1,40 @@
+"""Derivatives through contact: converging, noise, or smooth and wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from plumbob.reports.analyses.engines.through_contact import CURVES, SLIDE, THROUGH_CONTACT, Nearby
+from plumbob.tests.support.declared import measured, numbers_of
+
+
+def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge() -> None:
+    found = numbers_of(THROUGH_CONTACT, measured(SLIDE, CURVES))
+    default, recommended = found.nearby
+    assert (default.kind, recommended.kind) == ("noise", "converges")
+    assert default.exact == pytest.approx(0.0196745 * 0.3 / 0.0055917, rel=1e-5)
+    assert np.array(default.errors) / default.exact == pytest.approx(-0.49, abs=0.02)
+    assert default.scatter[1] > 0.2
+    assert np.abs(recommended.errors).max() < 5e-3
+    (_, at, slope) = found.tangents["exact"][1]
+    assert (at, slope) == pytest.approx((-0.0055917, 0.0196745), rel=1e-6)
+    for name, (_, _, (_, _, last)) in found.tangents.items():
+        assert (last == pytest.approx(0.01776, rel=0.02)) == (name != CURVES[0])
+
+
+@pytest.mark.parametrize(
+    ("errors", "scatter", "kind"),
+    [
+        ((0.4, 0.099), (0.0, 0.0), "converges"),
+        ((0.4, 0.101), (0.0, 0.0), "smooth and wrong"),
+        ((0.19, 0.099), (0.0, 0.0), "smooth and wrong"),
+        ((0.0, 0.0), (0.4, 0.101), "noise"),
+        ((0.0, 9e-4), (0.0, 0.0), "converges"),
+        ((0.5, 0.5), (0.0, 0.124), "smooth and wrong"),
+        ((0.5, 0.5), (0.0, 0.126), "noise"),
+    ],
+)
+def test_of_which_kind(errors: tuple[float, ...], scatter: tuple[float, ...], kind: str) -> None:
+    of = Nearby("scene", "x", "friction", None, "method", 1.0, errors, scatter)
+    assert of.kind == kind
