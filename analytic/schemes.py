@@ -50,6 +50,19 @@ class SoftLoop:
 
 
 @dataclass(frozen=True)
+class SoftPoint:
+    """A point at which bodies touch, regularised as MuJoCo does it; its default contact. Impedances
+    are for no depth, and for `width` [m] and more."""
+
+    time_constant: float = 0.02  # [s], two steps at least
+    damping_ratio: float = 1.0
+    impedance: tuple[float, float] = (0.9, 0.95)
+    width: float = 1e-3
+    ratio: float = 1.0  # of friction's impedance; infinite where nothing is left of its softness
+    pyramidal: bool = True
+
+
+@dataclass(frozen=True)
 class Scheme:
     """An integrator and its variant. `integrator` is one of KNOWN, or any other name, for which
     there is no theory. Raises ParameterError for a variant that its integrator cannot have.
@@ -65,6 +78,7 @@ class Scheme:
     """[1/s] at which a joint solved for velocities closes what it has opened, infinite where it
     closes in one step; None where coordinates keep every joint closed (EULER, position first)."""
     loop: SoftLoop | None = None  # what closes a loop; None where coordinates keep it closed
+    contact: SoftPoint | None = None  # of bodies that touch; None where friction ends slip at once
     jointed_moment: float = 0.0
     """Moment of inertia about its centre of a body held by such a joint, over that about the joint;
     below a quarter."""

@@ -279,7 +279,8 @@ class _Runs:
     @cached_property
     def flat(self) -> str | None:
         """Why the error has stopped far above round-off; None while smaller steps still help, and
-        where it is that of the scheme stepped on the same equation, which does converge."""
+        where it is that of the scheme stepped on the engine's own equations, which does converge to
+        their motion."""
         done = [m for m in self.found if m.status == "done" and self.leading in m.errors]
         if len(done) < 4:
             return None

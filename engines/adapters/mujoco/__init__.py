@@ -24,7 +24,7 @@ from plumbob.engines.abilities import (
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method
 from plumbob.engines.registry import find_builder, model_error
-from plumbob.models.scene import FREE_ROTATION, SMOOTH, Case
+from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
 
 prepare = later(f"{__name__}.simulation.compiled")
 
@@ -32,9 +32,9 @@ prepare = later(f"{__name__}.simulation.compiled")
 def scheme(case: Case, method: Method) -> Scheme:
     """The scheme of `method` on this case. With a lone free body that moves and turns, implicitfast
     takes velocity derivatives of centripetal forces into its step, as implicit does: of first order
-    too, and covered by no theory here. Builders of bodies that turn freely, and of loops, know
-    schemes of their own."""
-    if case.system.kind in (FREE_ROTATION, SMOOTH):
+    too, and covered by no theory here. Builders of bodies that turn freely, of loops, and of bodies
+    that touch know schemes of their own."""
+    if case.system.kind in (FREE_ROTATION, SMOOTH, ON_PLANE):
         of_its_own = getattr(find_builder("mujoco", case.system), "scheme", None)
         return method.scheme if of_its_own is None else of_its_own(method)
     implicit = str(method.settings.get("integrator")).lower() == "implicitfast"

@@ -24,10 +24,12 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     SoftContact,
     without_formula,
 )
+from plumbob.analytic.errors.contact_models.soft_friction import Held, rates
 from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.schemes import EULER, RK4
+from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.engines.method import Method
 from plumbob.models.registry import unknown
 
 STIFFNESS = 0.4  # natural frequency of a contact times the step: a body on three is stable to 0.41
@@ -42,6 +44,9 @@ JOINT_IMPEDANCE = 0.9999  # of the reduced model's joint friction: the most that
 JOINT_HARDENING = 1e-3  # a factor on what is left to 1, set after compiling
 EXACT = 0.0  # solver tolerance of a single scalar constraint, solved by projection
 
+SOLVED = 1e-8  # tolerance that MuJoCo's solver has by default
+SETTLING = 4.0  # calibrated, of a part of a drift; tests/on_plane/test_held_bodies.py holds it
+DIRECTIONS = 3  # in which a lone body moves
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
 
@@ -68,6 +73,15 @@ class ContactProfile:
         """Whether friction converges with the step, and theory covers it."""
         return self.softening != 1.0
 
+    @property
+    def point(self) -> SoftPoint | None:
+        """A contact as theory takes it that is soft; None of a convergent profile."""
+        if self.convergent:
+            return None
+        noslip = self.options.get("noslip_iterations")
+        ratio = math.inf if noslip else float(self.options.get("impratio", 1.0))
+        return SoftPoint(ratio=ratio, pyramidal=self.options.get("cone") != "elliptic")
+
     def slip_compliance(self, step: float) -> float:
         """Drift [m/s] of a sticking contact per force on it [N], over the body's inverse weight
         [1/kg], at `step` [s]; 0 with noslip. Only for a convergent profile."""
@@ -80,6 +94,12 @@ class ContactProfile:
         """Change of a normal force [N] per slip acceleration [m/s^2], over the weight [kg] and the
         friction coefficient: the cone's coupling. Only for a convergent profile."""
         return IMPEDANCE / (1.0 - IMPEDANCE) / self.softening
+
+    def depth(self, held: Held, step: float) -> float:
+        """Depth [m] at which a contact rests at `step` [s]."""
+        if self.convergent:
+            return self.compliance(step) * held.load * held.weight
+        return held.depth(self.point or SoftPoint(), step)
 
     def compliance(self, step: float) -> float:
         """Deflection [m] per normal force [N], over the inverse weight [1/kg], at `step` [s]. Only
@@ -163,6 +183,36 @@ def plane_contacts(chosen: ContactProfile, settings: Mapping[str, Any]) -> Conta
         return coulomb_pair(step, PLANE_SOFTENING, lead)
 
     return replace(chosen, options=options, pair=pair, softening=PLANE_SOFTENING)
+
+
+def on_plane(settings: Mapping[str, Any]) -> ContactProfile:
+    """The profile that `settings` name, for a lone body above a plane; raises ParameterError."""
+    return plane_contacts(profile(settings), settings)
+
+
+def scheme(method: Method) -> Scheme:
+    """The scheme of `method` on bodies that touch: with its soft contacts; no theory covers those
+    of a user's own."""
+    if not isinstance(method.settings.get("contact", ""), str):
+        return Scheme("contacts of a file")
+    return replace(method.scheme, contact=profile(method.settings).point)
+
+
+def drift_error(
+    point: SoftPoint, held: Held, duration: float, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Bounds on way and speed of what drifts: the solver leaves an acceleration at each step, of a
+    body with DIRECTIONS, which the contact's damping forgets; as it does what normal forces that
+    settle change of the drift."""
+    damping = rates(point, step)[1]
+    left = math.sqrt(2.0 * DIRECTIONS * SOLVED) / damping
+    slow = 0.0
+    if held.holds(point):
+        slow = SETTLING * held.settling(point, step) * float(np.hypot(*held.drift(point, step)[0]))
+    return {
+        "x": {"solver": left * duration, "settling": slow / damping},
+        "speed": {"solver": left, "settling": slow},
+    }
 
 
 def soft_contact(

@@ -93,7 +93,7 @@ METHODS = (
     _capsule("pyramidal", systems=UNPLANNED, contact="pyramidal"),
     _capsule("elliptic", systems=UNPLANNED, contact="elliptic"),
     _capsule("elliptic+noslip", systems=UNPLANNED, contact="elliptic+noslip"),
-    _capsule("coulomb", systems=("rolling-ball",), contact="coulomb"),
+    _capsule("coulomb", systems=("rolling-ball", "incline"), contact="coulomb"),
     _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
     _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
     _capsule("coulomb", "RK4", contact="coulomb"),

@@ -22,7 +22,7 @@ OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
-    spec, profile = whole(mjcf, problem), contact_profile(method)
+    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
     # for `settled`: the default contact is the same at every step
     options.apply(spec, profile.options, step if profile.convergent else max(step, SLOW))
     pair, start = spec.pair("contact"), spec.key("start")
@@ -40,17 +40,12 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), observe, tune=tune)
 
 
-def contact_profile(method: Method) -> contacts.ContactProfile:
-    """The contacts of a method; raises ParameterError."""
-    return contacts.plane_contacts(contacts.profile(method.settings), method.settings)
-
-
 def model_error(
     problem: Any, duration: float, method: Method, step: float
 ) -> Mapping[str, Mapping[str, float]]:
     """Bounds for a convergent profile: the slip that friction's compliance leaves of its last step,
     for one step, and normal forces that follow the slip, until the deflection does (OVERSHOOT)."""
-    profile = contact_profile(method)
+    profile = contacts.on_plane(method.settings)
     if not profile.convergent:
         return {}
     f, scale = problem.friction, problem.scale

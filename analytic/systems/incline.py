@@ -1,0 +1,106 @@
+"""A cube on an inclined plane with Coulomb friction: it rests, slides, stops, or slides back.
+
+Along the slope x'' = g (sin(theta) - f cos(theta) sign(x')); what is at rest stays there where
+tan(theta) <= f (Coulomb 1785). A cube with f < 1 does not tip.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.reference import Array, LinearResponse
+
+ROUNDINGS = 8.0  # of an acceleration, and of a speed
+
+
+@dataclass(frozen=True)
+class Incline(LinearResponse):
+    """A cube of edge `size` [m] and `mass` [kg] on a plane of inclination `slope` [rad] with a
+    coefficient of `friction` below 1, under `gravity` [m/s^2]; it starts with a `speed` [m/s],
+    positive downhill. Downhill is at the angle `heading` [rad] from the first axis that an engine
+    has in the plane. Raises ParameterError.
+
+    >>> Incline(0.0, 0.5, 1.0, 0.1, 3.0, 9.0).rest_time
+    0.6666666666666666
+    """
+
+    slope: float
+    friction: float
+    mass: float
+    size: float
+    speed: float
+    gravity: float
+    heading: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "size", "gravity"):
+            positive(name, getattr(self, name))
+        finite("speed", self.speed)
+        finite("heading", self.heading)
+        if non_negative("slope", self.slope) > 1.5:
+            raise ParameterError("slope", self.slope, "at most 1.5 rad")
+        if non_negative("friction", self.friction) >= 1.0:
+            raise ParameterError("friction", self.friction, "less than 1, or the cube may tip")
+
+    @property
+    def pull(self) -> float:
+        """Acceleration by gravity along the slope [m/s^2]."""
+        return self.gravity * math.sin(self.slope)
+
+    @property
+    def press(self) -> float:
+        """Acceleration by gravity into the slope [m/s^2]."""
+        return self.gravity * math.cos(self.slope)
+
+    @property
+    def holds(self) -> bool:
+        """Whether friction holds it at rest."""
+        return math.tan(self.slope) <= self.friction
+
+    def acceleration(self, sense: float) -> float:
+        """Acceleration [m/s^2] while it slides downhill, `sense` 1, or uphill, -1."""
+        return self.pull - sense * self.friction * self.press
+
+    @property
+    def stop_time(self) -> float:
+        """When it stops for the first time [s]; infinite where it never does."""
+        rate = self.acceleration(float(np.sign(self.speed)))
+        if not self.speed:
+            return 0.0
+        return -self.speed / rate if self.speed * rate < 0.0 else math.inf
+
+    @property
+    def rest_time(self) -> float:
+        """From when on it is at rest [s]; infinite where it never is."""
+        return self.stop_time if self.holds else math.inf
+
+    @property
+    def stop_place(self) -> float:
+        """Where it stops for the first time [m]; no number where it never does."""
+        return self.speed * self.stop_time / 2.0 if math.isfinite(self.stop_time) else math.nan
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Place x [m], downhill, and speed [m/s] at `times` [s], shape (n,)."""
+        first, stop = self.acceleration(float(np.sign(self.speed))), self.stop_time
+        slid, since = np.minimum(times, stop), np.maximum(times - stop, 0.0)
+        again = 0.0 if self.holds else self.acceleration(1.0)
+        stopped = times >= stop
+        return {
+            "x": np.where(stopped, np.nan_to_num(self.stop_place), 0.0)
+            + np.where(stopped, 0.0, slid * (self.speed + slid * first / 2.0))
+            + again * since**2 / 2.0,
+            "speed": np.where(stopped, 0.0, self.speed + slid * first) + again * since,
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute errors, shape (n,), of accelerations that are differences, and of a place."""
+        rate = ROUNDINGS * ULP * (self.pull + self.friction * self.press)
+        moving = np.minimum(times, self.rest_time)
+        speed = rate * moving + np.where(moving > 0.0, ROUNDINGS * ULP * abs(self.speed), 0.0)
+        return {"x": speed * moving + ULP * self.size, "speed": speed}

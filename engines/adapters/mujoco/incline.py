@@ -1,0 +1,70 @@
+"""The cube on an incline in MuJoCo's terms: slides along three axes, and a contact a corner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.errors.contact_models.inclined_steps import corner
+from plumbob.engines.adapters.mujoco import contacts, options
+from plumbob.engines.adapters.mujoco.rolling_ball import OVERSHOOT
+from plumbob.engines.adapters.mujoco.translation import Translation, read
+from plumbob.engines.method import Method
+
+scheme = contacts.scheme
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
+    inclined, along `heading`; the contacts' axes are those of the plane."""
+    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    options.apply(spec, profile.options, step)
+    for name, value in profile.pair(step).items():
+        setattr(spec.pair("contact"), name, value)
+
+    def tune(model: mujoco.MjModel) -> None:
+        model.body_invweight0 *= profile.softening
+
+    depth = profile.depth(corner(problem), step)
+    return Translation(
+        spec,
+        np.array([0.0, 0.0, -depth]),
+        np.array(spec.key("start").qvel),
+        lambda qpos, qvel: ({"x": qpos[:, 0], "speed": qvel[:, 0]}, {"sideways": qpos[:, 1]}),
+        tune=tune,
+    )
+
+
+def model_error(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Bounds for a convergent profile: the drift of friction that holds, and normal forces that
+    follow the slip, until the deflection does. For soft contacts: where the solver ends."""
+    profile = contacts.on_plane(method.settings)
+    if profile.point is not None:
+        return contacts.drift_error(profile.point, corner(problem), duration, step)
+    f, largest = problem.friction, abs(problem.speed) + problem.pull * duration
+    drift = profile.slip_compliance(step) * f * problem.press
+    pushed = OVERSHOOT * f**2 * profile.coupling() * largest / contacts.STIFFNESS
+    speed = {"drift": drift, "coupling": pushed}
+    return {"x": {why: error * duration for why, error in speed.items()}, "speed": speed}
+
+
+def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
+    spec, half = read(mjcf), problem.size / 2.0
+    along, turned = math.cos(problem.heading), math.sin(problem.heading)
+    spec.option.gravity = [problem.pull * along, problem.pull * turned, -problem.press]
+    cube, pair = spec.body("cube"), spec.pair("contact")
+    cube.pos, spec.geom("cube").size, cube.mass = [0.0, 0.0, half], [half] * 3, problem.mass
+    cube.quat = [math.cos(problem.heading / 2.0), 0.0, 0.0, math.sin(problem.heading / 2.0)]
+    cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
+    pair.friction[:2] = [problem.friction] * 2
+    pair.condim = 3 if problem.friction else 1
+    spec.key("start").qvel = [problem.speed, 0.0, 0.0]
+    return spec

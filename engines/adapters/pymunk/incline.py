@@ -1,0 +1,29 @@
+"""The cube on an incline in pymunk, seen from the side: a box on a segment that does not turn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pymunk
+
+from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error
+LONGEST = 1e4  # [m], of a way on the segment
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a plumbob.analytic.systems.incline.Incline; the heading has no effect."""
+    space, edge = pymunk.Space(), problem.size
+    space.gravity, space.collision_slop = (problem.pull, -problem.press), 2.0 * DEPTH * edge
+    cube = pymunk.Body(problem.mass, float("inf"))
+    cube.position, cube.velocity = (0.0, edge * (0.5 - DEPTH)), (problem.speed, 0.0)
+    ground = pymunk.Segment(space.static_body, (-LONGEST, 0.0), (LONGEST, 0.0), 0.0)
+    shapes = ground, pymunk.Poly.create_box(cube, (edge, edge))
+    for shape, friction in zip(shapes, (1.0, problem.friction), strict=True):
+        shape.friction = friction  # their product counts
+    space.add(cube, *shapes)
+    return Translation(space, lambda: {"x": cube.position.x, "speed": cube.velocity.x})

@@ -1,0 +1,91 @@
+"""A cube on an inclined plane, at rest or sliding: incline."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.systems.incline import Incline
+from plumbob.analytic.theory import ErrorTheory
+from plumbob.models.field_systems import field_system, field_values
+from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
+
+FRICTION = 0.4
+
+
+def errors(cube: Incline) -> ErrorTheory:
+    """Theory of the errors of steps on the cube."""
+    from plumbob.analytic.errors.contact_models.inclined_steps import InclineErrors
+
+    return InclineErrors(cube)
+
+
+def facts(cube: Incline) -> Mapping[str, Any]:
+    """The slope [rad] that friction just holds, the acceleration [m/s^2] of what slides downhill,
+    and time [s] and place [m] of the first stop; none where it never stops."""
+    stops = math.isfinite(cube.stop_time)
+    return {
+        "threshold": math.atan(cube.friction),
+        "acceleration": cube.acceleration(1.0),
+        "stop_time": cube.stop_time if stops else None,
+        "stop_place": cube.stop_place if stops else None,
+        "stays": cube.holds,
+    }
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The place, relative to the longest way, or where it rests to the edge."""
+    times = np.linspace(0.0, case.scene.duration, 101)
+    way = float(np.abs(case.reference.observe(times)["x"]).max())
+    return (Quantity("x", way or case.problem.size),)
+
+
+def _scene(
+    case: str, summary: str, part: float, speed: float, heading: float = 0.0, **more: Any
+) -> Scene:
+    values = (math.atan(part * FRICTION), FRICTION, 1.0, 0.1, speed, 9.81, heading)
+    return Scene(
+        f"incline/{case}",
+        summary,
+        field_values(Incline, values),
+        1.0,
+        step_sizes(5e-3, 5e-4),
+        "Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = field_system(
+    Incline,
+    Path(__file__).parent / "incline.xml",
+    name="incline",
+    title="Cube on an incline",
+    observables=(Observable("x", "m"), Observable("speed", "m/s")),
+    scenes=(
+        _scene("rest", "at 0.9 of the slope that friction holds", 0.9, 0.0, profile="quick"),
+        _scene("just-held", "at 0.999 of it", 0.999, 0.0, hard="friction used up but for 1e-3"),
+        _scene("just-slides", "at 1.001 of it", 1.001, 0.0, hard="the motion is a difference"),
+        _scene("stops", "thrown downhill, it stops and stays", 0.5, 1.0, profile="quick"),
+        _scene("returns", "thrown uphill, it stops and slides back", 1.5, -2.0),
+        _scene(
+            "heading-045",
+            "at 0.9 of the slope, across the edges of a friction pyramid",
+            0.9,
+            0.0,
+            math.pi / 4,
+            hard="a pyramid has 0.71 of the friction there",
+        ),
+    ),
+    default="stops",
+    reference=lambda cube: cube,
+    errors=errors,
+    invariants=lambda cube, observed: {},  # friction takes energy
+    facts=facts,
+    kind=ON_PLANE,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)

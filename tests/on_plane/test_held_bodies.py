@@ -1,0 +1,186 @@
+"""Bodies that friction holds: exact answers against 40 digits, drift and depths against theory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from mpmath import mp
+
+from plumbob.analytic.errors.contact_models import soft_friction
+from plumbob.analytic.errors.contact_models.inclined_steps import corner
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import SoftPoint
+from plumbob.analytic.systems.incline import Incline
+from plumbob.engines.adapters.mujoco import incline
+from plumbob.engines.method import meant
+from plumbob.engines.registry import engine_of, method, methods
+from plumbob.engines.study.measurement import measure, scheme_of
+from plumbob.models.registry import case_of, scene, scenes
+from plumbob.reports.judge.verdict import judge
+
+CUBE: Incline = case_of(scene("incline/stops")).problem
+BUILDERS = {"incline": incline}
+HELD = ["incline/rest", "incline/just-held"]
+# what no theory covers: soft contacts of what slides
+SLIDING = ["incline/just-slides", "incline/stops", "incline/returns", "incline/heading-045"]
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.999999, 1.0, 1.000001, 2.5])
+def test_incline_with_40_digits(speed: float, part: float) -> None:
+    cube = replace(CUBE, slope=math.atan(part * CUBE.friction), speed=speed)
+    stop = cube.stop_time if math.isfinite(cube.stop_time) else 1.0
+    times = np.concatenate([np.linspace(0.0, 1.5 * stop + 1.0, 23), [stop, 1e-9]])
+    exact, doubt = cube.observe(times), cube.uncertainty(times)
+    with mp.workdps(40):
+        g, f, slope = mp.mpf(cube.gravity), mp.mpf(cube.friction), mp.mpf(cube.slope)
+        for i, time in enumerate(times):
+            v, left, x = mp.mpf(speed), mp.mpf(float(time)), mp.mpf(0)
+            rate = g * (mp.sin(slope) - mp.sign(v) * f * mp.cos(slope))
+            lasts = min(left, -v / rate) if v * rate < 0 else left * bool(v)
+            x, v, left = x + lasts * (v + lasts * rate / 2), v + lasts * rate, left - lasts
+            pulled = 0 if cube.holds else g * (mp.sin(slope) - f * mp.cos(slope))
+            x, v = x + pulled * left**2 / 2, v + pulled * left
+            assert abs(x - mp.mpf(exact["x"][i])) <= doubt["x"][i]
+            assert abs(v - mp.mpf(exact["speed"][i])) <= doubt["speed"][i]
+    assert doubt["speed"][-1] < 1e-14  # at the start
+
+
+@pytest.mark.parametrize(
+    ("problem", "name", "value", "must"),
+    [
+        (CUBE, "size", 0.0, "greater than 0"),
+        (CUBE, "mass", -1.0, "greater than 0"),
+        (CUBE, "gravity", 0.0, "greater than 0"),
+        (CUBE, "friction", 1.0, "less than 1"),
+        (CUBE, "slope", -0.1, "0 or greater"),
+        (CUBE, "slope", 1.6, "at most 1.5 rad"),
+        (CUBE, "speed", math.inf, "a finite number"),
+    ],
+)
+def test_bad_input(problem: Any, name: str, value: float, must: str) -> None:
+    with pytest.raises(ParameterError, match=f"{name} = .*must be {must}"):
+        replace(problem, **{name: value})
+
+
+def chosen_runs() -> list[Any]:
+    """Each scene with each method that a theory covers there."""
+    pairs = [(s, m) for s in scenes(",".join(BUILDERS)) for m in methods() if meant(m, s)]
+    soft = ("mujoco/euler", "mujoco/rk4")
+    return [
+        pytest.param(s, m, id=f"{s.name} {m.name}")
+        for s, m in pairs
+        if s.name not in SLIDING or m.name not in soft
+    ]
+
+
+@pytest.mark.parametrize(("chosen", "how"), chosen_runs())
+def test_runs_are_predicted(chosen: Any, how: Any) -> None:
+    """At steps that nobody listed, one of them longer than what a contact's time constant allows;
+    what is predicted of a drift is right to a thousandth of it."""
+    case = case_of(chosen)
+    for step in (1.3e-2, 7e-4) if how.control == "step" else how.step_sizes[-1:]:
+        found, _ = measure(case, how, step)
+        judged = judge(found, case.system, how)
+        assert judged.verdict == "predicted", judged.reason
+        held = next(iter(found.errors.values()))
+        if held.predicted and "solver" in held.model:
+            assert held.predicted.difference < 1e-3 * held.largest + 1e-9 > 0.0
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_the_file_is_the_model_that_is_built(name: str) -> None:
+    case = case_of(scene(name))
+    file = mujoco.MjModel.from_xml_path(str(case.system.mjcf))
+    built = BUILDERS[name].whole(case.system.mjcf, case.problem).compile()
+    for field in ("pair_friction", "key_qvel", "body_mass", "body_inertia", "geom_size"):
+        np.testing.assert_allclose(getattr(built, field), getattr(file, field), 1e-14)
+    np.testing.assert_allclose(built.body_pos, file.body_pos, 1e-14)
+    np.testing.assert_allclose(built.opt.gravity, file.opt.gravity, 1e-14)
+
+
+def settled(
+    cone: str, ratio: float, part: float, heading: float
+) -> tuple[Any, Any, Any, SoftPoint]:
+    """A cube on default contacts but for their cone after 1 s, and what theory takes."""
+    case = case_of(scene("incline/rest"))
+    cube = replace(case.problem, slope=math.atan(part * CUBE.friction), heading=heading)
+    built = incline.build(case.system.mjcf, cube, method("mujoco/euler"), 2e-3)
+    spec = built.spec
+    spec.option.cone = {"pyramidal": 0, "elliptic": 1}[cone]
+    spec.option.timestep, spec.option.impratio, spec.option.tolerance = 2e-3, ratio, 1e-16
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = built.qpos  # from no depth, what is just held may chatter, and slide
+    mujoco.mj_step(model, data, nstep=500)
+    mujoco.mj_forward(model, data)
+    return cube, model, data, SoftPoint(ratio=ratio, pyramidal=cone == "pyramidal")
+
+
+@pytest.mark.parametrize("ratio", [1.0, 10.0, 100.0])
+@pytest.mark.parametrize(("part", "heading"), [(0.3, 0.0), (0.9, 0.0), (0.65, 0.5), (0.65, 2.0)])
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_drift_depth_and_softness(cone: str, ratio: float, part: float, heading: float) -> None:
+    cube, _, data, point = settled(cone, ratio, part, heading)
+    held = corner(cube)
+    along, down = np.array([math.cos(heading), math.sin(heading)]), data.qpos[2]
+    across = np.array([-along[1], along[0]])
+    drifted = held.drift(point, 2e-3)[0]
+    measured = [along @ drifted, across @ drifted]
+    np.testing.assert_allclose(data.qvel[:2], measured, 1e-5, 1e-7 * np.hypot(*drifted))
+    assert -down == pytest.approx(held.depth(point, 2e-3), rel=1e-5)
+    d = soft_friction.impedance(point, -down)
+    soft = held.edge(point) if point.pyramidal else 1.0 / ratio
+    row = 0 if point.pyramidal else 1
+    assert data.efc_R[row] == pytest.approx((1 - d) / d * soft * held.weight, rel=1e-6)
+
+
+@cache
+def threshold(cone: str, degrees: float) -> float:
+    """Where the acceleration no longer vanishes: tan(slope)/f, by bisection."""
+    low, high = 0.5, 1.5
+    for _ in range(16):
+        middle = (low + high) / 2
+        _, model, data, _ = settled(cone, 1.0, middle, math.radians(degrees))
+        before = data.qvel[:2].copy()
+        mujoco.mj_step(model, data, nstep=100)
+        slides = np.hypot(*(data.qvel[:2] - before)) > 1e-5
+        low, high = (low, middle) if slides else (middle, high)
+    return low
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 30.0, 45.0])
+def test_a_pyramid_holds_less_between_its_edges_and_a_cone_does_not(degrees: float) -> None:
+    turned = math.radians(degrees)
+    less = 1.0 / (math.cos(turned) + math.sin(turned))
+    assert threshold("pyramidal", degrees) == pytest.approx(less, rel=3e-4)
+    assert threshold("elliptic", degrees) == pytest.approx(1.0, rel=3e-4)
+
+
+def test_a_user_s_own_contacts_have_no_theory() -> None:
+    how = replace(method("mujoco/euler"), settings={"contact": {"solref": (0.02, 1.0)}})
+    assert not scheme_of(case_of(scene("incline/rest")), how).known
+    assert engine_of(how).name == "mujoco"
+
+
+@pytest.mark.parametrize(
+    ("friction", "part", "gravity"),
+    [(0.9, 0.9, 100.0), (0.86, 0.65, 100.0), (0.9, 0.9, 9.81), (0.86, 0.501, 7.0)],
+)
+def test_normal_forces_that_settle_use_a_part_of_their_bound(
+    friction: float, part: float, gravity: float
+) -> None:
+    """A tenth to nine tenths: SETTLING is calibrated."""
+    changes = {"friction": friction, "gravity": gravity, "slope": math.atan(part * friction)}
+    chosen = scene("incline/rest")
+    case = case_of(replace(chosen, parameters={**chosen.parameters, **changes}))
+    found, _ = measure(case, method("mujoco/euler"), 1e-3)
+    held = found.errors["x"]
+    assert held.predicted
+    assert 0.1 < held.predicted.difference / held.model["settling"] < 0.9
