@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,34 +30,27 @@ DECADE = (1e-3, 5e-4, 2e-4, 1e-4)
 Pair = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Stopping:
-    """A body that slides straight, and where it stops in engines."""
-
-    speed: float  # [m/s]
-    distance: float  # [m]
-    spinning: float  # time [s] until one rests that spins too
-    rows: Mapping[str, Sequence[Pair]]  # by method and step: measured, predicted, over v0 dt/2
-    steps: tuple[float, ...] = STEPS
-
-    @property
-    def time(self) -> float:
-        """Until it rests [s]: v0/(f g)."""
-        return 2.0 * self.distance / self.speed
-
-
 def stopping_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Runs to rest."""
     return runs((SCENE,), METHODS, STEPS)
 
 
-def stopping(study: Study) -> Stopping | None:
+def stopping(study: Study) -> Record | None:
     """Errors of the stopping distance in both engines; None where neither ran."""
     posed, spinning = problem(SCENE), problem(SPIN).motion.rest_time
     speed, distance = math.hypot(*posed.setup.velocity), float(posed.motion.coasting.distance)
     errors = {name: _stop_errors(study, name, speed, distance) for name in METHODS}
     rows = {name: pairs for name, pairs in errors.items() if len(pairs) == len(STEPS)}
-    return Stopping(speed, distance, spinning, rows) if rows else None
+    if not rows:
+        return None
+    return Record(
+        speed=speed,  # [m/s]
+        distance=distance,  # [m]
+        spinning=spinning,  # time [s] until one rests that spins too
+        rows=rows,  # by method and step: measured, predicted, over v0 dt/2
+        steps=STEPS,
+        time=2.0 * distance / speed,  # until it rests [s]: v0/(f g)
+    )
 
 
 def _stop_errors(study: Study, name: str, speed: float, distance: float) -> list[Pair]:
@@ -78,31 +70,11 @@ def _way(observed: Mapping[str, Array]) -> float:
     return math.copysign(math.hypot(x, y), x)
 
 
-def stopping_claims(numbers: Stopping) -> Claims:
+def stopping_claims(numbers: Record) -> Claims:
     """The error at the smallest step is as predicted, but on default contacts."""
     text = "what theory leaves of the error of {}, over v₀dt/2,"
     ends = {name: pairs[-1] for name, pairs in numbers.rows.items() if name != DEFAULT}
     return [at_most(text.format(name), end[0] - end[1], ALIKE) for name, end in ends.items()]
-
-
-@dataclass(frozen=True)
-class Spin:
-    """A body that spins and slides at once."""
-
-    methods: tuple[Record, ...]
-    default: tuple[Record, ...]
-    steps: tuple[float, ...] = DECADE
-
-    @property
-    def default_range(self) -> Sequence[float]:
-        """Least and largest error of the heading [rad] on default contacts, if there are any."""
-        sizes = sorted(abs(run.heading) for run in self.default)
-        return sizes[:1] + sizes[-1:]
-
-    @property
-    def missing(self) -> float | None:
-        """The least fraction of samples with a contact missing there."""
-        return min((run.missing for run in self.default), default=None)
 
 
 def spin_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -110,7 +82,7 @@ def spin_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return runs((SPIN,), (DEFAULT,), DECADE) if covers(plan, SPIN) else ()
 
 
-def spin(study: Study) -> Spin | None:
+def spin(study: Study) -> Record | None:
     """Errors of the heading at rest over a decade of steps, where the study has it; and what
     default contacts do."""
     if not covers(study, SPIN):
@@ -121,7 +93,17 @@ def spin(study: Study) -> Spin | None:
         return None
     runs = [_default_run(study, step) for step in DECADE]
     default = tuple(filter(None, runs))
-    return Spin(methods, default if len(default) == len(DECADE) else ())
+    default = default if len(default) == len(DECADE) else ()
+    sizes = sorted(abs(run.heading) for run in default)
+    return Record(
+        methods=methods,
+        default=default,
+        steps=DECADE,
+        # least and largest error of the heading [rad] on default contacts, if there are any
+        default_range=sizes[:1] + sizes[-1:],
+        # the least fraction of samples with a contact missing there
+        missing=min((run.missing for run in default), default=None),
+    )
 
 
 def _heading_errors(study: Study, name: str) -> Record | None:
@@ -158,7 +140,7 @@ def _default_run(study: Study, step: float) -> Record | None:
     )
 
 
-def spin_claims(numbers: Spin) -> Claims:
+def spin_claims(numbers: Record) -> Claims:
     """Errors fall in proportion to the step."""
     text = "the error of {}, at ten times the step over at the step,"
     ends = {row.method: row.errors for row in numbers.methods if row.slope is not None}

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scenes as find_scenes
@@ -16,32 +15,7 @@ STEPS = (1e-3, 2e-3)  # [s]: the first that a study has is shown; the quick prof
 SLIDES = 0.1  # [m]: more than any drift of stiction, in ten seconds
 
 
-@dataclass(frozen=True)
-class Stiction:
-    """Drifts of all methods on scenes of growing tilt."""
-
-    scenes: tuple[str, ...]
-    step: float  # [s]
-    rows: tuple[Record, ...]
-    slides: float = SLIDES
-
-    def steepest(self, *ends: str) -> list[float]:
-        """The distances [m] on the last scene, of methods whose names end so."""
-        last = [row.distances[-1] for row in self.rows if row.method.endswith(ends or "")]
-        return [distance for distance in last if distance is not None]
-
-    @property
-    def largest(self) -> Mapping[str, float | None]:
-        """The largest [m] of all, on convergent contacts, and with noslip."""
-        groups = {
-            "all": self.steepest(),
-            "convergent": self.steepest("coulomb", "feet", "side"),
-            "noslip": self.steepest("coulomb+noslip"),
-        }
-        return {name: max(sizes, default=None) for name, sizes in groups.items()}
-
-
-def numbers(study: Study) -> Stiction | None:
+def numbers(study: Study) -> Record | None:
     """Drift of each method at each fraction of the threshold that was run; None where none was."""
     tilted = [s for s in find_scenes("capsule-hold") if covers(study, s.name)]
     tilted = [scene for scene in tilted if "length" not in scene.parameters]
@@ -49,7 +23,25 @@ def numbers(study: Study) -> Stiction | None:
         return None
     step = _step(study, tilted[-1].name)
     rows = tuple(row for name in names(study) if (row := _drifts(study, tilted, name, step)))
-    return Stiction(tuple(scene.name for scene in tilted), step, rows)
+    groups = {
+        "all": _steepest(rows, ""),
+        "convergent": _steepest(rows, "coulomb", "feet", "side"),
+        "noslip": _steepest(rows, "coulomb+noslip"),
+    }
+    return Record(
+        scenes=tuple(scene.name for scene in tilted),
+        step=step,  # [s]
+        rows=rows,
+        slides=SLIDES,
+        # the largest [m] of all, on convergent contacts, and with noslip
+        largest={name: max(sizes, default=None) for name, sizes in groups.items()},
+    )
+
+
+def _steepest(rows: Sequence[Record], *ends: str) -> list[float]:
+    """The distances [m] on the last scene, of methods whose names end so."""
+    last = [row.distances[-1] for row in rows if row.method.endswith(ends)]
+    return [distance for distance in last if distance is not None]
 
 
 def _step(study: Study, scene: str) -> float:
@@ -75,9 +67,9 @@ def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> 
     )
 
 
-def claims(numbers: Stiction) -> Claims:
+def claims(numbers: Record) -> Claims:
     """Contact models differ by much."""
-    known = numbers.steepest()
+    known = _steepest(numbers.rows, "")
     text = "the fastest drift and the slowest"
     return [clear(text, max(known), min(known), "m")] if len(known) > 1 else ()
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
@@ -15,41 +13,7 @@ STEP = 1e-3  # [s]
 GOOD = 1e-3  # relative
 
 
-@dataclass(frozen=True)
-class Totals:
-    """Displacements of each method after many manoeuvres, beside their number times eq. 22."""
-
-    scene: str
-    totals: tuple[Record, ...]
-    count: int
-    displacement: float  # [m], exact, of all manoeuvres
-    once: float  # and of one
-    fraction: float  # of the limit of friction, in a slow return
-    period: float  # [s]
-    step: float = STEP
-
-    @property
-    def duration(self) -> float:
-        """Of all manoeuvres [s]."""
-        return self.count * self.period
-
-    @property
-    def sizes(self) -> tuple[float, ...]:
-        """Magnitudes of the relative errors, in order."""
-        return tuple(sorted(abs(total.error) for total in self.totals))
-
-    @property
-    def within(self) -> tuple[float, ...]:
-        """Those of at most GOOD."""
-        return tuple(size for size in self.sizes if size <= GOOD)
-
-    @property
-    def beyond(self) -> tuple[float, ...]:
-        """Those of more."""
-        return tuple(size for size in self.sizes if size > GOOD)
-
-
-def numbers(study: Study) -> Totals | None:
+def numbers(study: Study) -> Record | None:
     """Total displacement of each method against count times eq. 22, and cost per manoeuvre; None
     where none ran."""
     scene = next((name for name in SCENES if covers(study, name)), None)
@@ -60,14 +24,20 @@ def numbers(study: Study) -> Totals | None:
     totals = tuple(filter(None, every))
     if not totals:
         return None
-    return Totals(
-        scene,
-        totals,
-        repeated.count,
-        repeated.displacement,
-        repeated.manoeuvre.displacement,
-        repeated.fraction,
-        repeated.period,
+    sizes = sorted(abs(total.error) for total in totals)
+    return Record(
+        scene=scene,
+        totals=totals,
+        count=repeated.count,
+        displacement=repeated.displacement,  # [m], exact, of all manoeuvres
+        once=repeated.manoeuvre.displacement,  # and of one
+        fraction=repeated.fraction,  # of the limit of friction, in a slow return
+        period=repeated.period,  # [s]
+        step=STEP,
+        duration=repeated.count * repeated.period,  # of all manoeuvres [s]
+        sizes=sizes,  # magnitudes of the relative errors, in order
+        within=[size for size in sizes if size <= GOOD],
+        beyond=[size for size in sizes if size > GOOD],
     )
 
 
@@ -87,7 +57,7 @@ def _total(study: Study, scene: str, repeated: RepeatedLine, method: str) -> Rec
     )
 
 
-def claims(totals: Totals) -> Claims:
+def claims(totals: Record) -> Claims:
     """Errors add up: theory predicts that of every method whose contacts converge."""
     return (
         at_most("the smallest relative error", totals.sizes[0], GOOD),

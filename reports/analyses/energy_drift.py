@@ -26,32 +26,6 @@ LOST = 0.3  # of the available energy: more than this is not a drift
 
 
 @dataclass(frozen=True)
-class EnergyDrifts:
-    """Energy errors of a scene's runs at one step [s], by method, without those whose engine is
-    missing: symplectic methods beside one that is not."""
-
-    step: float
-    steps: float
-    symplectic: tuple[str, ...]
-    other: str
-    by_method: Mapping[str, Record]
-
-    @property
-    def bounded(self) -> tuple[str, ...]:
-        """Methods whose energy error does not grow."""
-        return tuple(name for name, drift in self.by_method.items() if drift.fate == "bounded")
-
-    @property
-    def overtaken(self) -> Mapping[str, float]:
-        """When [s] the drift of the other method exceeds the oscillation of a symplectic one."""
-        if self.other in self.bounded or self.other not in self.by_method:
-            return {}
-        rate = abs(self.by_method[self.other].rate)
-        kept = [name for name in self.symplectic if name in self.bounded]
-        return {name: self.by_method[name].scatter / rate for name in kept}
-
-
-@dataclass(frozen=True)
 class EnergyRuns:
     """Runs of a scene with some methods at one step [s] over a duration [s]."""
 
@@ -68,18 +42,36 @@ class EnergyRuns:
 
 def energy_drifts(
     study: Study, asked: EnergyRuns, motion: PendulumMotion, symplectic: Sequence[str], other: str
-) -> EnergyDrifts:
+) -> Record:
     """Energy errors of recorded runs of a scene whose exact motion is `motion`."""
     by_method = {
         request.method: energy_drift(motion, request.method, asked.step, run)
         for request, run in recordings(study, asked.requests).items()
     }
-    return EnergyDrifts(
-        asked.step, asked.duration / asked.step, tuple(symplectic), other, by_method
+    bounded = tuple(name for name, drift in by_method.items() if drift.fate == "bounded")
+    return Record(
+        step=asked.step,  # [s]
+        steps=asked.duration / asked.step,
+        symplectic=symplectic,
+        other=other,
+        by_method=by_method,
+        bounded=bounded,  # methods whose energy error does not grow
+        overtaken=overtaken(by_method, [name for name in symplectic if name in bounded], other),
     )
 
 
-def energy_claims(drifts: EnergyDrifts) -> Claims:
+def overtaken(
+    by_method: Mapping[str, Record], bounded: Sequence[str], other: str
+) -> Mapping[str, float]:
+    """When [s] the drift of the other method exceeds the oscillation of each of those bounded;
+    empty where it was not run, or has no drift."""
+    if other not in by_method or by_method[other].fate == "bounded":
+        return {}
+    rate = abs(by_method[other].rate)
+    return {name: by_method[name].scatter / rate for name in bounded}
+
+
+def energy_claims(drifts: Record) -> Claims:
     """That symplectic methods keep the energy, and the other lets it drift at the predicted
     rate."""
     kept = [

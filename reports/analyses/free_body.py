@@ -4,7 +4,6 @@ the Euler steps gain and lose."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from plumbob.analytic.errors.free_body.error_series import euler_drifts
@@ -27,36 +26,11 @@ EULER: Final = (
 SHOWN: Final = ("free-body/flip", "free-body/symmetric")  # scenes that every profile runs
 
 
-@dataclass(frozen=True)
-class SecondOrder:
-    """The orders of the two RK4s, and the terms of second order that theory predicts."""
-
-    runs: tuple[Record, ...]
-    methods: tuple[str, ...] = RK4
-
-    @property
-    def of_mujoco(self) -> tuple[Record, ...]:
-        """The runs of MuJoCo's."""
-        return tuple(run for run in self.runs if run.method == RK4[0])
-
-
-@dataclass(frozen=True)
-class EnergyErrors:
-    """The energy that first-order steps gain or lose, beside what theory predicts."""
-
-    runs: tuple[Record, ...]
-
-    @property
-    def gap(self) -> float:
-        """The largest distance of a drift from the predicted one, relative."""
-        pairs = [(run.drift, abs(run.predicted)) for run in self.runs if run.predicted]
-        return max((abs(drift / predicted - 1.0) for drift, predicted in pairs), default=0.0)
-
-
-def second_order(study: Study) -> SecondOrder | None:
+def second_order(study: Study) -> Record | None:
     """The orders of the two RK4s; None where MuJoCo's was not run."""
-    terms = SecondOrder(tuple(_term(study, of, run) for of, run in _runs(study, RK4)))
-    return terms if terms.of_mujoco else None
+    terms = tuple(_term(study, of, run) for of, run in _runs(study, RK4))
+    of_mujoco = tuple(term for term in terms if term.method == RK4[0])
+    return Record(runs=terms, methods=RK4, of_mujoco=of_mujoco) if of_mujoco else None
 
 
 def _term(study: Study, of: ConvergenceStudy, run: Measurement) -> Record:
@@ -74,7 +48,7 @@ def _term(study: Study, of: ConvergenceStudy, run: Measurement) -> Record:
     )
 
 
-def order_claims(second: SecondOrder) -> Claims:
+def order_claims(second: Record) -> Claims:
     """MuJoCo's RK4 is of second order, and its error is the predicted term."""
     orders = [
         between(f"the order of {run.method} on {run.scene}", run.order.slope, 1.5, 2.5)
@@ -89,10 +63,13 @@ def order_claims(second: SecondOrder) -> Claims:
     return (*orders, *terms)
 
 
-def energy(study: Study) -> EnergyErrors | None:
+def energy(study: Study) -> Record | None:
     """The energy that first-order steps gain or lose; None where none of them was run."""
     runs = [pair for pair in _runs(study, EULER) if "energy" in pair[1].invariants]
-    return EnergyErrors(tuple(_energy_error(*pair) for pair in runs)) if runs else None
+    errors = tuple(_energy_error(*pair) for pair in runs)
+    # the largest distance of a drift from the predicted one, relative
+    gaps = (abs(of.drift / abs(of.predicted) - 1.0) for of in errors if of.predicted)
+    return Record(runs=errors, gap=max(gaps, default=0.0)) if errors else None
 
 
 def _energy_error(of: ConvergenceStudy, run: Measurement) -> Record:
@@ -110,7 +87,7 @@ def _energy_error(of: ConvergenceStudy, run: Measurement) -> Record:
     )
 
 
-def energy_claims(errors: EnergyErrors) -> Claims:
+def energy_claims(errors: Record) -> Claims:
     """The drifts are the predicted ones."""
     return (at_most("the drift's distance from the predicted one, relative,", errors.gap, ALIKE),)
 

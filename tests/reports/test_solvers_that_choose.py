@@ -12,8 +12,9 @@ from plumbob.analytic.tableau import order_5
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
+from plumbob.reports.analyses.analysis import Record
 from plumbob.reports.analyses.engines import largest_steps
-from plumbob.reports.analyses.engines.largest_steps import SOLVERS, LargestSteps, claims, paid
+from plumbob.reports.analyses.engines.largest_steps import SOLVERS, claims, paid
 
 
 def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing() -> None:
@@ -21,7 +22,7 @@ def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing() 
     (scene,) = scenes(largest_steps.EQUILIBRIUM)
     short = replace(scene, steps=scene.steps[:1])
     study = run_study((short,), solvers, timed=False, requests=largest_steps.solver_runs)
-    found = LargestSteps((), (), paid(study))
+    found = Record(surprises=(), paid=paid(study))
     assert len(found.paid) == 4
     for damping, of in found.paid.items():
         assert of["ode/dop853"] == pytest.approx(of["predicted"], rel=0.02)
@@ -29,4 +30,4 @@ def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing() 
     assert all(claim.holds for claim in claims(found))
     fastest = np.array([-1e4 + 0j])  # a method whose stability reaches 3.31, not 6.4, is noticed
     wrong = {**found.paid[1e4], "predicted": 12.0 * stiffness_cost(order_5(), fastest)}
-    assert not all(claim.holds for claim in claims(replace(found, paid={1e4: wrong})))
+    assert not all(claim.holds for claim in claims(Record(surprises=(), paid={1e4: wrong})))

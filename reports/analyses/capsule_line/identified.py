@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from plumbob.engines.study.extra_runs import StudyPlan
@@ -23,33 +22,12 @@ BUDGET = 40  # runs: the fit is then closer than 1e-4
 ALIKE = 1e-3  # of the friction: fits that differ by less do not tell
 
 
-@dataclass(frozen=True)
-class IdentifiedFriction:
-    """Fits over headings, with default contacts and with those recommended."""
-
-    exact: float
-    step: float  # [s]
-    fits: tuple[Record, ...]
-
-    @property
-    def worst(self) -> Record | None:
-        """The most biased fit with default contacts; None where there is none."""
-        default = [fit for fit in self.fits if fit.method == DEFAULT]
-        return max(default, key=lambda fit: abs(fit.bias), default=None)
-
-    @property
-    def recommended(self) -> float | None:
-        """The largest bias with the recommended contacts; None where there is none."""
-        biases = [abs(fit.bias) for fit in self.fits if fit.method == RECOMMENDED]
-        return max(biases, default=None)
-
-
 def requests(plan: StudyPlan) -> Sequence[ParameterFit]:
     """A fit for each heading in both methods."""
     return [_fit(*pair) for pair in PAIRS]
 
 
-def numbers(study: Study) -> IdentifiedFriction | None:
+def numbers(study: Study) -> Record | None:
     """The fits that a study holds; None where it holds none."""
     fits, exact = [], math.nan
     for method, angle in PAIRS:
@@ -66,10 +44,21 @@ def numbers(study: Study) -> IdentifiedFriction | None:
                     residual=fit.residual,  # of the displacement, relative
                 )
             )
-    return IdentifiedFriction(exact, STEP, tuple(fits)) if fits else None
+    if not fits:
+        return None
+    default = [fit for fit in fits if fit.method == DEFAULT]
+    return Record(
+        exact=exact,
+        step=STEP,  # [s]
+        fits=fits,
+        # the most biased fit with default contacts
+        worst=max(default, key=lambda fit: abs(fit.bias), default=None),
+        # the largest bias with the recommended contacts
+        recommended=max((abs(f.bias) for f in fits if f.method == RECOMMENDED), default=None),
+    )
 
 
-def claims(numbers: IdentifiedFriction) -> Claims:
+def claims(numbers: Record) -> Claims:
     """That default contacts bias the friction that is identified, and the recommended do not."""
     if numbers.worst is None or numbers.recommended is None:
         return ()

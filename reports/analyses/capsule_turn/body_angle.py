@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
-from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.exact_motion import FormulaErrors, formulas
+from plumbob.reports.analyses.capsule_turn.exact_motion import formulas
 from plumbob.reports.analyses.capsule_turn.turns import (
     JUDGED,
     METHODS,
@@ -33,48 +29,7 @@ HARM = 1e-3  # [rad] added to a turn
 Points = tuple[tuple[float, float], ...]  # epsilon and an error [rad]
 
 
-@dataclass(frozen=True)
-class TurnErrors:
-    """Errors of the body angle [rad] of one turn and method, and their orders."""
-
-    epsilon: float
-    method: str
-    stop: float  # at 2 tau
-    rest: float
-    stop_order: float | None
-    rest_order: float | None
-
-    @property
-    def largest(self) -> float:
-        """The larger of the two."""
-        return max(abs(self.stop), abs(self.rest))
-
-
-@dataclass(frozen=True)
-class Angles:
-    """Errors of engines and formulas, and the accuracy asked for."""
-
-    errors: tuple[TurnErrors, ...]
-    steps: tuple[Record, ...]
-    formula: FormulaErrors
-    corrected: FormulaErrors
-    ordered: bool
-    step: float  # [s] at epsilon 0.3
-    epsilons: tuple[float, ...] = EPSILONS
-    methods: tuple[str, ...] = METHODS
-    judged: int = JUDGED
-    asked: float = ASKED
-    asked_from: float = FROM
-
-    @property
-    def held(self) -> Mapping[str, float]:
-        """The largest error [rad] of each method at the epsilons that it is asked for."""
-        judged = [error for error in self.errors if error.epsilon >= FROM]
-        methods = [name for name in METHODS if any(error.method == name for error in judged)]
-        return {n: max(e.largest for e in judged if e.method == n) for n in methods}
-
-
-def angles(study: Study) -> Angles | None:
+def angles(study: Study) -> Record | None:
     """Errors at 2 tau and at rest by epsilon and method; None without an engine."""
     rows = [_turn_errors(study, e, name) for e in epsilons(study) for name in METHODS]
     errors = tuple(filter(None, rows))
@@ -82,15 +37,42 @@ def angles(study: Study) -> Angles | None:
         return None
     steps = tuple(_step_errors(study, parts) for parts in (PARTS[0], JUDGED, PARTS[-1]))
     step = turn(0.3).half_time / JUDGED
-    return Angles(errors, steps, *formulas(), study.profile == "full", step)
+    formula, corrected = formulas()
+    # the largest error [rad] of each method at the epsilons that it is asked for
+    judged = [error for error in errors if error.epsilon >= FROM]
+    held = {n: [e.largest for e in judged if e.method == n] for n in METHODS}
+    return Record(
+        errors=errors,
+        steps=steps,
+        formula=formula,
+        corrected=corrected,
+        ordered=study.profile == "full",
+        step=step,  # [s] at epsilon 0.3
+        epsilons=EPSILONS,
+        methods=METHODS,
+        judged=JUDGED,
+        asked=ASKED,
+        asked_from=FROM,
+        held={name: max(sizes) for name, sizes in held.items() if sizes},
+    )
 
 
-def _turn_errors(study: Study, epsilon: float, name: str) -> TurnErrors | None:
+def _turn_errors(study: Study, epsilon: float, name: str) -> Record | None:
+    """Errors of the body angle [rad] of one turn and method at 2 tau and at rest, and their
+    orders."""
     stop, end = (judged_error(study, epsilon, name, when) for when in WHENS)
     if stop is None or end is None:
         return None
-    orders = (order_of(study, epsilon, name, when) for when in WHENS)
-    return TurnErrors(epsilon, name, stop, end, *orders)
+    stop_order, rest_order = (order_of(study, epsilon, name, when) for when in WHENS)
+    return Record(
+        epsilon=epsilon,
+        method=name,
+        stop=stop,
+        rest=end,
+        stop_order=stop_order,
+        rest_order=rest_order,
+        largest=max(abs(stop), abs(end)),
+    )
 
 
 def _step_errors(study: Study, parts: int) -> Record:
@@ -103,7 +85,7 @@ def _step_errors(study: Study, parts: int) -> Record:
     )
 
 
-def angle_claims(numbers: Angles) -> Claims:
+def angle_claims(numbers: Record) -> Claims:
     """Euler steps are far less accurate than RK4 and pymunk's feet."""
     held = numbers.held
     return [
@@ -113,23 +95,7 @@ def angle_claims(numbers: Angles) -> Claims:
     ]
 
 
-@dataclass(frozen=True)
-class Leak:
-    """Error at 2 tau over mu_1^2 Z^3 tau^5 h/2, by method and epsilon."""
-
-    epsilons: tuple[float, ...]
-    ratios: Mapping[str, Array]
-    lead: float  # [rad], at the step judged
-    step: float  # [s] at epsilon 0.03
-    judged: int = JUDGED
-
-    @property
-    def needed_parts(self) -> float:
-        """Euler's steps in a half time for 1e-4 rad."""
-        return round(1e4 * self.lead * JUDGED, -3)
-
-
-def leak(study: Study) -> Leak | None:
+def leak(study: Study) -> Record | None:
     """The ratios of each method that ran at every epsilon; None without MuJoCo."""
     turns = epsilons(study)
     leads = [euler_lead(turn(e)) * turn(e).half_time / JUDGED for e in turns]
@@ -137,7 +103,16 @@ def leak(study: Study) -> Leak | None:
     ratios = {n: np.array(sizes) / leads for n, sizes in errors.items() if None not in sizes}
     if EULER not in ratios:
         return None
-    return Leak(turns, ratios, leads[0], turn(0.03).half_time / JUDGED)
+    return Record(
+        epsilons=turns,
+        ratios=ratios,  # error at 2 tau over mu_1^2 Z^3 tau^5 h/2, by method
+        lead=leads[0],  # [rad], at the step judged
+        step=turn(0.03).half_time / JUDGED,  # [s] at epsilon 0.03
+        judged=JUDGED,
+        needed_parts=round(
+            1e4 * leads[0] * JUDGED, -3
+        ),  # Euler's steps in a half time for 1e-4 rad
+    )
 
 
 def deflection(study: Study) -> Record | None:

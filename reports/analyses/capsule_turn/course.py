@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,27 +49,19 @@ def difference(epsilon: float, phases: Array) -> Array:
     return exact_course(epsilon, phases)[0] - formula
 
 
-@dataclass(frozen=True)
-class Departure:
-    """How far a turn is from eq. 31."""
-
-    epsilon: float
-    largest: float  # |psi + mu_1 phi| over (0, 2 tau) [rad]
-    time: float  # of it, over tau
-    scaled: Array  # psi + mu_1 phi over epsilon^2 [rad]
-
-    @property
-    def coefficient(self) -> float:
-        """The largest over epsilon^2."""
-        return self.largest / self.epsilon**2
-
-
-def departure(epsilon: float) -> Departure:
+def departure(epsilon: float) -> Record:
     """The difference over the turn, and where it is the largest."""
     phases = np.linspace(0.0, 2.0, POINTS + 1)
     off = np.abs(difference(epsilon, phases))
     scaled = difference(epsilon, PHASES) / epsilon**2
-    return Departure(epsilon, float(off.max()), float(phases[np.argmax(off)]), scaled)
+    largest = float(off.max())
+    return Record(
+        epsilon=epsilon,
+        largest=largest,  # |psi + mu_1 phi| over (0, 2 tau) [rad]
+        time=float(phases[np.argmax(off)]),  # of it, over tau
+        scaled=scaled,  # psi + mu_1 phi over epsilon^2 [rad]
+        coefficient=largest / epsilon**2,
+    )
 
 
 def numbers(study: Study) -> Record:

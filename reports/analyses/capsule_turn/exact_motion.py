@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
@@ -27,71 +25,53 @@ SLENDER = MappingProxyType(
     {"inertia": 0.002, "radius": 0.12, "angular_acceleration": 130.0, "half_time": 0.08}
 )  # the check body's masses nearer to C: a support is easier to move one way than the other
 SIDES = (1e-6, 1e-5, 1e-4, 1e-3)  # [s] before and after
-Rows = Sequence[Sequence[float]] | Array
 
 
-@dataclass(frozen=True)
-class FormulaErrors:
-    """Exact body angle less that of a formula [rad], for each of EPSILONS."""
-
-    stop: tuple[float, ...]  # at 2 tau
-    rest: tuple[float, ...]
-
-    @property
-    def slopes(self) -> Mapping[str, float]:
-        """Slopes of log error against log epsilon, from 0.1 to 0.003."""
-        sizes = np.log(np.abs(np.column_stack([self.stop, self.rest])[SLOPES]))
-        stop, end = np.polyfit(np.log(EPSILONS[SLOPES]), sizes, 1)[0]
-        return {"stop": stop, "rest": end}
-
-
-def formulas() -> tuple[FormulaErrors, FormulaErrors]:
+def formulas() -> tuple[Record, Record]:
     """Errors of eq. 32, and of it with its next term."""
     corrected = _errors("body_angle_corrected", "body_angle_corrected_at_rest")
     return _errors("body_angle_formula", "body_angle_formula"), corrected
 
 
-def _errors(at_stop: str, at_rest: str) -> FormulaErrors:
+def _errors(at_stop: str, at_rest: str) -> Record:
+    """Exact body angle less that of a formula [rad] at 2 tau and at rest, for each of EPSILONS, and
+    slopes of log error against log epsilon, from 0.1 to 0.003."""
     turns = [facts(epsilon) for epsilon in EPSILONS]
-    return FormulaErrors(
-        tuple(known["body_angle"] - known[at_stop] for known in turns),
-        tuple(known["body_angle_at_rest"] - known[at_rest] for known in turns),
-    )
+    errors = {
+        "stop": [known["body_angle"] - known[at_stop] for known in turns],
+        "rest": [known["body_angle_at_rest"] - known[at_rest] for known in turns],
+    }
+    logs = np.log(EPSILONS[SLOPES])
+    slopes = {n: np.polyfit(logs, np.log(np.abs(e[SLOPES])), 1)[0] for n, e in errors.items()}
+    return Record(**errors, slopes=slopes)
 
 
-@dataclass(frozen=True)
-class SecondOrder:
-    """The formula's next term: in theory, and in the exact motion."""
-
-    stop: float  # coefficient of epsilon^2 [rad] at 2 tau, from theory
-    rest: float
-    formula: FormulaErrors
-    corrected: FormulaErrors
-    checks: Rows  # epsilon, the body angle at 2 tau [rad], computed, their difference
-    epsilons: tuple[float, ...] = EPSILONS
-
-    @property
-    def measured(self) -> Mapping[str, float]:
-        """The same coefficients at the smallest epsilon, from the exact motion."""
-        last = EPSILONS[-1] ** 2
-        return {"stop": self.formula.stop[-1] / last, "rest": self.formula.rest[-1] / last}
-
-    @property
-    def factor(self) -> float:
-        """K of an error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the two smallest."""
-        small = zip(self.corrected.rest[-2:], EPSILONS[-2:], strict=True)
-        larger, smaller = (error / epsilon**4 for error, epsilon in small)
-        return (smaller - larger) / math.log(EPSILONS[-2] / EPSILONS[-1])
-
-
-def second_order(study: Study) -> SecondOrder:
+def second_order(study: Study) -> Record:
     """The check values, the formulas' errors, and the coefficients."""
     turned = turn(0.1)
     scale = turned.characteristic_time**2
     stop, end = turned.correction.at_stop.heading, turned.correction.at_rest.heading
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
-    return SecondOrder(scale * stop, scale * end, *formulas(), checks)
+    formula, corrected = formulas()
+    last = EPSILONS[-1] ** 2
+    return Record(
+        stop=scale * stop,  # coefficient of epsilon^2 [rad] at 2 tau, from theory
+        rest=scale * end,
+        formula=formula,
+        corrected=corrected,
+        checks=checks,  # epsilon, the body angle at 2 tau [rad], computed, their difference
+        epsilons=EPSILONS,
+        # the same coefficients at the smallest epsilon, from the exact motion
+        measured={"stop": formula.stop[-1] / last, "rest": formula.rest[-1] / last},
+        factor=_factor(corrected.rest),
+    )
+
+
+def _factor(errors: Sequence[float]) -> float:
+    """K of an error K epsilon^4 ln(1/epsilon) + B epsilon^4 at rest, from the two smallest."""
+    larger, smaller = (errors[k] / EPSILONS[k] ** 4 for k in (-2, -1))
+    return (smaller - larger) / math.log(EPSILONS[-2] / EPSILONS[-1])
 
 
 def motion() -> ThreePointMotion:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -18,23 +16,6 @@ from plumbob.reports.analyses.capsule_turn.turns import (
 )
 
 SHOWN = 0.1  # epsilon of the summary
-
-
-@dataclass(frozen=True)
-class Left:
-    """The exact motion at 2 tau, and the same by the formula."""
-
-    epsilon: float
-    rate: float  # omega [rad/s]
-    rate_formula: float
-    speed: float  # |v| of C [m/s]
-    speed_formula: float
-    time: float  # until all rests [s]
-
-    @property
-    def difference(self) -> float:
-        """Relative, of the rate."""
-        return self.rate / self.rate_formula - 1.0
 
 
 def numbers(study: Study) -> Record:
@@ -55,15 +36,18 @@ def numbers(study: Study) -> Record:
     )
 
 
-def _left(epsilon: float) -> Left:
+def _left(epsilon: float) -> Record:
+    """The exact motion at 2 tau, and the same by the formula."""
     known = facts(epsilon)
-    return Left(
-        epsilon,
-        known["angular_velocity_at_stop"],
-        known["angular_velocity_at_stop_formula"],
-        known["speed_at_stop"],
-        known["speed_at_stop_formula"],
-        known["rest_time"] - known["stop_time"],
+    rate, rate_formula = (known[f"angular_velocity_at_stop{of}"] for of in ("", "_formula"))
+    return Record(
+        epsilon=epsilon,
+        rate=rate,  # omega [rad/s]
+        rate_formula=rate_formula,
+        speed=known["speed_at_stop"],  # |v| of C [m/s]
+        speed_formula=known["speed_at_stop_formula"],
+        time=known["rest_time"] - known["stop_time"],  # until all rests [s]
+        difference=rate / rate_formula - 1.0,  # relative
     )
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.reference import Array
@@ -22,16 +20,7 @@ LATE = 1.08  # of the time to rest
 Slips = tuple[Array, Array]  # times in half times; slip speeds over the largest, shape (3, n)
 
 
-@dataclass(frozen=True)
-class Modes:
-    """The modes of a turn over time, and its slip speeds."""
-
-    stays: tuple[Record, ...]
-    slips: tuple[Slips, ...]  # in parts that join
-    top: float  # the largest slip speed [m/s]
-
-
-def modes_of(motion: ThreePointMotion, unit: float) -> Modes:
+def modes_of(motion: ThreePointMotion, unit: float) -> Record:
     """Modes and slip speeds of a turn whose half time is `unit` [s]."""
     ends = [*(event.time for event in motion.events[1:]), LATE * motion.rest_time]
     modes = ["", *(event.mode for event in motion.events[:-1])]
@@ -48,7 +37,9 @@ def modes_of(motion: ThreePointMotion, unit: float) -> Modes:
         )
         for before, event, end in zip(modes, motion.events, ends, strict=True)
     )
-    return Modes(stays, *_slips(motion, unit))
+    slips, top = _slips(motion, unit)
+    # slip speeds in parts that join, and the largest [m/s]
+    return Record(stays=stays, slips=slips, top=top)
 
 
 def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:

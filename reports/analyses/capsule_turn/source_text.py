@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.course import exact_course
 from plumbob.reports.analyses.capsule_turn.turns import facts, name_of, turn
 from plumbob.reports.analyses.measurements import problem
@@ -22,32 +22,6 @@ SHOWN = 0.3  # epsilon: friction is seen there
 SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn, and how many times shorter it is made
 THOUSAND = "capsule-turn/thousand"
 NODES = 32  # Gauss points of a smooth segment
-
-
-@dataclass(frozen=True)
-class Statements:
-    """Numbers for the source's statements, those without an epsilon of the turn of SHOWN."""
-
-    imbalance: float  # the largest of energy and momenta, relative
-    friction: float  # largest |R| over R_0
-    integral: float  # of R until 2 tau [rad/s]
-    rate: float  # of the body at 2 tau [rad/s]
-    ends: tuple[float, float]  # body angle at 2 tau [rad], of the largest epsilon and the smallest
-    usual: float  # body angle of the turn of SMALL [rad]
-    shorter: float  # and in a SHORTERth of the time
-    count: int  # of repeated turns
-    total: float  # body angle of all of them [rad]
-    moved: float  # C until 2 tau [m]
-    moved_after: float
-    decay: float  # time from 2 tau to rest [s]
-    shown: float = SHOWN
-    epsilons: tuple[float, float] = (EPSILONS[0], EPSILONS[-1])
-    thousand: str = THOUSAND
-
-    @property
-    def gap(self) -> float:
-        """Relative difference of the integral and the rate."""
-        return abs(self.integral / self.rate - 1.0)
 
 
 def friction_turning(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> tuple[float, float]:
@@ -74,7 +48,7 @@ def shortened() -> tuple[float, float]:
     return facts(SMALL)["body_angle"], float(end.heading[0])
 
 
-def numbers(study: Study) -> Statements:
+def numbers(study: Study) -> Record:
     """The exact motion's numbers for each statement."""
     manoeuvre, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
     sums, about = balance(motion), facts(SHOWN)
@@ -82,17 +56,28 @@ def numbers(study: Study) -> Statements:
     moved, later = exact_course(SHOWN, phases)[1]
     many = problem(THOUSAND).motion
     each = float(many.single.at(np.array([many.single.rest_time])).heading[0])
-    return Statements(
-        max(sums.energy, sums.momentum, sums.angular_momentum),
-        *friction_turning(manoeuvre, motion),
-        about["angular_velocity_at_stop"],
-        (facts(EPSILONS[0])["body_angle"], facts(EPSILONS[-1])["body_angle"]),
-        *shortened(),
-        many.count,
-        many.count * each,
-        float(np.hypot(*moved)),
-        float(np.hypot(*(later - moved))),
-        about["rest_time"] - about["stop_time"],
+    friction, integral = friction_turning(manoeuvre, motion)
+    rate = about["angular_velocity_at_stop"]
+    usual, shorter = shortened()
+    return Record(
+        # the largest of energy and momenta, relative
+        imbalance=max(sums.energy, sums.momentum, sums.angular_momentum),
+        friction=friction,  # largest |R| over R_0
+        integral=integral,  # of R until 2 tau [rad/s]
+        rate=rate,  # of the body at 2 tau [rad/s]
+        # body angle at 2 tau [rad], of the largest epsilon and the smallest
+        ends=(facts(EPSILONS[0])["body_angle"], facts(EPSILONS[-1])["body_angle"]),
+        usual=usual,  # body angle of the turn of SMALL [rad]
+        shorter=shorter,  # and in a SHORTERth of the time
+        count=many.count,  # of repeated turns
+        total=many.count * each,  # body angle of all of them [rad]
+        moved=float(np.hypot(*moved)),  # C until 2 tau [m]
+        moved_after=float(np.hypot(*(later - moved))),
+        decay=about["rest_time"] - about["stop_time"],  # time from 2 tau to rest [s]
+        shown=SHOWN,
+        epsilons=(EPSILONS[0], EPSILONS[-1]),
+        thousand=THOUSAND,
+        gap=abs(integral / rate - 1.0),  # relative difference of the integral and the rate
     )
 
 

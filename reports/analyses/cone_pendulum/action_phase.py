@@ -5,15 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
-from plumbob.analytic.systems.pendulums.action_curves import Branch, branches
+from plumbob.analytic.systems.pendulums.action_curves import branches
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
@@ -34,46 +32,6 @@ HIGHEST = 1100.0  # [J]
 SWING, SWING_STEP = "simple-pendulum/free-large", 1e-3
 AMPLITUDES = (0.3, 1.0, 2.0, 2.8, 3.1)  # [rad]
 SWING_METHODS = ("mujoco/rk4", "pymunk/tight")
-
-
-@dataclass(frozen=True)
-class Period:
-    """A period [s], exact and measured in an engine."""
-
-    exact: float
-    measured: float | None
-
-    @property
-    def gap(self) -> float | None:
-        """Relative difference of the measured period."""
-        return None if self.measured is None else self.measured / self.exact - 1.0
-
-    @property
-    def rate(self) -> float | None:
-        """The measured rate [rad/s]."""
-        return None if self.measured is None else 2 * math.pi / self.measured
-
-
-@dataclass(frozen=True)
-class ActionPhase:
-    """Actions and periods, exact and in engines' runs."""
-
-    starts: tuple[Record, ...]
-    branches: tuple[Branch, ...]  # of the source's cone on its turning platform
-    swings: tuple[Record, ...]
-    amplitudes: Array  # [rad] of the simple pendulum
-    ratios: tuple[float, ...]  # at them, of the exact period to that of small swings
-    step: float = SWING_STEP
-
-    @property
-    def largest_gap(self) -> float:
-        """Largest difference of a period, relative; zero without runs."""
-        return max((abs(s.period.gap) for s in self.starts if s.period.gap), default=0.0)
-
-    @property
-    def largest_drift(self) -> float:
-        """Largest change of an action, relative; zero without runs."""
-        return max((start.drift for start in self.starts if start.drift), default=0.0)
 
 
 @cache
@@ -108,19 +66,36 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     )
 
 
-def numbers(study: Study) -> ActionPhase:
+def numbers(study: Study) -> Record:
     """Actions and periods, exact and in engines' runs."""
     problem = started(DEEP, 40.0)
     close = math.pi - np.geomspace(0.14, 1e-4, 30)  # to the top
     amplitudes = np.concatenate([np.linspace(0.02, 3.0, 60), close])
     small = swing_time(1e-6)
-    return ActionPhase(
-        tuple(_start(study, *start) for start in STARTS),
-        branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
-        tuple(_swing(study, method, size) for method in SWING_METHODS for size in AMPLITUDES),
-        amplitudes,
-        tuple(swing_time(float(size)) / small for size in amplitudes),
+    starts = tuple(_start(study, *start) for start in STARTS)
+    gaps = (abs(start.period.gap) for start in starts if start.period.gap)
+    return Record(
+        starts=starts,
+        # of the source's cone on its turning platform
+        branches=branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
+        swings=tuple(
+            _swing(study, method, size) for method in SWING_METHODS for size in AMPLITUDES
+        ),
+        amplitudes=amplitudes,  # [rad] of the simple pendulum
+        # at them, of the exact period to that of small swings
+        ratios=tuple(swing_time(float(size)) / small for size in amplitudes),
+        step=SWING_STEP,
+        largest_gap=max(gaps, default=0.0),  # of a period, relative
+        # largest change of an action, relative
+        largest_drift=max((start.drift for start in starts if start.drift), default=0.0),
     )
+
+
+def _period(exact: float, measured: float | None) -> Record:
+    """A period [s], exact and measured in an engine, their relative difference, and the measured
+    rate [rad/s]."""
+    gap, rate = (None, None) if measured is None else (measured / exact - 1.0, math.tau / measured)
+    return Record(exact=exact, measured=measured, gap=gap, rate=rate)
 
 
 def _start(study: Study, theta: float, speed: float) -> Record:
@@ -131,7 +106,7 @@ def _start(study: Study, theta: float, speed: float) -> Record:
     if run:
         system = case_of(find_scene(ROTATING)).system
         drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
-    energy, times = float(double(motion.energy)), Period(motion.period, period)
+    energy, times = float(double(motion.energy)), _period(motion.period, period)
     return Record(
         theta=theta,  # [rad]
         speed=speed,  # [rad/s]
@@ -149,12 +124,12 @@ def _swing(study: Study, method: str, amplitude: float) -> Record:
     return Record(
         method=method,
         amplitude=amplitude,  # [rad]
-        period=Period(swing_time(amplitude), period),
+        period=_period(swing_time(amplitude), period),
         ratio=ratio,  # of the measured period to that of small swings
     )
 
 
-def claims(phases: ActionPhase) -> Claims:
+def claims(phases: Record) -> Claims:
     """Periods are derivatives of the action, which is constant."""
     return (
         at_most(

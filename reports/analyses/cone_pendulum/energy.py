@@ -10,7 +10,6 @@ from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.analyses.energy_drift import (
-    EnergyDrifts,
     EnergyRuns,
     energy_claims,
     energy_drifts,
@@ -29,7 +28,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return RUNS.requests
 
 
-def numbers(study: Study) -> EnergyDrifts:
+def numbers(study: Study) -> Record:
     """Energy errors over ten thousand steps of the source's Fig. 3."""
     return energy_drifts(study, RUNS, forms(ROTATING).correct, SYMPLECTIC, OTHER)
 
@@ -39,7 +38,7 @@ def million_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return _million().requests if plan.has(MILLION) else ()
 
 
-def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
+def million_numbers(study: Study, scene: Scene) -> Record | None:
     """Energy errors over a million steps."""
     if scene.name != MILLION:
         return None

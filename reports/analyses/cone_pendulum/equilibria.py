@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -24,30 +23,6 @@ RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s]
 SWING = 1e-3  # [rad], amplitude: the rate changes by less than 1e-6, relative
 STEP = 5e-4  # [s]
 DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s]
-
-
-@dataclass(frozen=True)
-class Centre:
-    """A stable equilibrium, and the rate of small swings about it, exact and in MuJoCo."""
-
-    pivot: float  # [m]
-    platform_rate: float  # [rad/s]
-    theta: float  # [rad]
-    rate: float  # [rad/s]
-    measured: float | None  # [rad/s]
-
-    @property
-    def gap(self) -> float | None:
-        """Relative difference of the measured rate."""
-        return None if self.measured is None else self.measured / self.rate - 1.0
-
-
-@dataclass(frozen=True)
-class Branch:
-    """Equilibria of one kind over the platform's rate."""
-
-    rates: tuple[float, ...]  # [rad/s]
-    angles: tuple[float, ...]  # [rad]
 
 
 @cache
@@ -89,7 +64,16 @@ def numbers(study: Study) -> Record:
     for pivot, rate, centre in centres():
         period = swing_period(study.answer(_request(pivot, rate, centre)), centre.theta)
         measured = None if period is None else 2 * np.pi / period
-        rows.append(Centre(pivot, rate, centre.theta, centre.rate, measured))
+        rows.append(
+            Record(
+                pivot=pivot,  # [m]
+                platform_rate=rate,  # [rad/s]
+                theta=centre.theta,  # [rad]
+                rate=centre.rate,  # [rad/s], of small swings
+                measured=measured,  # [rad/s], in MuJoCo
+                gap=None if measured is None else measured / centre.rate - 1.0,  # relative
+            )
+        )
     level, offset = (still(pivot, 26.0) for pivot in PIVOTS)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
@@ -113,16 +97,16 @@ def claims(found: Record) -> Claims:
 
 def _diagram(pivot: float) -> Record:
     """All equilibria over the platform's rate, of one pivot."""
-    places: dict[str, list[tuple[float, float]]] = {"centre": [], "saddle": []}
+    places = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}  # [rad/s], [rad]
     for rate in DRAWN:
         for equilibrium in still(pivot, float(rate)).equilibria:
             if equilibrium.kind in places:
-                places[equilibrium.kind].append((float(rate), equilibrium.theta))
-    stable, unstable = (Branch(*zip(*places[kind], strict=True)) for kind in ("centre", "saddle"))
+                places[equilibrium.kind].rates.append(float(rate))
+                places[equilibrium.kind].angles.append(equilibrium.theta)
     return Record(
         pivot=pivot,  # [m]
-        stable=stable,
-        unstable=unstable,
+        stable=places["centre"],
+        unstable=places["saddle"],
     )
 
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.driven_platform import drive_error
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.slow_change import DampedRotation, action_and_phase
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Changes
@@ -36,55 +34,6 @@ INERTIAS = (1e3, 1e4, 1e5)  # [kg m^2] of the platform
 OWN = 1.0  # [kg m^2] of the platform in the model's file, beside it
 DRIVE_RATE, DRIVE_TIME = 5.0, 2.0  # [1/s], [s]
 PLACES = 12  # of a run that are looked at
-
-
-@dataclass(frozen=True)
-class DriveRun:
-    """How far theta [rad] leaves the ideal motion with a weak drive: a run, and to first order."""
-
-    inertia: float  # [kg m^2] of the platform
-    times: Array  # [s]
-    apart: Array
-    first: Array
-
-    @property
-    def gap(self) -> float:
-        """Relative difference at the end."""
-        return float(self.apart[-1] / self.first[-1] - 1.0)
-
-    @property
-    def scaled(self) -> tuple[Array, Array]:
-        """Both, times the platform's inertia."""
-        return self.apart * self.inertia, self.first * self.inertia
-
-
-@dataclass(frozen=True)
-class GeneratedSolutions:
-    """Slow changes of the exact motion, in runs and predicted."""
-
-    damped: tuple[Record, ...]
-    drives: tuple[DriveRun, ...]
-    xi: float  # [1/s] of the longest damped rotation
-    times: Array  # [s]
-    actions: Array  # [J s] of that at them, averaged
-    speed: float = SPEED
-    drive_rate: float = DRIVE_RATE
-    drive_time: float = DRIVE_TIME
-
-    @property
-    def largest_gap(self) -> float:
-        """Largest difference of an action from the averaged one, relative."""
-        return max((run.gap for run in self.damped), default=0.0)
-
-    @property
-    def largest_phase_gap(self) -> float:
-        """Largest difference of a phase at the end [rad]."""
-        return max((abs(run.phase_gap) for run in self.damped), default=0.0)
-
-    @property
-    def turns(self) -> float:
-        """Turns of the longest run."""
-        return max((run.turns for run in self.damped), default=0.0)
 
 
 def _durations(profile: str) -> tuple[float, ...]:
@@ -144,17 +93,24 @@ def _damped_run(run: Trajectory, method: str, xi: float) -> Record:
     )
 
 
-def _drive_run(run: Trajectory, inertia: float) -> DriveRun:
-    """The deviation of a run with a weak drive."""
+def _drive_run(run: Trajectory, inertia: float) -> Record:
+    """How far theta leaves the ideal motion in a run with a weak drive."""
     problem = forms(ROTATING).problem
     # the servo's gain is DRIVE_RATE times the armature, and moves the platform's own too
     rate = DRIVE_RATE * inertia / (inertia + OWN)
     first = drive_error(problem, run.times, inertia + OWN, rate).theta
     apart = run.observables["theta"] - problem.reference.state(run.times)[0]
-    return DriveRun(inertia, run.times, apart, first)
+    return Record(
+        inertia=inertia,  # [kg m^2] of the platform
+        times=run.times,  # [s]
+        apart=apart,  # [rad]
+        first=first,  # the same, predicted to first order
+        gap=float(apart[-1] / first[-1] - 1.0),  # relative, at the end
+        scaled=(apart * inertia, first * inertia),
+    )
 
 
-def numbers(study: Study) -> GeneratedSolutions:
+def numbers(study: Study) -> Record:
     """Averaging against a thousand turns, and first-order perturbation against a weak drive."""
     durations = _durations(study.profile)
     damped = tuple(
@@ -167,10 +123,24 @@ def numbers(study: Study) -> GeneratedSolutions:
         _drive_run(run, inertia) for inertia in INERTIAS if (run := study.answer(_drive(inertia)))
     )
     xi, times = DECAY / durations[-1], np.linspace(0.0, durations[-1], 61)
-    return GeneratedSolutions(damped, drives, xi, times, averaged(xi).action(times))
+    return Record(
+        damped=damped,
+        drives=drives,
+        xi=xi,  # [1/s] of the longest damped rotation
+        times=times,  # [s]
+        actions=averaged(xi).action(times),  # [J s] of that at them, averaged
+        speed=SPEED,
+        drive_rate=DRIVE_RATE,
+        drive_time=DRIVE_TIME,
+        # largest difference of an action from the averaged one, relative
+        largest_gap=max((run.gap for run in damped), default=0.0),
+        # largest difference of a phase at the end [rad]
+        largest_phase_gap=max((abs(run.phase_gap) for run in damped), default=0.0),
+        turns=max((run.turns for run in damped), default=0.0),  # of the longest run
+    )
 
 
-def claims(solutions: GeneratedSolutions) -> Claims:
+def claims(solutions: Record) -> Claims:
     """The action falls as averaging has it."""
     what = "the largest difference of an action from the averaged one, relative,"
     return (at_most(what, solutions.largest_gap, WITHIN),)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cache
 from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
@@ -46,57 +44,12 @@ def forms(name: str) -> Record:
     )
 
 
-@dataclass(frozen=True)
-class ClosedForm:
-    """A closed form of the motion."""
-
-    end: float  # theta [rad] at END
-    period: float  # [s]
-    theta: Array  # [rad], at the times that are drawn
-    theta_dot: Array  # [rad/s]
-
-
-@dataclass(frozen=True)
-class PrintedHamiltonian:
-    """Both closed forms, and the independent methods that tell which one is right."""
-
-    correct: ClosedForm
-    printed: ClosedForm
-    runs: Mapping[str, Record]
-    pairs: tuple[tuple[str, str, float], ...]  # of methods, with their difference at END [rad]
-    apart: float  # largest distance of the closed forms [rad]
-    times: Array  # [s], that are drawn
-    between: Array  # difference of the closed forms [rad] at them
-    theta: float  # at the start [rad]
-    theta_dot: float  # [rad/s]
-    platform_rate: float  # [rad/s]
-    time: float = END
-    scene: str = ROTATING
-    mujoco: str = MUJOCO
-    lagrange: str = LAGRANGE
-
-    @property
-    def gap(self) -> float:
-        """Distance of the closed forms at END [rad]."""
-        return abs(self.printed.end - self.correct.end)
-
-    @property
-    def worst(self) -> float:
-        """Largest distance of a method from the correct form [rad]."""
-        return max((run.from_correct for run in self.runs.values()), default=0.0)
-
-    @property
-    def off(self) -> float:
-        """Smallest distance of a method from the printed form [rad]."""
-        return min((run.from_printed for run in self.runs.values()), default=self.gap)
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The runs of two independent methods."""
     return tuple(INDEPENDENT.values())
 
 
-def numbers(study: Study) -> PrintedHamiltonian:
+def numbers(study: Study) -> Record:
     """Both closed forms beside the recorded runs of the independent methods."""
     both = forms(ROTATING)
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
@@ -104,21 +57,31 @@ def numbers(study: Study) -> PrintedHamiltonian:
     correct, printed = _closed_form(both.correct), _closed_form(both.printed)
     ends = {"exact": correct.end} | {name: float(run.theta[-1]) for name, run in runs.items()}
     between = both.printed.state(TIMES)[0] - both.correct.state(TIMES)[0]
-    return PrintedHamiltonian(
-        correct,
-        printed,
-        runs,
-        tuple((a, b, ends[a] - ends[b]) for a, b in combinations(ends, 2)),
-        float(np.abs(between).max()),
-        TIMES[::2],
-        between[::2],
-        both.problem.theta,
-        both.problem.theta_dot,
-        both.problem.platform_rate,
+    gap = abs(printed.end - correct.end)
+    return Record(
+        correct=correct,
+        printed=printed,
+        runs=runs,
+        # of methods, with their difference at END [rad]
+        pairs=tuple((a, b, ends[a] - ends[b]) for a, b in combinations(ends, 2)),
+        apart=float(np.abs(between).max()),  # largest distance of the closed forms [rad]
+        times=TIMES[::2],  # [s], that are drawn
+        between=between[::2],  # difference of the closed forms [rad] at them
+        theta=both.problem.theta,  # at the start [rad]
+        theta_dot=both.problem.theta_dot,  # [rad/s]
+        platform_rate=both.problem.platform_rate,  # [rad/s]
+        time=END,
+        scene=ROTATING,
+        mujoco=MUJOCO,
+        lagrange=LAGRANGE,
+        gap=gap,  # distance of the closed forms at END [rad]
+        # largest distance of a method from the correct form, smallest from the printed one [rad]
+        worst=max((run.from_correct for run in runs.values()), default=0.0),
+        off=min((run.from_printed for run in runs.values()), default=gap),
     )
 
 
-def claims(numbers: PrintedHamiltonian) -> Claims:
+def claims(numbers: Record) -> Claims:
     """The methods are much nearer to the correct form."""
     text = "distances of the methods from the printed form and from the correct one"
     return (clear(text, numbers.off, numbers.worst, "rad"),)
@@ -129,8 +92,10 @@ def end_of(motion: PendulumMotion | TiltedMotion) -> float:
     return float(motion.state(np.array([END]))[0][0])
 
 
-def _closed_form(motion: PendulumMotion) -> ClosedForm:
-    return ClosedForm(end_of(motion), motion.period, *motion.state(TIMES[::2]))
+def _closed_form(motion: PendulumMotion) -> Record:
+    """The end and the period [s] of a closed form, and theta and theta_dot at times drawn."""
+    theta, theta_dot = motion.state(TIMES[::2])
+    return Record(end=end_of(motion), period=motion.period, theta=theta, theta_dot=theta_dot)
 
 
 def _independent(both: Record, run: Trajectory) -> Record:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,34 +22,6 @@ NEAR = (0.05, 0.10)  # of the initial speed
 HARDLY = "cone-pendulum/above-barrier-1e-6"  # rotates, with 1e-6 of the barrier to spare
 VECTORS = (0.7, 5.0, 0.2)  # theta [rad], dθ/dt [rad/s] and X [m], at which (4) is worked out
 ENOUGH = 1e-12  # relative, of a period by the trapezoid rule
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """A rotation: its energies, and its speed over one period."""
-
-    period: float  # [s]
-    mean: float  # speed [rad/s]
-    barrier: float  # [J]
-    energy: float  # [J]
-    start: float  # speed [rad/s]
-    lowest: float
-    highest: float
-    lowest_at: float  # fraction of the period
-    extremes: int  # of the speed
-    second_half: float  # range of the speed in the second half of the period, over the start's
-    near: tuple[float, ...]  # fractions of the period within each of NEAR of the start's
-
-    @property
-    def spread(self) -> float:
-        """Range of the speed over the initial one."""
-        return (self.highest - self.lowest) / abs(self.start)
-
-    @property
-    def slowest_at_half(self) -> bool:
-        """Whether the speed is largest at the start, and has one minimum, at half the period."""
-        at_half = abs(self.lowest_at - 0.5) < 1.0 / SAMPLES
-        return self.extremes == 2 and self.highest <= self.start and at_half
 
 
 def numbers(study: Study) -> Record:
@@ -178,7 +150,7 @@ def _moments(motion: PendulumMotion) -> Record:
     )
 
 
-def rotations() -> Mapping[str, Rotation]:
+def rotations() -> Mapping[str, Record]:
     """Those of Figs. 2 and 3, of the latter by the printed H, and from its start on a platform at
     rest."""
     resting, turning = forms(RESTING), forms(ROTATING)
@@ -191,24 +163,32 @@ def rotations() -> Mapping[str, Rotation]:
     return {name: rotation(motion) for name, motion in motions.items()}
 
 
-def rotation(motion: PendulumMotion) -> Rotation:
+def rotation(motion: PendulumMotion) -> Record:
     """The energies and speeds of a motion over the top."""
     phases = (np.arange(SAMPLES) + 0.5) / SAMPLES
     speed = motion.state(phases * motion.period)[1]
     rising = np.roll(speed, -1) > speed
     deviation = np.abs(speed / motion.theta_dot - 1.0)
-    return Rotation(
-        period=motion.period,
-        mean=TURN / motion.period,
-        barrier=float(double(motion.barriers[0])),
-        energy=float(double(motion.energy)),
-        start=motion.theta_dot,
+    extremes = int(np.count_nonzero(rising != np.roll(rising, 1)))
+    highest, lowest_at = float(speed.max()), float(phases[speed.argmin()])
+    at_half = extremes == 2 and abs(lowest_at - 0.5) < 1.0 / SAMPLES
+    return Record(
+        period=motion.period,  # [s]
+        mean=TURN / motion.period,  # speed [rad/s]
+        barrier=float(double(motion.barriers[0])),  # [J]
+        energy=float(double(motion.energy)),  # [J]
+        start=motion.theta_dot,  # speed [rad/s]
         lowest=float(speed.min()),
-        highest=float(speed.max()),
-        lowest_at=float(phases[speed.argmin()]),
-        extremes=int(np.count_nonzero(rising != np.roll(rising, 1))),
+        highest=highest,
+        lowest_at=lowest_at,  # fraction of the period
+        extremes=extremes,  # of the speed
+        # range of the speed in the second half of the period, over the start's
         second_half=float(np.ptp(speed[SAMPLES // 2 :])) / motion.theta_dot,
+        # fractions of the period within each of NEAR of the start's
         near=tuple(float((deviation <= near).mean()) for near in NEAR),
+        spread=float(np.ptp(speed)) / abs(motion.theta_dot),  # over the initial speed
+        # the speed is largest at the start, and has one minimum, at half the period
+        slowest_at_half=at_half and highest <= motion.theta_dot,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 
@@ -13,7 +13,7 @@ from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     END,
@@ -40,44 +40,7 @@ OF_PRODUCT = MappingProxyType(
 )
 
 
-@dataclass(frozen=True)
-class Unround:
-    """Motions of a body with a term of inertia that the source's cone lacks."""
-
-    scene: str
-    term: float  # [kg m^2]
-    tilt: float  # of the principal axes [rad]
-    exact: float  # theta of the closed form at END [rad]
-    without: float  # of the closed form without that term
-    runs: Mapping[str, float]  # of the recorded runs
-    time: float = END
-    mujoco: str = MUJOCO
-    step: float = MUJOCO_STEP
-
-    @property
-    def moved(self) -> float:
-        """By how much leaving the term out moves the end [rad]."""
-        return self.without - self.exact
-
-    @property
-    def gaps(self) -> Mapping[str, float]:
-        """How far the runs end from the closed form [rad]."""
-        return {name: theta - self.exact for name, theta in self.runs.items()}
-
-    @property
-    def worst(self) -> float:
-        """The largest of these distances [rad]."""
-        return max(map(abs, self.gaps.values()), default=0.0)
-
-    @property
-    def carried(self) -> float | None:
-        """By how much a pivot elsewhere moves the end of MuJoCo's run [rad]."""
-        if not {"mujoco", "moved"} <= self.runs.keys():
-            return None
-        return abs(self.runs["moved"] - self.runs["mujoco"])
-
-
-def inertia(study: Study) -> Unround:
+def inertia(study: Study) -> Record:
     """A body with another I_y: MuJoCo, the formula with I_y, and with the printed I_x."""
     problem = case(UNEQUAL).problem
     body = problem.body
@@ -85,7 +48,7 @@ def inertia(study: Study) -> Unround:
     return _unround(study, body.inertia_y - body.inertia_x, problem, printed, OF_INERTIA)
 
 
-def product(study: Study) -> Unround:
+def product(study: Study) -> Record:
     """A product of inertia: the closed form in tilted axes, and engines that have no such axes."""
     problem = case_of(find_scene(ROTATING, dict(TILTED))).problem
     upright = replace(problem, body=replace(problem.body, inertia_yz=0.0))
@@ -98,19 +61,32 @@ def _unround(
     problem: ConePendulum,
     without: ConePendulum,
     requests: Mapping[str, ExtraRun],
-) -> Unround:
+) -> Record:
+    """The motion of a body with a term of inertia that the source's cone lacks."""
     recorded = {name: study.answer(request) for name, request in requests.items()}
-    return Unround(
-        requests["mujoco"].scene,
-        term,
-        problem.tilt,
-        end_of(problem.reference),
-        end_of(without.reference),
-        {name: float(run.observables["theta"][-1]) for name, run in recorded.items() if run},
+    runs = {name: float(run.observables["theta"][-1]) for name, run in recorded.items() if run}
+    exact, bare = end_of(problem.reference), end_of(without.reference)
+    gaps = {name: theta - exact for name, theta in runs.items()}
+    both = {"mujoco", "moved"} <= runs.keys()
+    return Record(
+        scene=requests["mujoco"].scene,
+        term=term,  # [kg m^2]
+        tilt=problem.tilt,  # of the principal axes [rad]
+        exact=exact,  # theta of the closed form at END [rad]
+        without=bare,  # of the closed form without that term
+        runs=runs,
+        time=END,
+        mujoco=MUJOCO,
+        step=MUJOCO_STEP,
+        moved=bare - exact,  # by the term [rad]
+        gaps=gaps,  # how far the runs end from the closed form [rad]
+        worst=max(map(abs, gaps.values()), default=0.0),
+        # by how much a pivot elsewhere moves the end of MuJoCo's run [rad]
+        carried=abs(runs["moved"] - runs["mujoco"]) if both else None,
     )
 
 
-def _claims(text: str, numbers: Unround) -> Claims:
+def _claims(text: str, numbers: Record) -> Claims:
     return (clear(text, numbers.moved, numbers.worst, "rad"),)
 
 

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
-from plumbob.analytic.systems.pendulums.uniformity import (
-    Uniformity,
-    from_below,
-    of_motion,
-    of_samples,
-)
+from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion, of_samples
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, MUJOCO_STEP, ROTATING
 from plumbob.reports.analyses.energy_drift import in_double
 
@@ -37,53 +30,6 @@ POINTS: tuple[Start, ...] = (  # each turning platform beside one at rest
 RATES = np.linspace(0.0, 30.0, 41)  # [rad/s] of the platform
 SPEEDS = np.geomspace(12.75, 60.0, 36)  # [rad/s]
 PIVOTS = (0.0, 0.09)  # [m]
-
-
-@dataclass(frozen=True)
-class Point:
-    """The measures of a rotation: of the closed form, and of MuJoCo's full model."""
-
-    pivot: float  # [m]
-    platform_rate: float  # [rad/s]
-    speed: float  # [rad/s]
-    exact: Uniformity
-    measured: Uniformity | None
-
-
-@dataclass(frozen=True)
-class Map:
-    """The measures over platform rates, shape (speeds, rates), against those at rest."""
-
-    pivot: float  # [m]
-    deviation: Array  # over that at rest: below 1 the platform makes the rotation more uniform
-    time: Array  # near the initial speed, as a part: that at rest less that on the platform
-    spread: Array  # over that at rest
-
-    @property
-    def steadier(self) -> float:
-        """Part of the map with a smaller deviation than at rest."""
-        return float(np.mean(self.deviation < 1.0))
-
-    @property
-    def nearer(self) -> float:
-        """Part of the map with more time near the initial speed than at rest."""
-        return float(np.mean(self.time < 0.0))
-
-
-@dataclass(frozen=True)
-class Measures:
-    """Three measures at a few points and over two maps."""
-
-    points: tuple[Point, ...]
-    maps: tuple[Map, ...]
-    rates: Array  # [rad/s] of the maps
-    speeds: Array  # [rad/s]
-    lowest: float  # spread over that at rest, on the maps
-
-    @property
-    def shrinks(self) -> bool:
-        """Whether the range of speeds is smaller than at rest anywhere on the maps."""
-        return self.lowest <= 1.0 - 1e-9
 
 
 @cache
@@ -106,31 +52,52 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return tuple(_request(start) for start in POINTS)
 
 
-def numbers(study: Study) -> Measures:
+def numbers(study: Study) -> Record:
     """Three measures at a few points and over two maps."""
     points = []
     for start in POINTS:
         run = study.answer(_request(start))
         measured = None if run is None else of_samples(run.times, run.observables["theta_dot"])
-        points.append(Point(*start, of_motion(problem(start).motion), measured))
+        pivot, platform_rate, speed = start
+        exact = of_motion(problem(start).motion)
+        points.append(
+            Record(
+                pivot=pivot,  # [m]
+                platform_rate=platform_rate,  # [rad/s]
+                speed=speed,  # [rad/s]
+                exact=exact,
+                measured=measured,  # of MuJoCo's full model
+            )
+        )
     maps = tuple(over_rates(pivot) for pivot in PIVOTS)
     lowest = min(float(np.nanmin(each.spread)) for each in maps)
-    return Measures(tuple(points), maps, RATES, SPEEDS, lowest)
+    return Record(
+        points=points,
+        maps=maps,
+        rates=RATES,  # [rad/s] of the maps
+        speeds=SPEEDS,  # [rad/s]
+        lowest=lowest,  # spread over that at rest, on the maps
+        shrinks=lowest <= 1.0 - 1e-9,  # the range of speeds is smaller than at rest anywhere
+    )
 
 
-def over_rates(pivot: float) -> Map:
-    """The map of a pivot [m]."""
+def over_rates(pivot: float) -> Record:
+    """The measures over platform rates, shape (speeds, rates), against those at rest."""
     slow = problem((pivot, 1.0, float(SPEEDS[0])))
     inertia, speeds, squares = slow.body.inertia_x, SPEEDS[:, None], RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)
     turning = from_below(potential, inertia, speeds + 0 * squares)
     resting = from_below(TrigonometricPotential(0.0, 0.0, unit.c), inertia, speeds)
-    return Map(
-        pivot,
-        turning.deviation / resting.deviation,
-        resting.near - turning.near,
-        turning.spread / resting.spread,
+    deviation, time = turning.deviation / resting.deviation, resting.near - turning.near
+    return Record(
+        pivot=pivot,  # [m]
+        deviation=deviation,  # over that at rest: below 1 the rotation is more uniform
+        time=time,  # near the initial speed, as a part: that at rest less that on the platform
+        spread=turning.spread / resting.spread,  # over that at rest
+        # parts of the map with a smaller deviation, and with more time near the initial speed
+        steadier=float(np.mean(deviation < 1.0)),
+        nearer=float(np.mean(time < 0.0)),
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 from plumbob.engines.study.extra_runs import Requests, StudyPlan
@@ -13,7 +13,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected
 from plumbob.reports.judge.gradients import study_gradients
 
@@ -31,21 +31,6 @@ SAMPLE = (
     (CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
 BY = ("friction", "gravity")  # the first that a scene has, and its start
-
-
-@dataclass(frozen=True)
-class Derivatives:
-    """The derivatives, a record each as `plumbob gradient --json` prints them, and why those that
-    are unexpected are."""
-
-    records: tuple[Mapping[str, Any], ...]
-    surprises: tuple[str, ...]
-
-    @property
-    def verdicts(self) -> Mapping[str, int]:
-        """How many have each verdict."""
-        verdicts = [record["verdict"] for record in self.records]
-        return {verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)}
 
 
 def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
@@ -72,14 +57,16 @@ def with_each_pair(others: Requests) -> Requests:
     return wanted
 
 
-def numbers(study: Study) -> Derivatives | None:
+def numbers(study: Study) -> Record | None:
     """The derivatives that the study holds; None where it holds none."""
     judged = list(study_gradients(study))
     if not judged:
         return None
     off = [of for of in judged if of.surprise]
     surprises = [f"{of.scene} {of.method} {of.about}: {of.surprise}" for of in off]
-    return Derivatives(tuple(of.record() for of in judged), tuple(surprises))
+    records = [of.record() for of in judged]
+    verdicts = Counter(record["verdict"] for record in records)
+    return Record(records=records, surprises=surprises, verdicts=verdicts)
 
 
 def _interest(scene: Scene) -> tuple[str, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import ON_SUPPORTS
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, as_predicted
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.stability import study_limits
@@ -34,28 +33,6 @@ DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s], in place of the equilibrium's own
 LONG = 3e3  # time constants of the fastest mode, roughly, that they are run for
 TOLERANCE = 1e-3  # the largest: accuracy asks for next to nothing
 EVALUATIONS = 12  # of the equation of motion in a step of DOP853
-
-
-@dataclass(frozen=True)
-class LargestSteps:
-    """The limits, a record each as `plumbob stability --json` prints them, and why those that are
-    unexpected are."""
-
-    limits: tuple[Mapping[str, Any], ...]
-    surprises: tuple[str, ...]
-    paid: Mapping[float, Mapping[str, float]]
-    """Evaluations per second [1/s] of solvers that choose their steps, by the damping rate [1/s]
-    and their names; "predicted" is what stability asks of the first."""
-
-    @property
-    def predicted(self) -> int:
-        """Limits that theory predicts."""
-        return sum(limit["verdict"] == "predicted" for limit in self.limits)
-
-    @property
-    def known(self) -> int:
-        """Known limits, which it does not."""
-        return sum(bool(limit["known_limit"]) for limit in self.limits)
 
 
 def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
@@ -111,7 +88,8 @@ def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
 
 
 def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
-    """See `LargestSteps`."""
+    """Evaluations per second [1/s] of solvers that choose their steps, by the damping rate [1/s]
+    and their names; "predicted" is what stability asks of the first."""
     rates: dict[float, dict[str, float]] = {}
     for request in solver_runs(plan_of(study)):
         theory = stability_of(case_of(request.posed()))
@@ -124,17 +102,23 @@ def paid(study: Study) -> Mapping[float, Mapping[str, float]]:
     return rates
 
 
-def numbers(study: Study) -> LargestSteps | None:
+def numbers(study: Study) -> Record | None:
     """The limits that the study holds; None where it holds none."""
     judged = [limit for limit in study_limits(study) if limit.limit is not None]
     if not judged:
         return None
     surprises = [f"{of.scene} {of.method}: {of.surprise}" for of in judged if of.surprise]
-    records = tuple(limit.record() for limit in judged)
-    return LargestSteps(records, tuple(surprises), paid(study))
+    records = [limit.record() for limit in judged]
+    return Record(
+        limits=records,
+        surprises=surprises,
+        paid=paid(study),
+        predicted=sum(limit["verdict"] == "predicted" for limit in records),
+        known=sum(bool(limit["known_limit"]) for limit in records),
+    )
 
 
-def claims(numbers: LargestSteps) -> Sequence[Claim]:
+def claims(numbers: Record) -> Sequence[Claim]:
     """That no limit is unexpected, and that the first solver pays what stability asks of it."""
     pays = (
         as_predicted(f"what DOP853 pays at {damping:g}/s", of[SOLVERS[0]], of["predicted"], "1/s")

@@ -4,7 +4,6 @@ and known of the others."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -36,34 +35,6 @@ KNOWN: Mapping[str, Record] = MappingProxyType(
 )  # by reading, which a test repeats where they are installed
 
 
-@dataclass(frozen=True)
-class FieldsRead:
-    """The fields that an engine takes over of a model that has every field."""
-
-    engine: str
-    version: str
-    read: tuple[str, ...]
-    refuses: str = ""  # why it reads nothing
-    dropped: Mapping[str, str] = field(default_factory=dict)  # {field: what is there instead}
-
-    @property
-    def known(self) -> Record:
-        """The fields that it is known to read; of another engine, or one that refuses, what it
-        reads here."""
-        here = Record(version=self.version, fields=self.read)
-        return here if self.refuses else KNOWN.get(self.engine, here)
-
-    @property
-    def more(self) -> tuple[str, ...]:
-        """Fields that it reads and the known version did not."""
-        return tuple(name for name in self.read if name not in self.known.fields)
-
-    @property
-    def less(self) -> tuple[str, ...]:
-        """Fields that the known version read, and it does not."""
-        return tuple(name for name in self.known.fields if name not in self.read)
-
-
 def requests(plan: StudyPlan) -> Sequence[Request[Any]]:
     """The models of the plan's systems, read by those of its engines that read any; none without
     MuJoCo, whose format it is."""
@@ -92,7 +63,11 @@ def numbers(study: Study) -> Record | None:
         if not read.refuses
     }
     readers = [_fields_read(_reader(e, rule, r, ignoring), r.version) for e, r in every.items()]
-    others = [FieldsRead(e, of.version, of.fields) for e, of in KNOWN.items() if e not in every]
+    others = [
+        _fields_read(Reader(e, "", of.fields), of.version)
+        for e, of in KNOWN.items()
+        if e not in every
+    ]
     engines = tuple(dict.fromkeys(r.engine for r, read in results.items() if read))
     models = _own_models(results, engines, ignoring) if len(engines) > 1 else ()
     return Record(
@@ -105,8 +80,20 @@ def numbers(study: Study) -> Record | None:
     )
 
 
-def _fields_read(reader: Reader, version: str) -> FieldsRead:
-    return FieldsRead(reader.engine, version, reader.read, reader.refuses, reader.dropped or {})
+def _fields_read(reader: Reader, version: str) -> Record:
+    """The fields that an engine takes over of a model that has every field."""
+    here = Record(version=version, fields=reader.read)
+    known = here if reader.refuses else KNOWN.get(reader.engine, here)
+    return Record(
+        engine=reader.engine,
+        version=version,
+        read=reader.read,
+        refuses=reader.refuses,  # why it reads nothing
+        dropped=reader.dropped or {},  # {field: what is there instead}
+        known=known,  # to be read; of another engine, or one that refuses, what is read here
+        more=[name for name in reader.read if name not in known.fields],
+        less=[name for name in known.fields if name not in reader.read],
+    )
 
 
 def _own_models(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -32,15 +31,6 @@ ACCELEROMETER = ExtraRun(
 )
 FINE = np.linspace(0.0, DURATION, 5001)  # [s]
 SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
-
-
-@dataclass(frozen=True)
-class BobPath:
-    """Places of a bob over time."""
-
-    times: Array  # [s]
-    x: Array  # [m]
-    y: Array  # [m]
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -109,14 +99,19 @@ def _distance(label: str, name: str) -> Record:
     )
 
 
-def _paths(study: Study, scene: str) -> tuple[BobPath, BobPath | None]:
+def _paths(study: Study, scene: str) -> tuple[Record, Record | None]:
     """The exact path of a scene's bob, and that of the notebook's run."""
-    exact = BobPath(SHORT, *place(scene, SHORT).T)
+    exact = _path(SHORT, place(scene, SHORT))
     if (run := study.answer(own_run(scene))) is None:
         return exact, None
     kept = np.flatnonzero(run.times <= SHOWN)[::2]
     places = bob_place(case(scene).problem.length, run.observables["theta"][kept])
-    return exact, BobPath(run.times[kept], *places.T)
+    return exact, _path(run.times[kept], places)
+
+
+def _path(times: Array, places: Array) -> Record:
+    """Places [m], shape (n, 2), of a bob at `times` [s]."""
+    return Record(times=times, x=places[:, 0], y=places[:, 1])
 
 
 BOB = Analysis("simple_pendulum/notebook_bob", numbers, requests)

@@ -16,7 +16,6 @@ from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims
 from plumbob.reports.analyses.energy_drift import (
-    EnergyDrifts,
     EnergyRuns,
     energy,
     energy_claims,
@@ -69,12 +68,12 @@ def numbers(study: Study) -> Record:
     )
 
 
-def compared(study: Study) -> EnergyDrifts:
+def compared(study: Study) -> Record:
     """The energy drifts over as many steps as a profile allows."""
     return energy_drifts(study, _energy_runs(study.profile), _motion(), SYMPLECTIC, RK4)
 
 
-def million_numbers(study: Study, scene: Scene) -> EnergyDrifts | None:
+def million_numbers(study: Study, scene: Scene) -> Record | None:
     """The same on the page of the scene of a million steps."""
     return compared(study) if scene.name == MILLION else None
 

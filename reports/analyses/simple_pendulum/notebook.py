@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 
@@ -37,40 +36,6 @@ CASES = MappingProxyType(
 FORCED = ("forced-small", "forced-large", "forced-chaotic")
 
 
-@dataclass(frozen=True)
-class CaseMotions:
-    """The motions of a case of the pendulum and the linear one: exact, and by RK4."""
-
-    label: str
-    pendulum: tuple[Record, Record | None]
-    linear: tuple[Record, Record | None]
-
-
-@dataclass(frozen=True)
-class CaseErrors:
-    """Largest errors [rad] of the notebook's RK4 on a case, and of the linear equation."""
-
-    label: str
-    scene: str
-    error: float
-    predicted: float | None
-    of_linear: float  # of RK4 for the linear pendulum
-    difference: float  # of the linear motion from the non-linear one
-
-
-@dataclass(frozen=True)
-class NotebookErrors:
-    """The errors of RK4 with the notebook's step, for each case."""
-
-    cases: tuple[CaseErrors, ...]
-
-    @property
-    def factor(self) -> float:
-        """The largest error over the smallest, in hundreds."""
-        sizes = [entry.error for entry in self.cases]
-        return round(max(sizes) / min(sizes), -2)
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """The notebook's own run of each case, non-linear and linear."""
     return [own_run(kind + name) for name in CASES.values() for kind in (SIMPLE, LINEAR)]
@@ -85,8 +50,8 @@ def cases(study: Study) -> Record:
     """For each case theta(t) and the phase plane, linear and non-linear, exact and by RK4."""
     motions = []
     for label, name in CASES.items():
-        pair = (_motions(study, kind + name) for kind in (SIMPLE, LINEAR))
-        motions.append(CaseMotions(label, *pair))
+        pendulum, linear = (_motions(study, kind + name) for kind in (SIMPLE, LINEAR))
+        motions.append(Record(label=label, pendulum=pendulum, linear=linear))
     return Record(
         cases=tuple(motions),
         shown=SHOWN,
@@ -112,17 +77,28 @@ def _motion(times: Array, theta: Array, rate: Array) -> Record:
     return Record(over_time=(times, degrees), in_plane=(degrees[first], np.degrees(rate)[first]))
 
 
-def errors(study: Study) -> NotebookErrors:
+def errors(study: Study) -> Record:
     """The error of RK4 at dt 0.05 over a thousand steps, for each case."""
     entries = []
     for label, name in CASES.items():
         apart = largest(partial(difference, name=name), EVERY_STEP)
-        of_linear = error(study, LINEAR + name)[0]
-        entries.append(CaseErrors(label, name, *error(study, SIMPLE + name), of_linear, apart))
-    return NotebookErrors(tuple(entries))
+        measured, predicted = error(study, SIMPLE + name)
+        entries.append(
+            Record(
+                label=label,
+                scene=name,
+                error=measured,  # largest [rad]
+                predicted=predicted,
+                of_linear=error(study, LINEAR + name)[0],  # of RK4 for the linear pendulum
+                difference=apart,  # of the linear motion from the non-linear one
+            )
+        )
+    sizes = [entry.error for entry in entries]
+    # the largest error over the smallest, in hundreds
+    return Record(cases=entries, factor=round(max(sizes) / min(sizes), -2))
 
 
-def claims(errors: NotebookErrors) -> Claims:
+def claims(errors: Record) -> Claims:
     """The error of the linear equation is larger than that of RK4."""
     return [
         Claim(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,54 +10,15 @@ from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.measurements import Curve, case, recordings, runs
+from plumbob.reports.analyses.measurements import case, recordings, runs
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
 
 SCENES = (f"{SIMPLE}free-large", f"{SIMPLE}rotating-fast", f"{SIMPLE}forced-large")
 METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/tight", "pymunk/default")
 STEPS, DURATION = (2e-3, 1e-3), 3.0  # [s]
 DRAWN, DRAWN_STEP = ("mujoco/rk4", "pymunk/tight"), 1e-2
-
-
-@dataclass(frozen=True)
-class TensionErrors:
-    """Largest errors [N] of the tension that a method reports of a scene."""
-
-    scene: str
-    method: str
-    errors: tuple[float, ...]  # at STEPS
-    beside: float  # from T of the engine's own state, at the last of them
-    left: float  # of that, what is not the delay of an impulse
-
-    @property
-    def has_sensor(self) -> bool:
-        """Whether a sensor reports it, and not the impulse of a joint."""
-        return self.method.startswith("mujoco")
-
-
-@dataclass(frozen=True)
-class RodTension:
-    """The tension by MuJoCo's sensor and pymunk's impulse, against T of the exact motion and T of
-    the engine's own state."""
-
-    runs: tuple[TensionErrors, ...]
-    exact: Curve  # the tension [N] over time in the first scene
-    drawn: Mapping[str, Curve]  # the same by method
-    steps: tuple[float, ...] = STEPS
-    drawn_step: float = DRAWN_STEP
-    duration: float = DURATION
-
-    @property
-    def sensor(self) -> float:
-        """The sensor's largest difference from T of its own state."""
-        return max((run.beside for run in self.runs if run.has_sensor), default=0.0)
-
-    @property
-    def impulse(self) -> float:
-        """The same of the joint's impulse."""
-        return max((run.beside for run in self.runs if not run.has_sensor), default=0.0)
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -70,22 +30,33 @@ def _drawn() -> Sequence[ExtraRun]:
     return runs(SCENES[:1], DRAWN, (DRAWN_STEP,), DURATION)
 
 
-def numbers(study: Study) -> RodTension:
+def numbers(study: Study) -> Record:
     """The errors of the tension by scene and method, and its course in the first scene."""
     pairs = [(scene, method) for scene in SCENES for method in METHODS]
     every = [_errors(study, scene, method) for scene, method in pairs]
     times = np.linspace(0.0, DURATION, 240)
-    return RodTension(
-        tuple(filter(None, every)),
-        (times, case(SCENES[0]).reference.observe(times)["tension"]),
-        {
+    errors = tuple(filter(None, every))
+    sensor, impulse = (
+        max((run.beside for run in errors if run.has_sensor == sensed), default=0.0)
+        for sensed in (True, False)
+    )
+    return Record(
+        runs=errors,
+        # the tension [N] over time in the first scene, and by method
+        exact=(times, case(SCENES[0]).reference.observe(times)["tension"]),
+        drawn={
             request.method: (run.times[1::6], run.observables["tension"][1::6])
             for request, run in recordings(study, _drawn()).items()
         },
+        steps=STEPS,
+        drawn_step=DRAWN_STEP,
+        duration=DURATION,
+        sensor=sensor,  # its largest difference from T of its own state
+        impulse=impulse,  # the same of the joint's
     )
 
 
-def claims(tensions: RodTension) -> Claims:
+def claims(tensions: Record) -> Claims:
     """The impulse is much further from the state's tension than the sensor."""
     if not any(run.has_sensor for run in tensions.runs) or not tensions.impulse > 0.0:
         return ()
@@ -93,14 +64,21 @@ def claims(tensions: RodTension) -> Claims:
     return (clear(what, tensions.impulse, tensions.sensor, "N"),)
 
 
-def _errors(study: Study, scene: str, method: str) -> TensionErrors | None:
+def _errors(study: Study, scene: str, method: str) -> Record | None:
     """The errors of a method's runs of a scene; None where one is missing."""
     recorded = recordings(study, runs((scene,), (method,), STEPS, DURATION))
     sizes = [_sizes(scene, run) for run in recorded.values()]
     if len(sizes) < len(STEPS):
         return None
     errors, beside, left = zip(*sizes, strict=True)
-    return TensionErrors(scene, method, errors, beside[-1], left[-1])
+    return Record(
+        scene=scene,
+        method=method,
+        errors=errors,  # largest [N], at STEPS
+        beside=beside[-1],  # from T of the engine's own state, at the last of them
+        left=left[-1],  # of that, what is not the delay of an impulse
+        has_sensor=method.startswith("mujoco"),  # and not the impulse of a joint
+    )
 
 
 def _sizes(scene: str, run: Trajectory) -> tuple[float, ...]:
