@@ -152,6 +152,7 @@ def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) 
         href=lambda page: page,
         mark="",
         picture="",
+        replay=None,
         code="",
         card=[],
         versions="",
