@@ -156,7 +156,7 @@ def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) 
         code="",
         card=[],
         versions="",
-        seconds=f"{seconds:.3g}",
+        lasted=f"{seconds:.3g}",
         command=command,
     )
     return written(text, folder, PAGE)
