@@ -64,6 +64,7 @@ PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "(32)",
             "after (32)",
             "controllability",
+            "controllability, 1 and 3",
             "controllability, 3",
             "conclusion",
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
@@ -17,6 +18,9 @@ from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
+from plumbob.analytic.systems.slider_path import straight
+from plumbob.analytic.systems.three_points.friction import three_point_motion
+from plumbob.analytic.systems.three_points.rest import holding_limit
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, capsules
 
@@ -129,3 +133,22 @@ def test_rounding_allowances_are_small(
     observed = motion.observe(times)
     for name, slack in motion.uncertainty(times).items():
         assert slack.max() <= 4e-14 * np.abs(observed[name]).max(), name
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_the_holding_limit_is_where_the_exact_motion_begins(number: int) -> None:
+    """On any path, not along lines through C alone: a thousandth more moves the body."""
+    rng = np.random.default_rng([3, number])
+    place, direction = complex(*rng.uniform(-0.08, 0.08, 2)), rng.uniform(0.0, 2.0 * math.pi)
+    limit = holding_limit(CHECK, place, direction)
+    assert limit <= CHECK.holding_acceleration * (1.0 + 1e-12)
+    for factor, moves in ((0.999, False), (1.001, True)):
+        w = factor * limit
+        path = straight((place.real, place.imag), direction, (w, -0.5 * w), (1e-6, 2e-6))
+        assert (three_point_motion(CHECK, path).events[0].mode != "rest") == moves
+
+
+def test_through_c_the_holding_limit_is_that_of_the_source() -> None:
+    for direction in (0.0, 0.7, 4.0):
+        limit = holding_limit(CHECK, cmath.rect(0.05, direction), direction)
+        assert limit == pytest.approx(CHECK.holding_acceleration, rel=1e-12)

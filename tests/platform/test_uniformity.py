@@ -14,6 +14,8 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import Trigonome
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums import uniformity
+from plumbob.reports.analyses.cone_pendulum import source_text
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.tests.support.high_precision import orbit_of
 
 STEEL = cone(8000.0, 0.3, math.radians(30.0))
@@ -96,3 +98,25 @@ def test_no_rotation_no_measure() -> None:
     found = uniformity.from_below(floats(TURNING), STEEL.inertia_x, np.array([3.0, 37.0]))
     assert np.isnan(found.deviation[0])
     assert np.isfinite(found.deviation[1])
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_maps_have_the_closed_form_s_period(axis: int) -> None:
+    """By S, where the inertia about the pivot follows it, and by Y; and which cells rotate."""
+    name, values = source_text.AXES[axis]
+    fig_3 = forms(ROTATING).problem
+    drawn = source_text.over_rates(fig_3, name, values)
+    for row, column in ((3, 5), (20, 8), (30, 30), (12, 40), (35, 2)):
+        value, body = float(values[row]), fig_3.body
+        if name == "S":
+            more = body.mass * (value**2 - body.com_distance**2)
+            inertia = {"inertia_x": body.inertia_x + more, "inertia_y": body.inertia_y + more}
+            there = replace(fig_3, body=replace(body, com_distance=value, **inertia))
+        else:
+            there = replace(fig_3, pivot_y=value)
+        motion = replace(there, platform_rate=float(source_text.RATES[column])).motion
+        power = drawn.powers[row, column]
+        assert np.isfinite(power) == (motion.regime == "rotation")
+        if np.isfinite(power):
+            assert fig_3.motion.period * 10**power == pytest.approx(motion.period, rel=1e-10)
+    assert 0.3 < drawn.rotating < 0.9

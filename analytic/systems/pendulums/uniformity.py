@@ -75,20 +75,30 @@ def of_samples(times: Array, rates: Array) -> Uniformity:
 def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
     """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
     coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""
+    rates = _rates(potential, np.asarray(inertia), speeds)
+    # time-weighted: dt = dtheta/theta_dot; the means are ratios of sums over theta
+    weight = 1.0 / rates
+    spent = weight.sum(axis=-1)
+    mean, square = ANGLES / spent, rates.sum(axis=-1) / spent
+    close = np.abs(rates / speeds[..., None] - 1.0) <= NEAR
+    near = np.where(close, weight, 0.0).sum(axis=-1) / spent
+    deviation = np.sqrt(np.maximum(square - mean**2, 0.0)) / mean
+    return Uniformity(np.ptp(rates, axis=-1) / speeds, deviation, near)
+
+
+def periods_from_below(potential: TrigonometricPotential, inertia: Array, speed: Array) -> Array:
+    """Periods [s] of rotations from theta = 0 with a `speed` [rad/s], which broadcasts with the
+    `inertia` [kg m^2] and the coefficients of the `potential` [J]; NaN where it swings."""
+    turn = 2 * np.pi / _rates(potential, inertia, speed)
+    return np.asarray(turn.mean(axis=-1))
+
+
+def _rates(potential: TrigonometricPotential, inertia: Array, speeds: Array) -> Array:
+    """Speeds [rad/s] at ANGLES angles of a turn, the last axis; NaN where it does not turn over."""
     well = _over_a_turn(potential)
-    squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia
-    turning = squares.min(axis=-1) > 0.0
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rates = np.sqrt(squares)
-        # time-weighted: dt = dtheta/theta_dot; the means are ratios of sums over theta
-        weight = 1.0 / rates
-        spent = weight.sum(axis=-1)
-        mean, square = ANGLES / spent, rates.sum(axis=-1) / spent
-        close = np.abs(rates / speeds[..., None] - 1.0) <= NEAR
-        near = np.where(close, weight, 0.0).sum(axis=-1) / spent
-        deviation = np.sqrt(np.maximum(square - mean**2, 0.0)) / mean
-        spread = np.ptp(rates, axis=-1) / speeds
-    return Uniformity(*(np.where(turning, x, np.nan) for x in (spread, deviation, near)))
+    squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia[..., None]
+    turning = squares.min(axis=-1, keepdims=True) > 0.0
+    return np.sqrt(np.where(turning, squares, np.nan))
 
 
 def _over_a_turn(potential: TrigonometricPotential) -> Array:

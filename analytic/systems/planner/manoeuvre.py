@@ -20,8 +20,8 @@ from plumbob.analytic.systems.slider_path import (
     line_stroke,
     straight,
 )
-from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
-from plumbob.analytic.systems.three_points.rest import excess_load
+from plumbob.analytic.systems.three_points.equations import mechanics
+from plumbob.analytic.systems.three_points.rest import excess_load, holding_limit
 
 Kind = Literal["slow", "turn", "line", "wait"]
 
@@ -98,15 +98,6 @@ def turn(radius: float, angle: float, angular_acceleration: float, half_time: fl
     return Manoeuvre("turn", given, arc_stroke(radius, angle, angular_acceleration, half_time))
 
 
-def _peak_load(body: Mechanics, path: SliderPath, samples: int) -> float:
-    """Largest load factor of friction while the body rests, over `samples` of each piece."""
-    return 1.0 + max(
-        excess_load(body, piece, float(time))
-        for piece in path.pieces
-        for time in np.linspace(0.0, piece.duration, samples)
-    )
-
-
 @lru_cache(maxsize=1024)
 def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) -> Manoeuvre:
     """The slider from `start` to `end` relative to C [m], straight, as quickly as a constant
@@ -117,16 +108,13 @@ def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) ->
     moment about the combined centre too, and the limit is that of the set of wrenches that friction
     can balance. This set is concave in the slider's place, so the ends of each half are decisive.
     """
-    body, direction = mechanics(capsule), cmath.phase(end - start)
-    place, length = (start.real, start.imag), abs(end - start)
-
-    def path(acceleration: float) -> SliderPath:
-        half = math.sqrt(length / acceleration)
-        return straight(place, direction, (acceleration, -acceleration), (half, half))
-
-    trial = capsule.holding_acceleration
-    # At given places all accelerations go as 1/duration^2, and the load with them.
-    acceleration = trial * holding / _peak_load(body, path(trial), 2)
+    direction, length = cmath.phase(end - start), abs(end - start)
+    places = start, 0.5 * (start + end), end
+    acceleration = holding * min(holding_limit(capsule, at, direction) for at in places)
+    half = math.sqrt(length / acceleration)
+    path = straight(
+        (start.real, start.imag), direction, (acceleration, -acceleration), (half, half)
+    )
     given = {
         "from_x": start.real,
         "from_y": start.imag,
@@ -134,7 +122,7 @@ def slow_line(capsule: Capsule, start: complex, end: complex, holding: float) ->
         "to_y": end.imag,
         "acceleration": acceleration,
     }
-    return Manoeuvre("slow", given, path(acceleration))
+    return Manoeuvre("slow", given, path)
 
 
 @lru_cache(maxsize=1024)
@@ -156,7 +144,13 @@ def slow_arc(
         return arc(radius, start, drives, (ramp, ramp, ramp))
 
     trial = capsule.holding_acceleration / radius
-    drive = trial * holding / _peak_load(body, path(trial), ARC_SAMPLES)
+    load = 1.0 + max(
+        excess_load(body, piece, float(time))
+        for piece in path(trial).pieces
+        for time in np.linspace(0.0, piece.duration, ARC_SAMPLES)
+    )
+    # At given places all accelerations go as 1/duration^2, and the load with them.
+    drive = trial * holding / load
     given = {
         "radius": radius,
         "from_angle": start,

@@ -15,13 +15,15 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.slider_path import Piece
+from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.slider_path import Piece, StraightPiece
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
     Mechanics,
     configuration,
     cross,
+    mechanics,
 )
 
 NEWTON_STEPS = 80
@@ -186,6 +188,15 @@ def excess_load(body: Mechanics, piece: Piece, time: float) -> float:
     at = configuration(body, piece, np.array([time]))
     force, torque = needed_wrench(body, at)
     return load_factor(at.limits[0], at.arms[0], complex(force[0]), float(torque[0]))[0] - 1.0
+
+
+def holding_limit(capsule: Capsule, place: complex, direction: float) -> float:
+    """Largest |w| [m/s^2] of the slider at `place` relative to C [m], along `direction` [rad, from
+    the body's x axis], that leaves the body at rest: the load is proportional to |w|. Along lines
+    through C it is f g/mu (Chernousko 2020, eq. 21)."""
+    trial = capsule.holding_acceleration
+    piece = StraightPiece(1.0, (place.real, place.imag), direction, 0.0, 0.0, trial)
+    return trial / (1.0 + excess_load(mechanics(capsule), piece, 0.0))
 
 
 def held_until(body: Mechanics, piece: Piece, start: float, duration: float) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,6 +30,8 @@ PIECES: tuple[tuple[Ends, tuple[LineSegment, ...]], ...] = (
     ((-3.0, -2.6), ((0.9, -0.02, 0.02), (2.4, 0.0, 0.04))),
 )
 SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
+POSE = (BESIDE.x, BESIDE.y, BESIDE.heading)
+SLIDER = ((0.05, 0.02), (-0.04, 0.06))  # [m]: places at the start and at the end
 POINTS = 400  # of a slider's path
 
 
@@ -42,7 +45,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 def plans() -> tuple[Plan, ...]:
     """Plans to the same pose along each pair of lines, with the shorter arc and the longer, and
     along other segments and arcs."""
-    to = {**CHECK, "to": (BESIDE.x, BESIDE.y, BESIDE.heading), "track": "curve"}
+    to = {**CHECK, "to": POSE, "track": "curve"}
     curves = itertools.product(PAIRS, ARCS)
     return (
         *(planned({**to, "legs": legs, "arc": arc}) for legs, arc in curves),
@@ -59,11 +62,15 @@ def numbers(study: Study) -> Record | None:
     curves = tuple(_along(plan) for plan in every)
     times = [plan.duration for plan in every if not plan.segments]
     runs = open_runs(study, SCENES, METHODS, STEP)
+    moved = planned({**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]})
     return Record(
         curves=curves,
         runs=runs,
         supports=np.vstack([corners, corners[:1]]),  # [m], shape (4, 2): a closed loop
         second=plan_numbers(plan_of(SCENES[1])),  # of the second of `scenes`
+        slider=SLIDER,
+        replaced=plan_numbers(moved),  # from the one place of the slider to the other
+        misplaced=math.dist(moved.path.end, SLIDER[1]),  # [m]
         scenes=SCENES,
         methods=METHODS,
         step=STEP,

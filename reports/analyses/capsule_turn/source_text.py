@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.analytic.systems.three_points.balance import balance, exchange
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.rest import holding_limit
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -21,6 +23,7 @@ from plumbob.reports.analyses.measurements import problem
 SHOWN = 0.3  # epsilon: friction is seen there
 SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn, and how many times shorter it is made
 THOUSAND = "capsule-turn/thousand"
+PLACES = 72  # round the circle
 NODES = 32  # Gauss points of a smooth segment
 
 
@@ -49,7 +52,8 @@ def shortened() -> tuple[float, float]:
 
 
 def numbers(study: Study) -> Record:
-    """The exact motion's numbers for each statement."""
+    """The exact motion's numbers for each statement, those without an epsilon of the turn of
+    SHOWN."""
     manoeuvre, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
     sums, about = balance(motion), facts(SHOWN)
     phases = np.array([2.0, about["rest_time"] / manoeuvre.half_time])
@@ -57,16 +61,18 @@ def numbers(study: Study) -> Record:
     many = problem(THOUSAND).motion
     each = float(many.single.at(np.array([many.single.rest_time])).heading[0])
     friction, integral = friction_turning(manoeuvre, motion)
-    rate = about["angular_velocity_at_stop"]
     usual, shorter = shortened()
+    rate = about["angular_velocity_at_stop"]
     return Record(
         # the largest of energy and momenta, relative
         imbalance=max(sums.energy, sums.momentum, sums.angular_momentum),
         friction=friction,  # largest |R| over R_0
         integral=integral,  # of R until 2 tau [rad/s]
         rate=rate,  # of the body at 2 tau [rad/s]
+        gap=abs(integral / rate - 1.0),
         # body angle at 2 tau [rad], of the largest epsilon and the smallest
-        ends=(facts(EPSILONS[0])["body_angle"], facts(EPSILONS[-1])["body_angle"]),
+        ends=[facts(epsilon)["body_angle"] for epsilon in (EPSILONS[0], EPSILONS[-1])],
+        epsilons=(EPSILONS[0], EPSILONS[-1]),
         usual=usual,  # body angle of the turn of SMALL [rad]
         shorter=shorter,  # and in a SHORTERth of the time
         count=many.count,  # of repeated turns
@@ -75,10 +81,32 @@ def numbers(study: Study) -> Record:
         moved_after=float(np.hypot(*(later - moved))),
         decay=about["rest_time"] - about["stop_time"],  # time from 2 tau to rest [s]
         shown=SHOWN,
-        epsilons=(EPSILONS[0], EPSILONS[-1]),
         thousand=THOUSAND,
-        gap=abs(integral / rate - 1.0),  # relative difference of the integral and the rate
+        radius=manoeuvre.radius,  # [m]
+        **held(manoeuvre),
     )
+
+
+def held(manoeuvre: TurnManoeuvre) -> dict[str, Any]:
+    """The largest |w| [m/s^2] that leaves the body at rest: through C; along the circle, from the
+    place where it is least to that where it is largest; along a chord of a quarter circle, the
+    least; and anywhere within the circle in any direction, which is the least at its rim, as what
+    friction can balance is concave in the slider's place."""
+    capsule, round_ = manoeuvre.capsule, np.linspace(0.0, 2.0 * np.pi, PLACES, endpoint=False)
+    rim = manoeuvre.radius * np.exp(1j * round_)
+    limits = np.array([[holding_limit(capsule, at, to) for to in round_] for at in rim])
+    across = PLACES // 4
+    number = np.arange(PLACES)
+    across_quarter = limits[number, (number + across + across // 2) % PLACES]
+    along = limits[number, (number + across) % PLACES]
+    return {
+        "through_c": capsule.holding_acceleration,
+        "along_arc": (float(along.min()), float(along.max())),
+        "along_chord": float(across_quarter.min()),
+        "anywhere": float(limits.min()),
+        # Z of a turn from the places where it turns the body first and last [rad/s^2]
+        "turning": (float(along.min()) / manoeuvre.radius, float(along.max()) / manoeuvre.radius),
+    }
 
 
 SOURCE = Analysis("capsule_turn/source", numbers)

@@ -7,9 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.uniformity import periods_from_below
 from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -21,6 +24,8 @@ SAMPLES = 20_000  # over a period, or half a turn: a largest value is known to e
 NEAR = (0.05, 0.10)  # of the initial speed
 HARDLY = "cone-pendulum/above-barrier-1e-6"  # rotates, with 1e-6 of the barrier to spare
 VECTORS = (0.7, 5.0, 0.2)  # theta [rad], dθ/dt [rad/s] and X [m], at which (4) is worked out
+RATES = np.linspace(0.0, 100.0, 41)  # [rad/s] of the platform
+AXES = (("S", np.linspace(0.02, 0.3, 36)), ("Y", np.linspace(0.0, 0.35, 36)))  # [m]
 ENOUGH = 1e-12  # relative, of a period by the trapezoid rule
 
 
@@ -49,6 +54,8 @@ def numbers(study: Study) -> Record:
         rotations=rotations(),
         times=_times(resting, turning),
         vectors=vectors(problem),
+        maps=[over_rates(problem, *axis) for axis in AXES],
+        rates=RATES,
         enough=ENOUGH,
         scene=ROTATING,
     )
@@ -129,6 +136,34 @@ def points_needed(motion: PendulumMotion) -> int:
     while abs(period_by_points(motion, count) / motion.period - 1.0) > ENOUGH:
         count *= 2
     return count
+
+
+def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
+    """The period from theta = 0 over that of Fig. 3, as a power of ten, shape (values,
+    rates): by the distance S [m] of the centre of mass, about which the body stays the same, or by
+    the pivot's Y [m]; NaN where it swings."""
+    body, squares = pendulum.body, RATES**2
+    usual = body.com_distance, pendulum.pivot_y
+    s, y = (values[:, None], usual[1]) if axis == "S" else (usual[0], values[:, None])
+    shifted = body.mass * (np.square(s) - usual[0] ** 2) + 0 * squares  # Steiner
+    flank = 0.5 * (body.inertia_y + shifted - body.inertia_z) * squares
+    swing, weight = body.mass * y * s * squares, body.mass * pendulum.gravity * s + 0 * squares
+    periods = periods_from_below(
+        TrigonometricPotential(flank, swing, weight),
+        body.inertia_x + shifted,
+        np.asarray(pendulum.theta_dot),
+    )
+    turning = np.isfinite(periods)
+    edge = np.argwhere(turning[1:] != turning[:-1])
+    return Record(
+        axis=axis,
+        places=values,  # [m]
+        powers=np.log10(periods / pendulum.motion.period),
+        rotating=float(turning.mean()),  # part of the map
+        edge=(RATES[edge[:, 1]], (0.5 * (values[1:] + values[:-1]))[edge[:, 0]]),
+        shortest=float(np.nanmin(periods)),  # [s]
+        longest=float(np.nanmax(periods)),
+    )
 
 
 def _moments(motion: PendulumMotion) -> Record:
