@@ -71,7 +71,7 @@ class Scheme:
     integrator: str
     control: Control = "continuous"
     """How a time-dependent forcing is read: at the stages' own times, or held over the step."""
-    implicit_damping: bool = False  # damping acts on the velocity after the step (EULER)
+    implicit_damping: float = False  # the part that acts on the velocity after the step (EULER)
     implicit_spring: bool = False  # and a spring on the position after it (EULER)
     position_first: bool = False  # the position moves before the velocity does (EULER)
     joint_closing_rate: float | None = None
@@ -85,13 +85,13 @@ class Scheme:
 
     def __post_init__(self) -> None:
         euler, rate = self.integrator == EULER, self.joint_closing_rate
-        part = self.jointed_moment
+        part, damped = self.jointed_moment, self.implicit_damping
         wrong = (
             ("control", self.control, self.control not in _CONTROLS),
-            ("implicit_damping", True, self.implicit_damping and not euler),
-            ("implicit_spring", True, self.implicit_spring and not self.implicit_damping),
+            ("implicit_damping", damped, (damped and not euler) or not 0 <= damped <= 1),
+            ("implicit_spring", True, self.implicit_spring and damped != 1),
             ("position_first", True, self.position_first and not euler),
-            ("position_first", True, self.position_first and self.implicit_damping),
+            ("position_first", True, self.position_first and damped),
             ("joint_closing_rate", rate, rate is not None and not self.position_first),
             ("joint_closing_rate", rate, rate is not None and not rate > 0.0),
             ("jointed_moment", part, not 0.0 <= part < (0.0 if rate is None else 0.25) + 1e-300),

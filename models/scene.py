@@ -144,7 +144,7 @@ class System:
     by_angle: Answers | None = None
     """Exact answers of a problem with the angle [rad], shape (n,), as the parameter."""
     builders: Mapping[str, str] = field(default_factory=dict)
-    """Of a system from another package: {engine: the module that builds it there}."""
+    """{engine: the module that builds it there}, where the family does not name it."""
     distribution: str = ""  # the package that adds it, where that is not plumbob
 
     def quantities(self, case: Case) -> tuple[Quantity, ...]:

@@ -15,6 +15,7 @@ from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.models.scene import ONE_SMOOTH, Case
 
 PENDULUMS = (ONE_SMOOTH,)
+_POINTS = ("simple_pendulum", "servo")  # families of a point on a rod, or like one
 PLATFORM_RATIO = 1e15  # of a platform's moment of inertia to its load, where it is finite
 POINT = 1e-15  # [kg m^2] of a bob that is a point: engines want moments of inertia above zero
 
@@ -61,7 +62,7 @@ class HingedBody:
 def hinged_body(case: Case) -> HingedBody:
     """The body of a pendulum's case; raises Unsupported for other systems."""
     problem = getattr(case.problem, "started", case.problem)
-    if case.system.family == "simple_pendulum":
+    if case.system.family in _POINTS:
         return _point(problem)
     if case.system.family == "cone_pendulum":
         return _on_a_platform(problem)
@@ -71,9 +72,9 @@ def hinged_body(case: Case) -> HingedBody:
 def model_error(case: Case, method: Method, step: float) -> ModelError:
     """Bounds on the model's error of each observable, by reason: the moment of inertia of a bob
     that should be a point. Empty for other systems: the rate of a platform is prescribed."""
-    if case.system.family != "simple_pendulum":
+    if case.system.family not in _POINTS:
         return {}
-    return bob_errors(case.problem, case.scene.duration)
+    return bob_errors(getattr(case.problem, "started", case.problem), case.scene.duration)
 
 
 def model_error_on_platform(case: Case, method: Method, step: float) -> ModelError:

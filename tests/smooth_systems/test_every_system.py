@@ -22,7 +22,7 @@ OURS = [method for method in methods() if method.engine != "pymunk"]
 PAIRS = [(s, m.name) for s in QUICK for m in OURS if meant(m, s)]
 
 
-@pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
+@pytest.mark.parametrize("system", [*SYSTEMS, built_in()["servo"]], ids=lambda system: system.name)
 def test_rebuilt_at_the_default_parameters_it_is_the_file(system: System) -> None:
     (default,) = scenes(f"{system.name}/{system.default}")
     file = mujoco.MjModel.from_xml_path(str(system.mjcf))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -72,11 +73,11 @@ def semi_implicit_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pai
     return theta + raised(theta_dot), theta_dot
 
 
-def damped_euler(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
-    """As `semi_implicit_euler`, but damping acts on v1: v1 = (v + h a_0(t, theta))/(1 + xi h), a_0
-    the acceleration without damping."""
-    pushed = theta_dot + raised(step.undamped(0.0, theta))
-    theta_dot = over_one_plus(pushed, step.rotor.damping_rate)
+def damped_euler(part: float, step: StepSeries, theta: Array, theta_dot: Array) -> Pair:
+    """As `semi_implicit_euler`, but a `part` p of damping acts on v1: v1 = (v + h a_0(t, theta, v))
+    /(1 + p xi h), a_0 the acceleration without that part."""
+    rest = step.undamped(0.0, theta) - (1 - part) * step.rotor.damping_rate * theta_dot
+    theta_dot = over_one_plus(theta_dot + raised(rest), part * step.rotor.damping_rate)
     return theta + raised(theta_dot), theta_dot
 
 
@@ -155,7 +156,8 @@ def rotor_step(scheme: Scheme) -> RotorStep | None:
     if scheme.position_first:
         advance = position_first_euler
     elif scheme.implicit_damping:
-        advance = sprung_euler if scheme.implicit_spring else damped_euler
+        damped = partial(damped_euler, scheme.implicit_damping)
+        advance = sprung_euler if scheme.implicit_spring else damped
     return RotorStep(scheme.order, advance, control=control)
 
 
@@ -165,7 +167,7 @@ def simplest(scheme: Scheme, rotor: DrivenRotor) -> Scheme:
     if scheme.integrator not in STEPPED:
         return scheme
     spring = scheme.implicit_spring and rotor.stiffness != 0.0
-    damping = spring or (scheme.implicit_damping and rotor.damping_rate != 0.0)
+    damping = spring or (scheme.implicit_damping if rotor.damping_rate else 0.0)
     at_start = scheme.integrator == EULER and scheme.control == "start"  # as EULER reads it anyway
     control = "continuous" if rotor.autonomous or at_start else scheme.control
     return replace(scheme, control=control, implicit_damping=damping, implicit_spring=spring)

@@ -227,14 +227,16 @@ def _euler(torques: _Torques) -> Function:
         return x, v + h * whole(t, 0.0, x, v)
 
     def implicit(t: Any, x: Any, v: Any) -> State:
-        v = (v + h * undamped(t, 0.0, x)) / grown
+        v = (v + h * (undamped(t, 0.0, x) - explicit_rate * v)) / grown
         return x + h * v, v
 
     if scheme.position_first:
         return position_first
     if not scheme.implicit_damping:
         return explicit
-    grown = 1.0 + h * damping + (h * h * stiffness if scheme.implicit_spring else 0.0)
+    part = scheme.implicit_damping
+    explicit_rate = (1 - part) * damping
+    grown = 1.0 + h * part * damping + (h * h * stiffness if scheme.implicit_spring else 0.0)
     return implicit
 
 

@@ -55,7 +55,8 @@ def smooth_errors(
 def _implicit(scheme: Scheme, system: SmoothSystem) -> bool:
     """Whether a scheme steps a part of the forces implicitly, which this module does not."""
     jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
-    return jointed or scheme.implicit_spring or (scheme.implicit_damping and system.damped)
+    damped = scheme.implicit_damping > 0.0 and system.damped
+    return jointed or scheme.implicit_spring or damped
 
 
 def _stepped(

@@ -87,10 +87,10 @@ def _runge_kutta(tableau: Tableau, flow: Array, steps: Array) -> Array:
 def _euler(system: LinearSystem, scheme: Scheme, h: Array) -> Array:
     """Kick, then drift, or the drift first; what acts on the state after the step divides it."""
     one, nothing = np.eye(len(system.pull)), np.zeros((len(h), *system.pull.shape))
-    implicit = scheme.implicit_damping or scheme.integrator == LINEARLY_IMPLICIT
+    implicit = 1.0 if scheme.integrator == LINEARLY_IMPLICIT else scheme.implicit_damping
     spring = h * h * system.pull if scheme.implicit_spring else 0.0
-    divisor = one + nothing + (h * system.drag if implicit else 0.0) + spring
-    kept = one + nothing - (0.0 if implicit else h * system.drag)
+    divisor = one + nothing + implicit * h * system.drag + spring
+    kept = one + nothing - (1.0 - implicit) * h * system.drag
     kick = np.block([[one + nothing, nothing], [-h * system.pull, kept]])
     kick[:, len(one) :] = np.linalg.solve(divisor, kick[:, len(one) :])
     drift = _drift(one, nothing, h)

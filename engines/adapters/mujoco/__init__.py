@@ -5,6 +5,8 @@ Every function imports MuJoCo, or the module that needs it, when it is called.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from plumbob.analytic.errors.contact_models.soft_contact import SoftContact
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -33,10 +35,12 @@ def scheme(case: Case, method: Method) -> Scheme:
     """The scheme of `method` on this case. With a lone free body that moves and turns, implicitfast
     takes velocity derivatives of centripetal forces into its step, as implicit does: of first order
     too, and covered by no theory here. Builders of bodies that turn freely, of loops, and of bodies
-    that touch know schemes of their own."""
+    that touch know schemes of their own. Euler's step leaves a motor's damping explicit."""
     if case.system.kind in (FREE_ROTATION, SMOOTH, ON_PLANE):
         of_its_own = getattr(find_builder("mujoco", case.system), "scheme", None)
         return method.scheme if of_its_own is None else of_its_own(method)
+    if case.system.name == "servo" and method.settings.get("integrator") == "Euler":
+        return replace(method.scheme, implicit_damping=case.problem.joint_part)
     implicit = str(method.settings.get("integrator")).lower() == "implicitfast"
     lone = case.system.name == "capsule-coast" and case.problem.motion.kind == "plane"
     return Scheme("implicitfast on a free body") if implicit and lone else method.scheme

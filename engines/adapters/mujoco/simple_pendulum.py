@@ -52,10 +52,10 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     moment, bob, joint = problem.mass * length**2, spec.body("bob"), spec.joint("theta")
     spec.option.gravity = [0.0, 0.0, 0.0 if problem.linear else -problem.gravity]
     bob.mass, bob.ipos = problem.mass, [0.0, 0.0, -length]
-    joint.damping = _first_coefficient(joint.damping, problem.damping_rate * moment)
+    joint.damping = first_coefficient(joint.damping, problem.damping_rate * moment)
     if problem.linear:
         stiffness = problem.mass * problem.gravity * length
-        joint.stiffness = _first_coefficient(joint.stiffness, stiffness)
+        joint.stiffness = first_coefficient(joint.stiffness, stiffness)
     spec.actuator("forcing").gear[0] = moment
     spec.geom("rod").fromto = [0.0, 0.0, -length, 0.0, 0.0, 0.0]
     spec.geom("bob").pos = [0.0, 0.0, -length]
@@ -64,7 +64,7 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     return spec
 
 
-def _first_coefficient(template: Any, value: float) -> Any:
+def first_coefficient(template: Any, value: float) -> Any:
     """`value` in the shape of a joint's damping or stiffness: a number, or since MuJoCo 3.17 the
     coefficients of a polynomial, constant first."""
     if np.ndim(template) == 0:

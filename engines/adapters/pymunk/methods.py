@@ -39,7 +39,7 @@ METHODS = (
         systems=SYSTEMS,
     ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
-    Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum",)),
+    Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum", "servo")),
     Method("pymunk/contact", EULER_STEP, 1, kinds=(ON_PLANE,)),
     # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
     Method(

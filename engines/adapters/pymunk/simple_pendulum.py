@@ -19,14 +19,15 @@ from plumbob.engines.method import Method, ModelError
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.simple_pendulum.SimplePendulum; raises Unsupported."""
-    return _on_a_spring(problem) if problem.linear else _on_a_rod(problem.started, method, step)
+    problem = problem.started
+    return _on_a_spring(problem) if problem.linear else _on_a_rod(problem, method, step)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Tension: what the bob's moment of inertia adds, whose centre is nearer to the pivot and pulls
     less, and what the rounding of the joint's opening makes, across the rod that of the rate. On
     the spring nothing: the body's moment of inertia is that of the bob about the axis."""
-    if problem.linear:
+    if problem.started.linear:
         return {}
     moment = MOMENT * problem.mass * problem.length * fastest(problem, duration) ** 2
     closing = 1 / step if method.settings.get("error_bias") == 0.0 else CLOSING_RATE
