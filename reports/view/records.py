@@ -24,36 +24,6 @@ SCENE, STUDY = "page of a scene", "pages"  # places of analyses
 
 
 @dataclass(frozen=True)
-class Shape:
-    """One body at one moment: what it is, its outline as an SVG path, its marked point."""
-
-    role: str
-    path: str
-    x: float
-    y: float
-    radius: float
-
-
-@dataclass(frozen=True)
-class Moment:
-    """A still picture at `time` [s], which `text` says with its unit."""
-
-    time: float
-    text: str
-    shapes: tuple[Shape, ...]
-
-
-@dataclass(frozen=True)
-class Strip:
-    """Still pictures of one replay, each `width` times `height`, errors drawn `factor` times."""
-
-    width: float
-    height: float
-    factor: int
-    moments: tuple[Moment, ...]
-
-
-@dataclass(frozen=True)
 class Layer:
     """One body of a replay: how it is drawn, its name, what the legend adds, its largest error over
     the replay, and the one at its end."""
@@ -87,7 +57,8 @@ class Replay:
     lacking: tuple[str, ...]  # runs that did not reach their end
     speeds: tuple[Choice, ...]
     factors: tuple[int, ...]
-    strip: Strip
+    moments: Mapping[str, float]  # [s], by their texts, of still pictures on paper
+    magnified: int  # how many times as large errors are drawn there
     data: str  # JSON for the script, which no HTML parser takes for a tag
 
 

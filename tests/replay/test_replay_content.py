@@ -33,7 +33,6 @@ from plumbob.reports.analyses.replay.runs import (
     shown_seconds,
 )
 from plumbob.reports.analyses.replay.samples import COUNTS, coded, decoded, fine, sampled
-from plumbob.reports.analyses.replay.strip import MOMENTS, at
 from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import plan, recorded, replays
 
@@ -227,37 +226,10 @@ def test_the_linear_pendulum_is_drawn_beside_the_other() -> None:
     assert charts == [["theta_dot"], ["x"], ["y"]]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_the_strip_has_six_moments_with_the_body_in_its_place(name: str) -> None:
-    shown = replays()[name]
-    case, found = case_of(find_scene(name)), shown.strip
-    assert len(found.moments) == len(MOMENTS) == 6
-    for moment in found.moments:
-        exact = moment.shapes[0]
-        assert exact.role == "exact"
-        assert 0.0 <= exact.x <= found.width
-        assert 0.0 <= exact.y <= found.height
-        if shown.scene.startswith("simple-pendulum"):
-            theta = float(case.reference.observe(np.array([moment.time]))["theta"][0])
-            scale = found.width / 2.4  # the picture is 1.2 lengths wide to each side
-            assert exact.x == pytest.approx(scale * (1.2 + np.sin(theta)), abs=0.3)
-            assert exact.y == pytest.approx(scale * (1.2 + np.cos(theta)), abs=0.3)
-
-
-def test_the_strip_draws_errors_by_its_factor() -> None:
-    """The first run's mark in the strip departs by the factor times the recorded error."""
-    shown = replays()["capsule-line/heading-030"]
-    assert shown.strip.factor == 10
-    data = json.loads(shown.data)
-    layer = data["layers"][1]
-    values = {n: decoded(v, layer["count"]) for n, v in layer["channels"].items()}
-    times = decoded(layer["times"], layer["count"])
-    scale = shown.strip.width / (data["box"][1] - data["box"][0])
-    for moment in shown.strip.moments:
-        exact, first = moment.shapes[:2]
-        for channel, drawn, sign in (("x", first.x - exact.x, 1), ("y", first.y - exact.y, -1)):
-            apart = 10 * scale * float(np.interp(moment.time, times, values[channel]))
-            assert sign * drawn == pytest.approx(apart, abs=0.11)  # tenths of a unit, rounded
+def test_errors_on_paper_are_as_large_as_stay_small_in_the_picture() -> None:
+    factors = {name: replays()[name].magnified for name in NAMES}
+    assert factors["capsule-line/heading-030"] == 10
+    assert set(factors.values()) <= {10**k for k in range(13)}
 
 
 def test_a_diverged_or_missing_run_is_named() -> None:
@@ -280,11 +252,3 @@ def test_the_largest_factor_shows_the_smallest_errors() -> None:
     least = min(_largest(layer) for layer in data["layers"][1:3])
     assert 0.1 <= shown.factors[-1] * least < 1.0  # [rad]
     assert shown.factors[0] == 1
-
-
-def test_interpolated_states_keep_the_last_one_after_the_end() -> None:
-    from plumbob.reports.analyses.replay.samples import Samples
-
-    run = Samples(np.array([0.0, 1.0]), {"x": np.array([0.0, 2.0])})
-    assert at(run, 0.25) == {"x": 0.5}
-    assert at(run, 9.0) == {"x": 2.0}

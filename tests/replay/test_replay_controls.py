@@ -37,6 +37,12 @@ COVERED = """(canvas, [x, y, radius, colour]) => {
   }
   return count / 90;
 }"""
+PICTURE = """(canvas, like) => {
+  const copy = document.createElement("canvas");
+  [copy.width, copy.height] = like || [canvas.width, canvas.height];
+  copy.getContext("2d").drawImage(canvas, 0, 0);
+  return [copy.width, copy.height, copy.toDataURL()];
+}"""
 FIRST, FRICTION = [0xC9, 0x57, 0x00], [0x9A, 0x3D, 0x7F]  # of the style sheet, on a light page
 RING = 8.5  # [pixel] radius of the first run's mark
 
@@ -163,7 +169,7 @@ def test_keys_move_it(place: str, page: Page) -> None:
 def test_a_click_on_the_picture_plays_it_and_one_plays_at_a_time(page: Page) -> None:
     one, other = (found(page, name) for name in SHOWN[:2])
     for wanted in ("Pause", "Play", "Pause"):
-        one.locator("canvas").click()
+        one.locator(".live canvas").click()
         expect(one.locator(".play")).to_have_text(wanted)
     other.locator(".play").evaluate("(button) => button.click()")
     expect(one.locator(".play")).to_have_text("Play")
@@ -175,7 +181,7 @@ def test_it_starts_by_itself_once_and_stops_out_of_sight(moving: Page) -> None:
     figure = found(moving, NAME)
     for in_sight, wanted in ((True, "Pause"), (False, "Play"), (True, "Play")):
         if in_sight:
-            figure.locator("canvas").scroll_into_view_if_needed()
+            figure.locator(".live canvas").scroll_into_view_if_needed()
         else:
             moving.evaluate("scrollTo(0, document.body.scrollHeight)")
         moving.evaluate(FRAMES)  # what is in sight is looked at once a frame
@@ -199,7 +205,7 @@ FRAMES = """() => new Promise((done) => {
 def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser: Browser, file: Path) -> None:
     for page in opened(browser, file, clocked):
         figure = found(page, NAME)
-        figure.locator("canvas").scroll_into_view_if_needed()
+        figure.locator(".live canvas").scroll_into_view_if_needed()
         page.evaluate(FRAMES)
         page.clock.run_for(2000)
         assert time_of(figure) == 0.0
@@ -226,7 +232,7 @@ def test_a_screen_reader_hears_little_while_it_plays(pausable: Page) -> None:
 def test_what_is_drawn_has_names(page: Page) -> None:
     for name in SHOWN:
         figure = found(page, name)
-        assert len(figure.locator("canvas").get_attribute("aria-label") or "") > 60
+        assert len(figure.locator(".live canvas").get_attribute("aria-label") or "") > 60
         slider = figure.get_by_role("slider", name="time")
         set_time(figure, 0.5)
         assert " of " in (slider.get_attribute("aria-valuetext") or "")
@@ -298,12 +304,12 @@ def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
 
 def plan_of(figure: Locator) -> Any:
     """Where a replay's canvas has its parts."""
-    return json.loads(figure.locator("canvas").get_attribute("data-plan") or "")
+    return json.loads(figure.locator(".live canvas").get_attribute("data-plan") or "")
 
 
 def covered(figure: Locator, *ring: Any) -> float:
     """The part of a ring on a replay's canvas (x, y, radius, colour) that has this colour."""
-    part: float = figure.locator("canvas").evaluate(COVERED, list(ring))
+    part: float = figure.locator(".live canvas").evaluate(COVERED, list(ring))
     return part
 
 
@@ -347,20 +353,31 @@ def labelled(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iter
 
 
 def test_the_printed_page_has_six_moments(page: Page) -> None:
-    figure = found(page, NAME)
-    assert not figure.locator(".replay-strip").is_visible()
+    """As they are drawn for the screen, when the time is theirs and errors are as large."""
+    name = SHOWN[2]
+    figure, shown = found(page, name), replays()[name]
+    strip, pictures = figure.locator(".replay-strip"), figure.locator(".moment canvas")
+    assert not strip.is_visible()
     page.emulate_media(media="print")
-    assert figure.locator(".replay-strip svg").count() == 6
-    assert figure.locator(".replay-strip").is_visible()
-    assert not figure.locator("canvas").is_visible()
+    assert strip.is_visible()
+    assert not figure.locator(".live").is_visible()
+    moments = list(shown.moments.values())
+    assert pictures.count() == len(moments) == 6
+    printed = [picture.evaluate(PICTURE) for picture in pictures.all()]
+    assert len({drawn for *_, drawn in printed}) == 6
     page.emulate_media(media="screen")
+    assert shown.magnified > 1
+    figure.locator(".factor").select_option(str(shown.magnified))
+    for moment, picture in zip(moments, printed, strict=True):
+        set_time(figure, moment / shown.seconds)
+        assert figure.locator(".live canvas").evaluate(PICTURE, picture[:2]) == picture
 
 
-def test_without_scripts_there_are_six_moments(browser: Browser, file: Path) -> None:
+def test_without_scripts_a_replay_is_its_legend(browser: Browser, file: Path) -> None:
     for page in opened(browser, file, java_script_enabled=False):
         figure = page.locator(".replay").first
-        assert figure.locator(".replay-strip").is_visible()
-        assert not figure.locator("canvas").is_visible()
+        assert figure.locator(".layers").is_visible()
+        assert not figure.locator(".live canvas").first.is_visible()
         assert not figure.locator("[data-layer]").first.is_visible()
 
 

@@ -118,7 +118,7 @@ def test_the_body_is_where_the_certified_motion_has_it(figures: list[Page]) -> N
 def test_the_ghost_is_as_far_off_as_errors_are_drawn(figures: list[Page]) -> None:
     """And at first so that they can be seen."""
     figure = found(figures[0], "model")
-    factor = shown().strip.factor
+    factor = shown().magnified
     assert factor > 1
     assert figure.locator(".factor").input_value() == str(factor)
     set_time(figure, 1.0)
@@ -130,7 +130,7 @@ def test_the_ghost_is_as_far_off_as_errors_are_drawn(figures: list[Page]) -> Non
 
 def _apart(figure: Locator) -> float:
     """How far [pixel] the mark is from where the certified motion has the marked body."""
-    canvas = figure.locator("canvas")
+    canvas = figure.locator(".live canvas")
     plan = json.loads(canvas.get_attribute("data-plan") or "")["picture"]
     data = json.loads(shown().data)
     time, model = FRACTION * data["seconds"], audit().model

@@ -87,7 +87,7 @@ def misplaced(figure: Locator, name: str) -> list[str]:
     """The marks that are not where the exact answer puts them, within PIXEL."""
     case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
     time = FRACTION * data["seconds"]
-    canvas = figure.locator("canvas")
+    canvas = figure.locator(".live canvas")
     drawn = json.loads(canvas.get_attribute("data-plan") or "")
     exact = places(case, time)
     wrong = []

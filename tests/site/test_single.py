@@ -137,5 +137,5 @@ def test_a_link_from_outside_leads_to_a_place_on_a_page_which_takes_what_another
             visit.ask("(name) => { location.hash = name; }", name)
             visit.page.locator(f"h1#{name}").wait_for()
             assert visit.ask(SIZE_OF_PICTURE) == [480, 360]
-            visit.page.locator(".replay canvas").wait_for()
+            visit.page.locator(".live canvas").wait_for()
         assert visit.console == []

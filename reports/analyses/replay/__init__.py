@@ -20,10 +20,9 @@ from plumbob.reports.analyses.replay.body import body
 from plumbob.reports.analyses.replay.capsule import capsule
 from plumbob.reports.analyses.replay.cone import cone
 from plumbob.reports.analyses.replay.pendulums import companion, pendulum
-from plumbob.reports.analyses.replay.picture import Picture
+from plumbob.reports.analyses.replay.picture import Picture, clock
 from plumbob.reports.analyses.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
 from plumbob.reports.analyses.replay.samples import Channels, Samples, coded, fine, sampled
-from plumbob.reports.analyses.replay.strip import strip
 from plumbob.reports.view import notation
 from plumbob.reports.view.records import Choice, Layer, Replay
 
@@ -46,6 +45,8 @@ SPEEDS = tuple(
 LASTING = 8.0  # [s] of a replay at the speed that is chosen first
 VISIBLE = 0.1  # of the picture: how large the smallest errors are drawn at the largest factor
 MOST = 12  # powers of ten of the largest factor
+MOMENTS = (0.0, 0.19, 0.38, 0.61, 0.81, 1.0)  # of the replay; unequal, or a swing looks at rest
+LARGE = 0.15  # of the picture: how large the first run's largest error is drawn on paper at most
 
 
 def replay(study: Study, scene: Scene) -> Replay:
@@ -120,13 +121,8 @@ def assembled(
         tuple(lacking),
         _speeds(seconds),
         _factors(picture, [samples for _, samples in runs]),
-        strip(
-            picture,
-            seconds,
-            exact[1],
-            [(layer.slot, samples) for layer, samples in runs],
-            next((samples for _, samples in beside), None),
-        ),
+        {clock(time): time for time in (seconds * part for part in MOMENTS)},
+        magnified(picture, [samples for _, samples in runs]),
         _json(data),
     )
 
@@ -176,6 +172,16 @@ def _factors(picture: Picture, runs: Sequence[Samples]) -> tuple[int, ...]:
     least = min((size for size in sizes if size > 0.0), default=0.0)
     wanted = math.log10(VISIBLE * picture.size / least) if least else 0.0
     return tuple(10**k for k in range(min(max(math.ceil(wanted), 1), MOST) + 1))
+
+
+def magnified(picture: Picture, runs: Sequence[Samples]) -> int:
+    """The largest power of ten by which the first run's errors can be drawn and stay small in the
+    picture; 1 where they are not."""
+    largest = float(picture.deviation(runs[0].channels).max()) if runs else 0.0
+    factor = 1
+    while 0.0 < 10 * factor * largest <= LARGE * picture.size and factor < 10**MOST:
+        factor *= 10
+    return factor
 
 
 def _json(data: Mapping[str, Any]) -> str:

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from itertools import product
-
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.free_body.problem import turned
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.cone import camera
 from plumbob.reports.analyses.replay.picture import (
     Chart,
-    Line,
     Picture,
-    State,
     around,
     observed,
     radians,
@@ -42,13 +36,6 @@ def body(case: Case, seconds: float) -> Picture:
         if np.ptp(exact[name]) > STILL * float(speeds.max() if name in RATES else 1.0)
     )
     least = 0.05 * float(speeds.max())
-
-    def outline(state: State, time: float) -> tuple[Line, ...]:
-        return tuple(Line(_seen(state, face), closed=True) for face in _facing(state, half))
-
-    def mark(state: State, time: float) -> tuple[float, float]:
-        ((x, y),) = _seen(state, half[None, :])
-        return float(x), float(y)
 
     return Picture(
         "body",
@@ -76,8 +63,6 @@ def body(case: Case, seconds: float) -> Picture:
         *observed(case.reference.observe, (*ATTITUDE, *RATES)),
         apart,
         lambda apart_by: radians(float(apart(apart_by).max())),
-        outline,
-        mark,
     )
 
 
@@ -94,33 +79,3 @@ def _half(moments: Array) -> Array:
     squares = np.maximum(moments.sum() - 2.0 * moments, 0.0)
     sides = np.maximum(np.sqrt(squares / squares.sum()), 0.05)
     return np.asarray(CORNER * sides / np.linalg.norm(sides))
-
-
-def _world(state: State, places: Array) -> Array:
-    """Places in the body's axes, shape (n, 3), in the world's."""
-    attitude = np.array([[state[name]] for name in ATTITUDE])
-    attitude = attitude / np.linalg.norm(attitude)
-    return turned(np.repeat(attitude, len(places), axis=1), places.T).T
-
-
-def _seen(state: State, places: Array) -> Array:
-    """Places in the body's axes, shape (n, 3), as the camera sees them, shape (n, 2)."""
-    return np.asarray(_world(state, places) @ camera()[:2].T)
-
-
-def _facing(state: State, half: Array) -> list[Array]:
-    """The corners of each side of the box that faces the camera, shape (4, 3), in order."""
-    turns = []
-    for axis, sign in product(range(3), (-1.0, 1.0)):
-        normal = np.zeros(3)
-        normal[axis] = sign
-        if float((_world(state, normal[None, :]) @ camera()[2])[0]) <= 0.0:
-            continue
-        corners = np.empty((4, 3))
-        corners[:, axis] = sign
-        for k in range(4):
-            angle = math.pi * (0.25 + 0.5 * k)
-            corners[k, axis - 2] = math.copysign(1.0, math.cos(angle))
-            corners[k, axis - 1] = math.copysign(1.0, math.sin(angle))
-        turns.append(corners * half)
-    return turns

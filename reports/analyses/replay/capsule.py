@@ -18,9 +18,7 @@ from plumbob.reports.analyses.replay.picture import (
     MARGIN,
     Box,
     Chart,
-    Line,
     Picture,
-    State,
     around,
     metres,
     radians,
@@ -28,7 +26,6 @@ from plumbob.reports.analyses.replay.picture import (
 from plumbob.reports.analyses.replay.samples import Channels
 
 Complex = npt.NDArray[np.complex128]
-SQUARE = (1 + 1j, -1 + 1j, -1 - 1j, 1 - 1j)
 ANGLES = frozenset({"x", "y", "heading", "qx", "qy"})  # held to a fraction of a pixel
 LOADS = ("n1", "n2", "n3")
 ARROW = 0.7  # of the body's size: the friction of a foot that bears all of the weight
@@ -85,12 +82,6 @@ def capsule(case: Case, seconds: float) -> Picture:
     if body.friction > 0.0:
         text += HELD if case.problem.motion.kind == "hold" else FRICTION
 
-    def outline(state: State, time: float) -> tuple[Line, ...]:
-        q = complex(state["qx"], state["qy"])
-        around_q = np.array([q + 0.04 * size * corner for corner in SQUARE])
-        body = (_in_world(state, feet), _in_world(state, around_q))
-        return tuple(Line(_columns(places), closed=True) for places in body)
-
     return Picture(
         "capsule",
         text + BESIDE,
@@ -104,8 +95,6 @@ def capsule(case: Case, seconds: float) -> Picture:
         lambda run: deviations(case, run),
         lambda errors: _apart(errors, size),
         _largest,
-        outline,
-        lambda state, time: (state["x"], state["y"]),
     )
 
 
@@ -214,16 +203,6 @@ def _box(corners: Complex, size: float) -> Box:
         float(corners.imag.min()) - pad,
         float(corners.imag.max()) + pad,
     )
-
-
-def _in_world(state: State, places: Complex) -> Complex:
-    """Places in the body, x + iy [m], as places in the world."""
-    turned = complex(math.cos(state["heading"]), math.sin(state["heading"]))
-    return np.asarray(complex(state["x"], state["y"]) + turned * places)
-
-
-def _columns(places: Complex) -> Array:
-    return np.column_stack([places.real, places.imag])
 
 
 def _apart(errors: Channels, size: float) -> Array:

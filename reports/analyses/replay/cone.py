@@ -12,20 +12,15 @@ from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.pendulums import (
     ANGLES,
     CHANNELS,
-    ROUND,
     apart,
-    circle,
     largest,
     phase,
 )
 from plumbob.reports.analyses.replay.picture import (
     Box,
     Chart,
-    Line,
     Picture,
-    State,
     around,
-    hull,
     observed,
 )
 from plumbob.reports.view.notation import number
@@ -70,21 +65,6 @@ def cone(case: Case, seconds: float) -> Picture:
     if "apex_angle" not in case.scene.parameters:
         text += " The general body of this scene is drawn as a cone with the same centre of mass."
 
-    def outline(state: State, time: float) -> tuple[Line, ...]:
-        disc = np.column_stack([shape.radius * circle(ROUND), np.full(ROUND, shape.floor)])
-        x, y, _ = shape.pivot
-        post = np.array([[x, y, shape.floor], shape.pivot])
-        return (
-            Line(_seen(disc, rate * time), closed=True),
-            Line(_seen(post, rate * time)),
-            Line(hull(_seen(_surface(shape, state["theta"]), rate * time)), closed=True),
-        )
-
-    def mark(state: State, time: float) -> tuple[float, float]:
-        place = _along(shape, state["theta"], shape.com)
-        x, y = _seen(place[None, :], rate * time)[0]
-        return float(x), float(y)
-
     return Picture(
         "cone",
         text,
@@ -106,8 +86,6 @@ def cone(case: Case, seconds: float) -> Picture:
         *observed(case.reference.observe, CHANNELS),
         apart,
         largest,
-        outline,
-        mark,
     )
 
 
@@ -137,24 +115,3 @@ def _box(shape: Shape) -> Box:
     bottom = shape.floor * rise - shape.radius * tilt
     pad = 0.04 * reach  # and below the platform the ruler
     return -reach - pad, reach + pad, bottom - 4.0 * pad, top + pad
-
-
-def _along(shape: Shape, theta: float, distance: float) -> Array:
-    """The place on the cone's axis at `distance` [m] from the pivot, in the platform's axes."""
-    direction = np.array([0.0, math.sin(theta), -math.cos(theta)])
-    return np.asarray(shape.pivot) + distance * direction
-
-
-def _surface(shape: Shape, theta: float) -> Array:
-    """Apex and rim of the cone in the platform's axes [m], shape (n, 3)."""
-    across = np.array([[1.0, 0.0, 0.0], [0.0, math.cos(theta), math.sin(theta)]])
-    wide = shape.height * math.tan(shape.half)
-    rim = _along(shape, theta, shape.height) + wide * (circle(ROUND) @ across)
-    return np.vstack([_along(shape, theta, 0.0), rim])
-
-
-def _seen(places: Array, turned: float) -> Array:
-    """Places in the platform's axes, shape (n, 3), as the camera sees them [m], shape (n, 2)."""
-    cos, sin = math.cos(turned), math.sin(turned)
-    world = places @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(world @ camera()[:2].T)

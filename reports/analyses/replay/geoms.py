@@ -8,19 +8,13 @@ from dataclasses import asdict
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.free_body.problem import turned
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.own_motion import Solid
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.replay import assembled, errors_said
-from plumbob.reports.analyses.replay.pendulums import circle
 from plumbob.reports.analyses.replay.picture import (
     Chart,
-    Line,
     Picture,
-    State,
     around,
-    hull,
     observed,
 )
 from plumbob.reports.analyses.replay.samples import Channels, Samples
@@ -32,7 +26,6 @@ ELEVATION = math.radians(15.0)  # of the camera, as in the picture of the model
 COUNT, VALUES = 401, 80_000  # samples, and numbers in all, at most
 MOVES = 0.01  # of the reach: a coordinate that moves less has no chart
 MARGIN = 0.05  # of the reach below the picture, for the ruler
-ROUND, THIN = 12, 1e-3  # corners of a ball in print, and its radius over the reach at least
 
 
 def audited(audit: Audit) -> Replay | None:
@@ -81,17 +74,6 @@ def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
     size = float(np.hypot(*(high - low)))
     end = float(times[-1])
 
-    def outline(state: State, time: float) -> tuple[Line, ...]:
-        placed = [(_placed(state, s), s.radius) for s in solids if s.body or len(s.points) != 4]
-        discs = [max(radius, THIN * size) * circle(ROUND) for _, radius in placed]
-        seen = [(at @ camera[:2].T)[:, None, :] for at, _ in placed]
-        flat = [(s + disc).reshape(-1, 2) for s, disc in zip(seen, discs, strict=True)]
-        return tuple(Line(hull(points), closed=True) for points in flat)
-
-    def mark(state: State, time: float) -> tuple[float, float]:
-        x, y = camera[:2] @ [state[f"{worst}{axis}"] for axis in "xyz"]
-        return float(x), float(y)
-
     def apart(deviations: Channels) -> Array:
         lengths = [
             np.linalg.norm([deviations[f"{k}{axis}"] for axis in "xyz"], axis=0) for k in bodies
@@ -122,18 +104,7 @@ def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
         *observed(lambda at: {n: np.interp(at, times, v) for n, v in exact.items()}, list(exact)),
         apart,
         lambda deviations: metres(float(apart(deviations).max())),
-        outline,
-        mark,
     )
-
-
-def _placed(state: State, solid: Solid) -> Array:
-    """The points of a solid in the world [m], shape (n, 3)."""
-    if not solid.body:
-        return solid.points
-    x, y, z, *attitude = (state[f"{solid.body}{axis}"] for axis in AXES)
-    unit = np.array(attitude) / np.linalg.norm(attitude)
-    return np.add(turned(unit[:, None], solid.points.T).T, (x, y, z))
 
 
 def _camera() -> Array:

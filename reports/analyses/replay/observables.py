@@ -6,7 +6,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.models.scene import Case
-from plumbob.reports.analyses.replay.picture import Chart, Line, Picture, State, around, observed
+from plumbob.reports.analyses.replay.picture import Chart, Picture, around, observed
 from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number
 
@@ -19,17 +19,9 @@ def chart(case: Case, seconds: float) -> Picture:
     first = next(iter(shown))
     motion, deviations = observed(case.reference.observe, list(shown))
     exact = motion(np.linspace(0.0, seconds, 801))
-    span = around(exact[first])
-
-    def place(state: State, time: float) -> tuple[float, float]:
-        return 1.6 * time / seconds, (state[first] - span[0]) / (span[1] - span[0])
 
     def apart(differences: Channels) -> Array:
         return np.asarray(np.abs(differences[first]))
-
-    def outline(state: State, time: float) -> tuple[Line, ...]:
-        x, y = place(state, time)
-        return (Line(np.array([[x, 0.0], [x, y]])),)
 
     return Picture(
         "chart",
@@ -47,6 +39,4 @@ def chart(case: Case, seconds: float) -> Picture:
         deviations,
         apart,
         lambda errors: f"{number(float(apart(errors).max()))} {shown[first]}",
-        outline,
-        place,
     )

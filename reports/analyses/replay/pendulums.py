@@ -13,9 +13,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.analyses.replay.picture import (
     Chart,
-    Line,
     Picture,
-    State,
     around,
     observed,
     radians,
@@ -28,7 +26,6 @@ COMPANIONS = MappingProxyType({"simple-pendulum": "linear-pendulum"})
 ANGLES = frozenset({"theta"})
 CHANNELS = ("theta", "theta_dot")
 SWINGS = 8.0  # in a chart over time: more would be too narrow to see
-ROUND = 32  # corners of a circle
 
 
 def pendulum(case: Case, seconds: float) -> Picture:
@@ -48,11 +45,6 @@ def pendulum(case: Case, seconds: float) -> Picture:
         "phase plane, θ̇ over θ, and the bob's place, x and y, over time. "
     ) + ("The equation is linear, with θ in place of sin θ." if linear else "")
 
-    def outline(state: State, time: float) -> tuple[Line, ...]:
-        place = np.array(_bob(state["theta"], length))
-        ring = place + 0.07 * length * circle(ROUND)
-        return Line(np.array([[0.0, 0.0], place])), Line(ring, closed=True)
-
     return Picture(
         "pendulum",
         text.strip(),
@@ -69,8 +61,6 @@ def pendulum(case: Case, seconds: float) -> Picture:
         *observed(case.reference.observe, CHANNELS),
         apart,
         largest,
-        outline,
-        lambda state, time: _bob(state["theta"], length),
     )
 
 
@@ -102,13 +92,3 @@ def apart(deviations: Channels) -> Array:
 def largest(deviations: Channels) -> str:
     """The largest deviation with its unit."""
     return radians(float(apart(deviations).max()))
-
-
-def _bob(theta: float, length: float) -> tuple[float, float]:
-    return length * math.sin(theta), -length * math.cos(theta)
-
-
-def circle(corners: int) -> Array:
-    """Corners of a polygon on the unit circle, shape (corners, 2)."""
-    angles = np.linspace(0.0, 2.0 * math.pi, corners, endpoint=False)
-    return np.column_stack([np.cos(angles), np.sin(angles)])

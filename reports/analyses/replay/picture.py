@@ -14,7 +14,6 @@ from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view.notation import number, seconds
 
 Kind = Literal["pendulum", "cone", "capsule", "body", "chart", "geoms"]
-State = Mapping[str, float]  # channels at one moment
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 MARGIN = 0.08  # of a chart's range, beyond it
 
@@ -34,18 +33,9 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Line:
-    """Places joined by a line, shape (n, 2), in the picture's own axes, y up [m]."""
-
-    places: Array
-    closed: bool = False
-
-
-@dataclass(frozen=True)
 class Picture:
     """How a case is drawn. `motion` gives its channels at times [s], shape (n,); `deviations` what
-    a run differs by, at the run's times, in the same channels; `outline` and `mark` are the body
-    and its marked point at one moment, for the printed strip."""
+    a run differs by, at the run's times, in the same channels."""
 
     kind: Kind
     text: str  # what moves, in a sentence or two
@@ -59,8 +49,6 @@ class Picture:
     deviations: Callable[[Trajectory], Channels]
     deviation: Callable[[Channels], Array]  # its magnitude, shape (n,), in the unit of `size`
     largest: Callable[[Channels], str]  # that, in words with units
-    outline: Callable[[State, float], tuple[Line, ...]]
-    mark: Callable[[State, float], tuple[float, float]]
 
 
 def observed(
@@ -86,13 +74,6 @@ def around(*values: Array, least: float = 0.0) -> tuple[float, float]:
     half = max(0.5 * (high - low), 0.5 * least) or 1.0
     middle = 0.5 * (low + high)
     return middle - (1.0 + 2.0 * MARGIN) * half, middle + (1.0 + 2.0 * MARGIN) * half
-
-
-def hull(places: Array) -> Array:
-    """The convex hull of places, shape (n, 2), as its corners in order."""
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(places[ConvexHull(places).vertices])
 
 
 def metres(value: float) -> str:

@@ -3,7 +3,7 @@
   // Replays: a canvas that draws the exact answer and runs over it. What is drawn is a function of
   // the time, the factor of the errors, and which layers are on.
   const reduced = matchMedia("(prefers-reduced-motion: reduce)");
-  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const dark = matchMedia("(prefers-color-scheme: dark)"), printed = matchMedia("print");
   const STILLS = 12;  // moments that are played where motion is to be reduced, one a second
   const FONT = "12px system-ui, sans-serif";
   const TURN = 2 * Math.PI;
@@ -105,6 +105,8 @@
     const layers = data.layers.map((given) => layerOf(given, data));
     const smooth = new Set(data.smooth), exact = layers[0], shape = data.geometry;
     const last = Number(range.max);
+    let paper = 0;  // how many times as large errors are drawn on paper, while that is drawn
+    const enlarged = () => paper || Number(factor.value);
     let t = 0, plan = null, backdrop = null, ink = {}, pen = front, tables = new Map();
 
     // ---- states -----------------------------------------------------------------------------
@@ -124,7 +126,7 @@
       const from = layer.absolute ? layer : exact, state = {t: at};
       for (const name of Object.keys(from.channels)) state[name] = valueAt(from, name, at, smooth);
       if (!layer.absolute) {
-        const times = Number(factor.value);
+        const times = enlarged();
         for (const name of Object.keys(layer.channels)) {
           state[name] += times * valueAt(layer, name, at, smooth);
         }
@@ -143,7 +145,7 @@
     };
     const outside = (layer, at) => {
       if (layer.absolute) return false;
-      const times = Number(factor.value), {size, turn} = apart(layer, at);
+      const times = enlarged(), {size, turn} = apart(layer, at);
       if (data.kind === "capsule" || data.kind === "geoms") {
         return times * size > 4 * data.size || (times > 1 && times * Math.abs(turn) > Math.PI);
       }
@@ -795,13 +797,17 @@
       box.addEventListener("change", () => { layer.on = box.checked; backdrop = null; draw(); });
     });
 
-    const fit = () => {
-      if (!canvas.clientWidth) return;
-      const style = getComputedStyle(figure), ratio = devicePixelRatio || 1;
+    const dip = () => {
+      const style = getComputedStyle(figure);
       ink = {post: "#8c96a1", friction: style.getPropertyValue("--companion").trim()};
       for (const name of ["exact", "label", "first", "second", "companion", "drive", "solid", "disc", "quiet", "rule", "grid", "tint"]) {
         ink[name] = style.getPropertyValue(`--${name}`).trim();
       }
+    };
+    const fit = () => {
+      if (!canvas.clientWidth) return;
+      const ratio = devicePixelRatio || 1;
+      dip();
       plan = laidOut();
       canvas.style.height = `${plan.height}px`;
       canvas.width = Math.round(plan.width * ratio);
@@ -818,6 +824,25 @@
     report();
     new ResizeObserver(() => { if (!plan || canvas.clientWidth !== plan.width) fit(); }).observe(canvas);
     dark.addEventListener("change", fit);
+
+    // Six moments on paper, each as it is drawn then, errors as large as can be seen.
+    const onPaper = () => {
+      if (!printed.matches || !plan) return;
+      const shown = t, {width, height} = data.kind === "chart" ? plan : plan.picture;
+      const ratio = canvas.width / plan.width;
+      dip();
+      [paper, tables, backdrop] = [Number(figure.dataset.magnified), new Map(), null];
+      for (const still of figure.querySelectorAll(".moment canvas")) {
+        t = Number(still.dataset.time);
+        draw();
+        [still.width, still.height] = [Math.round(ratio * width), Math.round(ratio * height)];
+        still.getContext("2d").drawImage(canvas, 0, 0);
+      }
+      [t, paper, tables, backdrop] = [shown, 0, new Map(), null];
+      draw();
+    };
+    printed.addEventListener("change", onPaper);
+    onPaper();
 
     // It starts by itself, once, when all of it is in sight, unless motion is to be reduced.
     let begun = reduced.matches;
