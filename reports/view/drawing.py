@@ -321,15 +321,17 @@ def _bars(trace: Trace, axes: Axes, traces: Sequence[Trace]) -> str:
 
 
 def _map(trace: Trace, axes: Axes) -> Iterator[str]:
-    """The cells of a map, those of one shade as one path."""
+    """The cells of a map, those of one shade as one path, in which a row's are joined."""
     xs, ys = (10.0 * _edges(axes[k].along(trace[k])) for k in "xy")
     zero, full = _limits(trace)
     part = (np.array(trace["z"], dtype=float) - zero) / (full - zero)
     shades = np.rint(SHADES * np.clip(part, 0.0, 1.0))
     for shade in np.unique(shades[np.isfinite(shades)]):
+        edges = np.diff(np.pad(shades == shade, ((0, 0), (1, 1))).astype(int), axis=1)
+        first, last = (np.argwhere(edges == sign) for sign in (1, -1))  # of cells beside each other
         cells = (
-            f"M{xs[j]:.0f} {ys[i]:.0f}H{xs[j + 1]:.0f}V{ys[i + 1]:.0f}H{xs[j]:.0f}z"
-            for i, j in np.argwhere(shades == shade)
+            f"M{xs[j]:.0f} {ys[i]:.0f}H{xs[k]:.0f}V{ys[i + 1]:.0f}H{xs[j]:.0f}z"
+            for (i, j), (_, k) in zip(first, last, strict=True)
         )
         yield f'<path fill="{_shade(trace, shade / SHADES)}" d="{"".join(cells)}"/>'
 

@@ -31,6 +31,7 @@ NAME = "index.html"
 UNITS = re.compile(
     r"(?<=\d) (?=(?:%|m?s|[nµmck]?m|rad|N|J|W|°)(?![\w]))"
 )  # no line ends before one
+INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # of a script, with its remarks
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
 FIRST = 0x1000  # the character that stands for 0, after all that a script may not hold
@@ -163,7 +164,9 @@ def _inside() -> Mapping[str, str]:
 def _ours() -> dict[str, str]:
     """Our style sheets, our scripts and the icon."""
     styles, scripts = (
-        "\n".join(path.read_text("utf-8") for path in sorted(TEMPLATES.glob(f"*.{kind}")))
+        "\n".join(
+            INDENT.sub("", path.read_text("utf-8")) for path in sorted(TEMPLATES.glob(f"*.{kind}"))
+        )
         for kind in ("css", "js")
     )
     return {STYLE: styles, SCRIPT: scripts, ICON: (TEMPLATES / ICON).read_text("utf-8")}

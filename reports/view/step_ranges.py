@@ -58,7 +58,7 @@ class StepRange:
         """The range in words."""
         within = "within 1 % at no step run"
         if self.accurate is not None:
-            within = f"within 1 % up to {notation.number(self.accurate, 3)} s"
+            within = f"within 1 % up to {notation.short(self.accurate)} s"
         if self.limit is None:
             return within
         stable = "no step unstable"

@@ -76,7 +76,7 @@ def _lead(comparison: Comparison) -> str:
     if gone or come:
         text += f" {plural(gone, 'pair')} vanished, and {come} are new."
     if aside := absent.count("not asked for"):
-        text += f" {plural(aside, 'pair')} more one study alone was asked for."
+        text += f" {plural(aside, 'other pair')} were asked for in one study alone."
     if comparison.above:
         text += f" {plural(comparison.grown, 'error')} grew by more than {comparison.above}."
     return text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from plumbob.engines.study.convergence import timed_run
@@ -15,17 +15,20 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure, Finding, Table
+from plumbob.reports.view.drawing import shown
 from plumbob.reports.view.pictures import names, picture
 from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
+from plumbob.reports.view.site.views import SystemView
 from plumbob.reports.view.tables import paragraphs, table
 from plumbob.reports.view.top_tables import anchor
 
 WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
 WITHOUT = ("mujoco/euler", "mujoco/rk4")
 FORCED, HELD = "simple-pendulum/forced-large", ("mujoco/rk4", "mujoco/rk4+midpoint")
+SMOOTH = "cone-pendulum/rotating-base"
 KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("capsule-isotropy", 0),
     ("capsule-displacement", 0),
@@ -62,9 +65,9 @@ class Answer:
 
 @dataclass(frozen=True)
 class Card:
-    """A finding on the first screen, with its picture."""
+    """A picture on the first screen, most often of a finding."""
 
-    finding: Finding
+    finding: Finding | None  # that it leads to
     figure: Figure
     picture: str
     names: list[tuple[str, str, str]]  # of its curves, with colours and dashes
@@ -118,6 +121,14 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
         figure = finding.figures[place]
         chosen.append(Card(finding, figure, drawn, names(figure)))
     return tuple(chosen[:MOST_FINDINGS])
+
+
+def work_precision(views: Sequence[SystemView]) -> Card | None:
+    """Error against cost where nothing is in contact, of the methods that its page shows first."""
+    for of in (scene for view in views for scene in view.scenes if scene.scene.name == SMOOTH):
+        figure = replace(of.figures[0], traces=tuple(shown(of.figures[0], of.at_first)))
+        return Card(None, figure, picture(figure), names(figure))
+    return None
 
 
 def preview_of(findings: Sequence[Finding]) -> Figure | None:

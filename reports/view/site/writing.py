@@ -42,8 +42,16 @@ from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
-SOURCES, TOLERANCES, GLOSSARY = "sources", "tolerances", "glossary"  # names of pages
 GRADIENTS = "gradients-through-contact"  # the finding that the index has a picture of
+BESIDE = MappingProxyType(
+    {
+        OF_ENGINES: "on_engines",
+        "cheapest": "advice",
+        "sources": "sources",
+        "tolerances": "tightness",
+        "glossary": "terms",
+    }
+)  # pages that belong to no system, by name, with what they are there for
 SEARCH = "search.js"
 PREVIEW = "preview.png"
 TABLES = "tables.html.gz"  # the folded tables of all pages, for those who read without a script
@@ -180,7 +188,8 @@ def _common(
     shown = {answer.pasted.settings.method for answer in answers}
     scenes = matrix.ordered(study.scenes)
     advice = {name: record.recommendations for name, record in records.scenes.items()}
-    settings = pasted(records.study.settings)
+    settings = [s for s in pasted(records.study.settings) if s.settings.method not in shown]
+    recommendations = top_tables.recommendations(study, advice)
     return {
         "study": study,
         "views": views,
@@ -193,13 +202,15 @@ def _common(
         "by_engine": first_screen.by_engine(records.verdicts),
         "made": first_screen.made(study),
         "answers": answers,
+        "work_precision": first_screen.work_precision(views),
         "largest_step": largest_step(study),
-        "settings": [choice for choice in settings if choice.settings.method not in shown],
+        "settings": settings,
+        "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, records.verdicts),
         "matrices": matrix.matrices(study, every, scenes),
         "signs": dict(matrix.SIGNS),
         "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
-        "recommendations": top_tables.recommendations(study, advice),
+        "recommendations": recommendations,
         "sources": top_tables.sources(findings),
         "tightness": top_tables.tightness_tables(records.study.tightness),
         "tight": records.study.tightness,
@@ -226,26 +237,18 @@ def _pages(views: Sequence[SystemView], common: Mapping[str, Any]) -> list[Page]
             for scene in view.scenes
         ),
     ]
-    if common["on_engines"]:
-        pages.append((OF_ENGINES, "engines.html.jinja", {}))
-    if common["sources"]:
-        pages.append((SOURCES, "sources.html.jinja", {}))
-    if common["tightness"]:
-        pages.append((TOLERANCES, "tolerances.html.jinja", {}))
-    pages.append((GLOSSARY, "glossary.html.jinja", {}))
-    return pages
+    there = [name for name, needed in BESIDE.items() if common[needed]]
+    return [*pages, *((name, f"{name}.html.jinja", {}) for name in there)]
 
 
 def _places(content: Content) -> dict[str, str]:
     """The page of every place that a link may lead to, by its id."""
     common = content.common
-    places = {"top": "", "findings": "", "cheapest": "", "matrix": "", "systems": ""}
+    places = {"top": "", "findings": "", "matrix": "", "systems": ""}
     places |= {finding.name: page_file(OF_ENGINES) for finding in common["on_engines"]}
-    places |= {OF_ENGINES: page_file(OF_ENGINES)} if common["on_engines"] else {}
-    places |= {SOURCES: page_file(SOURCES)} if common["sources"] else {}
-    places |= {TOLERANCES: page_file(TOLERANCES)} if common["tightness"] else {}
+    places |= {name: page_file(name) for name, needed in BESIDE.items() if common[needed]}
     terms = [search.place_of(term) for term, _ in (*common["terms"], *common["labels"])]
-    places |= dict.fromkeys([GLOSSARY, *terms], page_file(GLOSSARY))
+    places |= dict.fromkeys(terms, page_file("glossary"))
     for view in content.views:
         file = page_file(view.system.name)
         places |= {view.system.name: file}

@@ -27,7 +27,7 @@ from plumbob.reports.view.plotly_figure import (
     rounded,
 )
 from plumbob.reports.view.sweep.text import place, rows, sides, size
-from plumbob.reports.view.tables import table
+from plumbob.reports.view.tables import paragraphs, table
 
 MOST = 160  # columns and rows of a map: the worst of some neighbours stands for them
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -159,7 +159,7 @@ def _curves(swept: Swept, side: int) -> Figure:
         f"Relative error{more}. A gap: a run diverged, or has no exact answer.",
         traces,
         _axis(axis),
-        logarithmic("relative error"),
+        logarithmic("relative error [1]"),
         legend=True,
         wide=True,
     )
@@ -182,7 +182,10 @@ def _blocks(errors: Array, size: int) -> Array:
 
 
 def _axis(side: Side) -> dict[str, object]:
-    return dict(logarithmic(side.name) if side.logarithmic else linear(side.name))
+    by_unit = (line.split(": ") for line in paragraphs("units"))
+    units = {name: f" [{unit}]" for unit, names in by_unit for name in names.split(", ")}
+    title = side.name + units.get(side.name, "")
+    return dict(logarithmic(title) if side.logarithmic else linear(title))
 
 
 def _ticks(low: float, high: float) -> dict[str, object]:
