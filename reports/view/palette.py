@@ -1,7 +1,8 @@
 """One colour and one marker for each method, wherever it appears.
 
-The colour stands for the integrator and the marker for the engine, so that an integrator has the
-same colour in two engines. The colours are distinct under every kind of colour vision (after Okabe
+The colour stands for the integrator, or a contact model, and the marker for the engine, so that an
+integrator has the same colour in two engines; default settings are red and recommended ones blue,
+as in replays. The colours are distinct under every kind of colour vision (after Okabe
 and Ito), on a light and on a dark background.
 """
 
@@ -20,8 +21,8 @@ COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, OLIVE, PERIWINKLE, GREY)  # of w
 
 # Fixed places, so that two pages agree whatever was measured; what is not here takes what is left.
 INTEGRATORS = (
-    ("euler", BLUE),
-    ("rk4", RED),
+    ("euler", RED),
+    ("rk4", BLUE),
     ("implicit", SKY),
     ("implicitfast", GREEN),
     ("discrete", "#8a6a3a"),
@@ -46,8 +47,8 @@ OF_METHODS = MappingProxyType(
         "pymunk/side": GREEN,
     }
 )
-"""Colours in the figures of findings that compare contact models, where the integrator says little;
-the exact answer is grey."""
+"""Colours of methods with a contact model of their own, of which the integrator says little; the
+exact answer is grey."""
 ENGINES = (
     ("mujoco", "circle"),
     ("ode", "square"),
@@ -90,7 +91,7 @@ def styles_of(names: Sequence[str]) -> Mapping[str, Style]:
         pair = (integrator, engine)
         dashes[pair] = dashes.get(pair, -1) + 1  # the same integrator with another contact profile
         by_method[name] = Style(
-            colours[integrator],
+            OF_METHODS.get(name, colours[integrator]),
             shapes[engine] + ("-open" if dashes[pair] % 2 else ""),
             max(5.0, 11.0 - 0.5 * rank),
             DASHES[dashes[pair] % len(DASHES)],
