@@ -37,7 +37,7 @@ KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("capsule-turn-second-order", 0),
     ("energy", 0),
 )
-MOST_FINDINGS = 4
+MOST_FINDINGS = 5
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class Answer:
 
 @dataclass(frozen=True)
 class Card:
-    """A picture on the first screen, most often of a finding."""
+    """A finding on the first screen, with its picture."""
 
-    finding: Finding | None  # that it leads to
+    finding: Finding
     figure: Figure
     picture: str
     names: list[tuple[str, str, str]]  # of its curves, with colours and dashes
@@ -123,12 +123,13 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
     return tuple(chosen[:MOST_FINDINGS])
 
 
-def work_precision(views: Sequence[SystemView]) -> Card | None:
-    """Error against cost where nothing is in contact, of the methods that its page shows first."""
+def work_precision(views: Sequence[SystemView]) -> Mapping[str, Any]:
+    """The picture of error against cost where nothing is in contact, of the methods that its page
+    shows first, with their names; empty where that was not run."""
     for of in (scene for view in views for scene in view.scenes if scene.scene.name == SMOOTH):
         figure = replace(of.figures[0], traces=tuple(shown(of.figures[0], of.at_first)))
-        return Card(None, figure, picture(figure), names(figure))
-    return None
+        return {"picture": picture(figure), "names": names(figure)}
+    return {}
 
 
 def preview_of(findings: Sequence[Finding]) -> Figure | None:
