@@ -36,6 +36,7 @@ COMMANDS = (
     "plan",
     "models",
     "check-engine",
+    "sources",
     "cite",
 )
 

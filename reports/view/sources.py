@@ -3,86 +3,38 @@ looks like."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import tomllib
+from dataclasses import dataclass
 from decimal import Decimal
-from types import MappingProxyType
+from functools import cache
+from pathlib import Path
 
 from plumbob.reports.view.content import Statement
 
-# The sources in the order of their table, each with its places in the order of its text.
-PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "Sudakov 2015": (
-            "introduction",
-            "terms",
-            "characteristics",
-            "(1)",
-            "(2)–(6)",
-            "(4)",
-            "(6)",
-            "(6), (7)",
-            "(7), (9)",
-            "(8)",
-            "(2)–(6), (9)",
-            "(9), (15), (16), Fig. 3",
-            "(10)–(13)",
-            "(15), (16)",
-            "(16)",
-            "numerical experiment",
-            "Fig. 2",
-            "Fig. 2 e",
-            "Fig. 3",
-            "Fig. 3 b",
-            "Fig. 3 c",
-            "Fig. 3 e",
-            "conclusion",
-        ),
-        "Chernousko 2020": (
-            "assumptions",
-            "(1)",
-            "modes",
-            "(2)–(4), (23)",
-            "slow motions",
-            "residual motions",
-            "(5)–(7)",
-            "(7)",
-            "(3), (9)",
-            "(8)–(12)",
-            "(15)",
-            "(17), (20), Fig. 2",
-            "(18)",
-            "(19), (20)",
-            "(21)",
-            "(22), Fig. 2",
-            "(11)–(22)",
-            "after (22)",
-            "(24), (25)",
-            "(28)",
-            "(30)",
-            "(31), Fig. 3",
-            "(31), (32)",
-            "(32)",
-            "after (32)",
-            "controllability",
-            "controllability, 1 and 3",
-            "controllability, 3",
-            "conclusion",
-        ),
-        "Pêndulo Simples": (
-            "acceleration",
-            "equation of motion",
-            "T",
-            "linear equation",
-            "F(t)",
-            "parameters",
-            "X₁, X₂",
-            "integrator",
-            *(f"case {number}" for number in range(1, 8)),
-        ),
-    }
-)
-SOURCES = tuple(PLACES)
+LIST = Path(__file__).parents[1] / "templates" / "statements.toml"
+
+SOURCES = ("Sudakov 2015", "Chernousko 2020", "Pêndulo Simples")
 SUDAKOV, CHERNOUSKO, NOTEBOOK = SOURCES
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A statement of a source: the finding that computes it, empty where it can't be computed, the
+    second method that this is held to, or the reason, and the test of that."""
+
+    source: str
+    place: str
+    text: str
+    finding: str
+    beside: str
+    test: str
+
+
+@cache
+def listed() -> tuple[Listed, ...]:
+    """Every statement of the sources, in the order of their texts."""
+    sources = tomllib.loads(LIST.read_text("utf-8"))
+    return tuple(Listed(source, *row) for source, rows in sources.items() for row in rows)
 
 
 def as_printed(

@@ -9,7 +9,7 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Recommendation
 from plumbob.reports.judge.tightness import ROUND_OFFS, Tightness
 from plumbob.reports.view.content import Finding, Table
-from plumbob.reports.view.sources import PLACES
+from plumbob.reports.view.sources import listed
 from plumbob.reports.view.tables import table, table_or_none
 
 # Relative, and as they are written.
@@ -43,7 +43,7 @@ def sources(findings: Sequence[Finding]) -> Table | None:
     """Every statement of the sources that these findings judge, in the order of their texts, each
     with a link to the finding that shows it; None where they judge none."""
     titles = {finding.name: finding.title for finding in findings}
-    order = [(source, place) for source, places in PLACES.items() for place in places]
+    order = dict.fromkeys((entry.source, entry.place) for entry in listed())
     rank = {both: number for number, both in enumerate(order)}  # one not listed comes last
     rows = [
         (of, of.finding if of.finding in titles else finding.name)
@@ -53,6 +53,13 @@ def sources(findings: Sequence[Finding]) -> Table | None:
     rows.sort(key=lambda row: rank.get((row[0].source, row[0].place), len(rank)))
     counted = Counter(of.verdict for of, _ in rows)
     return table_or_none("sources", rows=rows, titles=titles, counted=counted)
+
+
+def every_statement(findings: Sequence[Finding]) -> Table:
+    """Every statement of the sources' texts, and by which finding and second method it is computed,
+    or why it cannot be."""
+    titles = {finding.name: finding.title for finding in findings}
+    return table("every_statement", rows=listed(), titles=titles)
 
 
 def tightness_tables(every: Sequence[Tightness]) -> tuple[Table, ...]:

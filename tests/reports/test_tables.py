@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
@@ -17,8 +18,9 @@ from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.order import Order
 from plumbob.engines.study.request import Request
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of, system_of, systems
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses import section
 from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
@@ -29,6 +31,8 @@ from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_print
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, finding, nothing
 from plumbob.tests.support.studies import SCENE, quick
+
+TESTS = Path(__file__).parents[1]
 
 
 def measured() -> list[ConvergenceStudy]:
@@ -166,8 +170,10 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
             assert number in said.text
     assert list(dict.fromkeys(line[0].text for line in table.rows)) == [*sources.SOURCES]
     shown = [(line[0].text, line[1].text) for line in table.rows]
-    order = [(source, place) for source, places in sources.PLACES.items() for place in places]
-    assert set(shown) <= set(order)  # list a new place in sources.PLACES, where its text has it
+    order = list(dict.fromkeys((of.source, of.place) for of in sources.listed()))
+    assert set(shown) <= set(
+        order
+    )  # list a new statement in statements.toml, where its text has it
     assert shown == sorted(shown, key=order.index)
     words = " ".join(line[3].text for line in table.rows).split()
     assert {number for number in PRINTED if not any(number in word for word in words)} == set()
@@ -176,6 +182,36 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     links = {line[6].link for line in table.rows}
     assert {"uniformity", "special-functions", "no-symmetry", "generating-solution"} <= links
     assert top_tables.sources([]) is None
+
+
+def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
+    findings: list[Finding],
+) -> None:
+    """By a finding of the page and by a test of its own; and every judged statement is listed."""
+    every, names = sources.listed(), {finding.name for finding in findings}
+    galleries = [of for name in systems() if (shown := section(name)) for of in shown.galleries]
+    names |= {of.template.rpartition("/")[2].replace("_", "-") for of in galleries}
+    computed = [of for of in every if of.finding]
+    assert (len(every), len(computed)) == (176, 165)
+    assert list(dict.fromkeys(of.source for of in every)) == [*sources.SOURCES]
+    assert len({(of.source, of.place, of.text) for of in every}) == len(every)
+    assert {of.finding for of in computed} <= names
+    for of in every:
+        assert of.beside
+        assert bool(of.test) == bool(of.finding)
+        if of.finding:
+            path, _, name = of.test.partition("::")
+            assert f"def {name}(" in (TESTS / path).read_text("utf-8"), of.test
+    table = top_tables.sources(findings)
+    assert table
+    judged = {(line[0].text, line[1].text, line[6].link) for line in table.rows}
+    shown_by = {"uniformity": "claims", "special-functions": "claims"}
+    listed = {(of.source, of.place, of.finding) for of in computed}
+    for source, place, name in judged:
+        assert listed & {(source, place, name), (source, place, shown_by.get(name, ""))}
+    drawn = top_tables.every_statement(findings)
+    assert len(drawn.rows) == len(every)
+    assert "176, of which 165 are computed and 11 cannot be" in drawn.caption
 
 
 def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings() -> None:

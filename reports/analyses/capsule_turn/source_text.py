@@ -23,7 +23,7 @@ from plumbob.reports.analyses.measurements import problem
 SHOWN = 0.3  # epsilon: friction is seen there
 SMALL, SHORTER = 0.03, 10.0  # epsilon of a turn, and how many times shorter it is made
 THOUSAND = "capsule-turn/thousand"
-PLACES = 72  # round the circle
+PLACES = 24  # round the circle
 NODES = 32  # Gauss points of a smooth segment
 
 

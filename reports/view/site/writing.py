@@ -212,6 +212,7 @@ def _common(
         "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
+        "every_statement": top_tables.every_statement(findings),
         "tightness": top_tables.tightness_tables(records.study.tightness),
         "tight": records.study.tightness,
         "styles": styles(study.methods),
