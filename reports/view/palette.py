@@ -80,7 +80,7 @@ def styles_of(names: Sequence[str]) -> Mapping[str, Style]:
     """The same of methods by their names."""
     colours, shapes = dict(INTEGRATORS), dict(ENGINES)
     by_method: dict[str, Style] = {}
-    dashes: dict[tuple[str, str], int] = {}
+    dashes: dict[str, int] = {}  # by colour, so that the two tell methods apart
     for rank, name in enumerate(names):
         engine, _, variant = name.partition("/")
         integrator = variant.partition("+")[0]
@@ -88,12 +88,12 @@ def styles_of(names: Sequence[str]) -> Mapping[str, Style]:
             colours[integrator] = OTHERS[(len(colours) - len(INTEGRATORS)) % len(OTHERS)]
         if engine not in shapes:
             shapes[engine] = SHAPES[(len(shapes) - len(ENGINES)) % len(SHAPES)]
-        pair = (integrator, engine)
-        dashes[pair] = dashes.get(pair, -1) + 1  # the same integrator with another contact profile
+        colour = OF_METHODS.get(name, colours[integrator])
+        dashes[colour] = dashes.get(colour, -1) + 1
         by_method[name] = Style(
-            OF_METHODS.get(name, colours[integrator]),
-            shapes[engine] + ("-open" if dashes[pair] % 2 else ""),
+            colour,
+            shapes[engine] + ("-open" if dashes[colour] % 2 else ""),
             max(5.0, 11.0 - 0.5 * rank),
-            DASHES[dashes[pair] % len(DASHES)],
+            DASHES[dashes[colour] % len(DASHES)],
         )
     return by_method
