@@ -14,10 +14,12 @@ import pytest
 from hypothesis import settings
 
 from plumbob.engines.study.convergence import SEED
+from plumbob.reports.commands.arguments import values
 from plumbob.tests.contracts.second_copies import second_copies
 from plumbob.tests.contracts.tree import layer_modules
 from plumbob.tests.sharing.shared import share
 from plumbob.tests.support.browser import driven
+from plumbob.tests.support.schemas import held
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -86,6 +88,14 @@ def _shares(tmp_path_factory: pytest.TempPathFactory) -> None:
     """The processes of one run share what is expensive to make."""
     if "PYTEST_XDIST_WORKER" in os.environ:
         share(tmp_path_factory.getbasetemp().parent / "shared")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _json_keeps_to_its_schema() -> Iterator[None]:
+    """Whatever a test has printed with --json is held against the command's schema."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(values, "print_json", held(values.print_json))
+        yield
 
 
 @pytest.fixture(autouse=True, scope="session")

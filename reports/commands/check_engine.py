@@ -11,7 +11,7 @@ from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.commands.arguments.values import print_json
+from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.engine_check import Checked, check_engine
 
 MISSING = 3
@@ -34,7 +34,7 @@ def command(chosen: argparse.Namespace) -> int:
         if not chosen.json:
             print(_line(checked), flush=True)
     if chosen.json:
-        print_json([asdict(checked) for checked in done])
+        values.print_json([asdict(checked) for checked in done])
     return int(any(checked.status == "fail" for checked in done))
 
 

@@ -1,4 +1,4 @@
-"""plumbob list: what there is: systems, scenes, methods, models."""
+"""plumbob list: what there is: systems, scenes, methods, models, schemas."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from pathlib import Path
 from plumbob.engines.registry import engines, installed
 from plumbob.models.registry import systems
 
-KINDS = ("systems", "scenes", "methods", "models")
+KINDS = ("systems", "scenes", "methods", "models", "schemas")
+SCHEMAS = Path(__file__).parents[1] / "templates" / "schemas"  # of each command's --json
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -31,6 +32,8 @@ def _rows(kind: str) -> list[tuple[str, str]]:
         return [(s.name, s.summary) for system in systems().values() for s in system.scenes]
     if kind == "models":
         return [(path.stem, str(path)) for path in _models()]
+    if kind == "schemas":
+        return [(path.stem, str(path)) for path in sorted(SCHEMAS.iterdir())]
     rows = []
     for engine in engines().values():
         missing = "" if installed(engine) else f" ({engine.package} is not installed)"

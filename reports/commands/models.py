@@ -14,7 +14,7 @@ from plumbob.engines.method import time_step
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
 from plumbob.models.registry import systems
-from plumbob.reports.commands.arguments.values import number, print_json
+from plumbob.reports.commands.arguments import values
 
 MODELS = Path(models.__file__).parent
 ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITATION.cff")
@@ -55,7 +55,7 @@ def command(chosen: argparse.Namespace) -> int:
             print(f"{folder.name}  {folder}")
         return 0
     target = Path(chosen.dir)
-    step = None if chosen.step is None else time_step("step", number("step", chosen.step))
+    step = None if chosen.step is None else time_step("step", values.number("step", chosen.step))
     files = [
         (_content(path, step), target / folder.name / path.name)
         for folder in folders
@@ -81,7 +81,7 @@ def _check(file: Path, as_json: bool) -> int:
 
     readers = read_by(file)
     if as_json:
-        print_json([asdict(reader) for reader in readers])
+        values.print_json([asdict(reader) for reader in readers])
         return 0
     for reader in readers:
         print(f"{reader.engine:<10} {reader}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import fill, indent
@@ -12,7 +11,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import FileChecks, Settings, SettingsToPaste
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.registry import engine_of, installed, method
-from plumbob.reports.commands.arguments.values import number, positive_number
+from plumbob.reports.commands.arguments import values
 
 CHECKED = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
 
@@ -25,14 +24,19 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("METHOD", None, "given, as `plumbob settings METHOD --step DT`")
     if chosen.step is None:
         raise ParameterError("step", None, "given, in seconds: settings are for one step")
-    named, step = method(chosen.method), time_step("step", number("step", chosen.step))
+    named, step = method(chosen.method), time_step("step", values.number("step", chosen.step))
     of_engine = engine_of(named).ability(SettingsToPaste)
     if of_engine is None or named.control != "step":
         raise ParameterError("method", named.name, "one of an engine with settings to paste")
-    stiffness = None if chosen.stiffness is None else positive_number("stiffness", chosen.stiffness)
-    friction = positive_number("friction", chosen.friction)
+    stiffness = (
+        None if chosen.stiffness is None else values.positive_number("stiffness", chosen.stiffness)
+    )
+    friction = values.positive_number("friction", chosen.friction)
     settings = of_engine.write(named, step, stiffness, friction)
-    print(json.dumps(asdict(settings), indent=1) if chosen.json else _text(settings))
+    if chosen.json:
+        values.print_json(asdict(settings))
+    else:
+        print(_text(settings))
     return 0
 
 
@@ -66,7 +70,7 @@ def _check(chosen: argparse.Namespace) -> int:
         raise ParameterError("method", named.name, "one of an installed engine that reads MJCF")
     checked = checks.check(Path(chosen.check), named)
     if chosen.json:
-        print(json.dumps(asdict(checked), indent=1))
+        values.print_json(asdict(checked))
         return 1 if checked.warnings else 0
     for warning in checked.warnings:
         print(f"warning: {warning}")

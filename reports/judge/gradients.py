@@ -68,7 +68,7 @@ class JudgedGradient:
             "computed": tried and tried.computed,
             "relative_error": self.relative_error,
             "predicted_error": self.predicted_error,
-            "left_open": tried and self._relative(tried.left_open),
+            "left_open": tried and self._relative(math.copysign(tried.left_open, of.exact)),
             "eps": tried and tried.eps,
             "predicted_best_eps": of.predicted_best,
             "measured_best_eps": of.measured_best,
