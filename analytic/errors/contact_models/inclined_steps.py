@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, course
+from plumbob.analytic.errors.contact_models.soft_friction import Held, drifted
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
@@ -44,13 +44,10 @@ class InclineErrors:
             errors = {n: v - exact[n] for n, v in zip(exact, stepped, strict=True)}
             rounded = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(errors, {"x": rounded * (step + times), "speed": rounded})
-        held = corner(cube)
-        drifts = scheme.contact and not cube.speed and held.holds(scheme.contact)
-        if scheme.contact is None or not drifts or scheme.integrator not in STEPPED:
+        drift = drifted(scheme, corner(cube), step, marks)
+        if cube.speed or not len(drift):
             return SteppedErrors({})
-        along = np.array([np.cos(cube.heading), np.sin(cube.heading)])
-        drifted = along @ course(scheme, step, held.drift(scheme.contact, step), marks)
-        return SteppedErrors(dict(zip(exact, drifted, strict=True)), cube.uncertainty(times))
+        return SteppedErrors(dict(zip(exact, drift, strict=True)), cube.uncertainty(times))
 
     def _hard(self, scheme: Scheme, step: float, steps: int) -> Array:
         """Place and speed after each step of EULER, shape (2, steps + 1)."""

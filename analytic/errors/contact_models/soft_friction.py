@@ -113,13 +113,18 @@ class Held:
         return late + abs((1.0 - first) / first / ((1.0 - last) / last) - 1.0)
 
 
-def course(scheme: Scheme, step: float, drift: tuple[Array, Array], counts: Array) -> Array:
-    """Way [m] and speed [m/s] along each tangent after the numbers of steps `counts`, shape (n,),
-    of what starts at rest: shape (2, 2, n), the way first."""
-    speeds, fall = drift[0][:, None], -step * drift[1]
+def drifted(scheme: Scheme, held: Held, step: float, counts: Array) -> Array:
+    """Way [m] and speed [m/s] along the pull after the numbers of steps `counts`, shape (n,), of
+    what starts at rest: shape (2, n), the way first; empty where that is not known."""
+    point = scheme.contact
+    if point is None or scheme.integrator not in STEPPED or not held.holds(point):
+        return np.empty((0, len(counts)))
+    speeds, falls = held.drift(point, step)
+    speeds, fall = speeds[:, None], -step * falls
     euler = scheme.integrator == EULER
     growth = 1.0 + fall if euler else np.polyval(GROWTH, fall)
     gained = growth if euler else (growth - 1.0) / fall
     powers = growth[:, None] ** counts
     ways = step * speeds * (counts - (gained / (1.0 - growth))[:, None] * (1.0 - powers))
-    return np.array([ways, speeds * (1.0 - powers)])
+    along = held.pull / (np.hypot(*held.pull) or 1.0)
+    return np.asarray(along @ np.array([ways, speeds * (1.0 - powers)]))

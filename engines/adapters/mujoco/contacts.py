@@ -46,7 +46,6 @@ EXACT = 0.0  # solver tolerance of a single scalar constraint, solved by project
 
 SOLVED = 1e-8  # tolerance that MuJoCo's solver has by default
 SETTLING = 4.0  # calibrated, of a part of a drift; tests/on_plane/test_held_bodies.py holds it
-DIRECTIONS = 3  # in which a lone body moves
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
 
@@ -199,13 +198,13 @@ def scheme(method: Method) -> Scheme:
 
 
 def drift_error(
-    point: SoftPoint, held: Held, duration: float, step: float
+    point: SoftPoint, held: Held, duration: float, step: float, inertia: float
 ) -> Mapping[str, Mapping[str, float]]:
-    """Bounds on way and speed of what drifts: the solver leaves an acceleration at each step, of a
-    body with DIRECTIONS, which the contact's damping forgets; as it does what normal forces that
-    settle change of the drift."""
+    """Bounds on way and speed of what drifts: the solver leaves an acceleration at each step, with
+    the `inertia` of all coordinates over the body's, which the contact's damping forgets; as it
+    does what normal forces that settle change of the drift."""
     damping = rates(point, step)[1]
-    left = math.sqrt(2.0 * DIRECTIONS * SOLVED) / damping
+    left = math.sqrt(2.0 * inertia * SOLVED) / damping
     slow = 0.0
     if held.holds(point):
         slow = SETTLING * held.settling(point, step) * float(np.hypot(*held.drift(point, step)[0]))

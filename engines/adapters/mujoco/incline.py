@@ -11,25 +11,20 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.inclined_steps import corner
-from plumbob.engines.adapters.mujoco import contacts, options
+from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.rolling_ball import OVERSHOOT
-from plumbob.engines.adapters.mujoco.translation import Translation, read
+from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
 from plumbob.engines.method import Method
 
 scheme = contacts.scheme
+DIRECTIONS = 3  # in which the cube moves
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
     inclined, along `heading`; the contacts' axes are those of the plane."""
     spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
-    options.apply(spec, profile.options, step)
-    for name, value in profile.pair(step).items():
-        setattr(spec.pair("contact"), name, value)
-
-    def tune(model: mujoco.MjModel) -> None:
-        model.body_invweight0 *= profile.softening
-
+    tune = with_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
     return Translation(
         spec,
@@ -47,7 +42,7 @@ def model_error(
     follow the slip, until the deflection does. For soft contacts: where the solver ends."""
     profile = contacts.on_plane(method.settings)
     if profile.point is not None:
-        return contacts.drift_error(profile.point, corner(problem), duration, step)
+        return contacts.drift_error(profile.point, corner(problem), duration, step, DIRECTIONS)
     f, largest = problem.friction, abs(problem.speed) + problem.pull * duration
     drift = profile.slip_compliance(step) * f * problem.press
     pushed = OVERSHOOT * f**2 * profile.coupling() * largest / contacts.STIFFNESS

@@ -14,6 +14,7 @@ EVERY = (*UNCOUPLED, ON_SUPPORTS)
 ALL = (*EVERY, SMOOTH, ON_PLANE)
 DRIVEN = ("simple-pendulum/forced-*", "linear-pendulum/forced-*")
 UNPLANNED = ("!capsule-plan",)  # plans show no more of contacts than short motions
+HELD = (*UNPLANNED, "pinch")
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 RK4_STEP = Scheme(RK4, "start")
 
@@ -90,10 +91,10 @@ _TALL = "a body of another height"
 _PLANAR = "a body that cannot tilt"
 METHODS = (
     *PLAIN,
-    _capsule("pyramidal", systems=UNPLANNED, contact="pyramidal"),
-    _capsule("elliptic", systems=UNPLANNED, contact="elliptic"),
-    _capsule("elliptic+noslip", systems=UNPLANNED, contact="elliptic+noslip"),
-    _capsule("coulomb", systems=("rolling-ball", "incline"), contact="coulomb"),
+    _capsule("pyramidal", systems=HELD, contact="pyramidal"),
+    _capsule("elliptic", systems=HELD, contact="elliptic"),
+    _capsule("elliptic+noslip", systems=HELD, contact="elliptic+noslip"),
+    _capsule("coulomb", systems=("rolling-ball", "incline", "pinch"), contact="coulomb"),
     _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
     _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
     _capsule("coulomb", "RK4", contact="coulomb"),

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco import contacts, options
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco import contacts
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read, with_contacts
 from plumbob.engines.method import Method
 
 SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
@@ -23,14 +23,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
     spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
-    # for `settled`: the default contact is the same at every step
-    options.apply(spec, profile.options, step if profile.convergent else max(step, SLOW))
-    pair, start = spec.pair("contact"), spec.key("start")
-    for name, value in profile.pair(step).items():
-        setattr(pair, name, value)
-
-    def tune(model: mujoco.MjModel) -> None:
-        model.body_invweight0 *= profile.softening
+    tune, start = with_contacts(spec, profile, step), spec.key("start")
+    if not profile.convergent:  # for `settled`: the default contact is the same at every step
+        spec.option.timestep = max(step, SLOW)
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {"z": qpos[:, 1]}

@@ -15,6 +15,8 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
+from plumbob.engines.adapters.mujoco import options
+from plumbob.engines.adapters.mujoco.contacts import ContactProfile
 
 Named = Mapping[str, Array]
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
@@ -56,6 +58,22 @@ def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> Map
     states = motion.observe(np.linspace(0.0, duration, 101))
     fastest = max(float(np.abs(states[name]).max()) for name in motion.system.rates)
     return {"rounding of the solver": ULP / (1 - loop.impedance) * (fastest * duration) ** 2 / 2}
+
+
+def with_contacts(
+    spec: mujoco.MjSpec, chosen: ContactProfile, step: float
+) -> Callable[[mujoco.MjModel], None]:
+    """Set the options of a profile and its fields of every pair at `step` [s]; what is left to
+    `tune` is returned."""
+    options.apply(spec, chosen.options, step)
+    for pair in spec.pairs:
+        for name, value in chosen.pair(step).items():
+            setattr(pair, name, value)
+
+    def tune(model: mujoco.MjModel) -> None:
+        model.body_invweight0 *= chosen.softening
+
+    return tune
 
 
 def read(mjcf: Path) -> mujoco.MjSpec:

@@ -1,0 +1,74 @@
+"""A body that friction holds between two fingers: nothing moves.
+
+Each finger presses with N along the normal, and holds half of the load F = |(push, m (g + lift))|,
+across it, in the frame of the hand; friction holds it while F <= 2 f N (Coulomb 1785).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.reference import Array, LinearResponse
+
+
+@dataclass(frozen=True)
+class Pinch(LinearResponse):
+    """A cube of edge `size` [m] and `mass` [kg] between two fingers of `finger_mass` [kg] each that
+    press with `normal_force` [N] and a coefficient of `friction`, under `gravity` [m/s^2] and a
+    horizontal force `push` [N] across the fingers, while the hand accelerates upward by `lift`
+    [m/s^2]. Raises ParameterError, also where friction does not hold it.
+
+    >>> Pinch(1.0, 0.05, 0.1, 0.5, 20.0, 10.0).fraction
+    0.5
+    """
+
+    mass: float
+    size: float
+    finger_mass: float
+    friction: float
+    normal_force: float
+    gravity: float
+    push: float = 0.0
+    lift: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            check = finite if field.name in ("push", "lift") else positive
+            check(field.name, getattr(self, field.name))
+        if self.fraction > 1.0:
+            least = self.load / (2.0 * self.friction)
+            raise ParameterError(
+                "normal_force", self.normal_force, f"{least:.6g} N or more, or the body slips"
+            )
+
+    @property
+    def pull(self) -> Array:
+        """What friction holds, down and across [N], shape (2,)."""
+        return np.array([self.mass * (self.gravity + self.lift), self.push])
+
+    @property
+    def load(self) -> float:
+        """Its magnitude [N]."""
+        return math.hypot(*self.pull)
+
+    @property
+    def fraction(self) -> float:
+        """Part of the largest friction that it takes."""
+        return self.load / (2.0 * self.friction * self.normal_force)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Slip [m] along the load and its rate, `speed` [m/s], at `times` [s], shape (n,): none."""
+        still = np.zeros(len(times))
+        return {"slip": still, "speed": still}
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """The last place of its edge [m], and of a speed gained over it, shape (n,); rest is
+        exact."""
+        place = np.full(len(times), ULP * self.size)
+        return {"slip": place, "speed": place * math.sqrt(self.load / self.mass / self.size)}

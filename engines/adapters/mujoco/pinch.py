@@ -1,0 +1,74 @@
+"""The pinched cube in MuJoCo's terms: slides, two fingertips on slides of their own, and motors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.errors.contact_models.pinch_steps import TIP, fingertip
+from plumbob.engines.adapters.mujoco import contacts
+from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
+from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
+from plumbob.engines.method import Method, Unsupported
+
+scheme = contacts.scheme
+TIPS = ("left", "right")
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate a Pinch, in the frame of its hand, at the static depth of its contacts; the push is
+    gravity's, for the fingers do not move along it."""
+    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    tune = with_contacts(spec, profile, step)
+    down, across = problem.pull / problem.load
+    depth = profile.depth(fingertip(problem), step)
+    if profile.convergent and depth > TIP * problem.size:
+        raise Unsupported("at this step the contacts are too deep")
+    return Translation(
+        spec,
+        np.array([0.0, 0.0, 0.0, depth, depth]),
+        np.zeros(5),
+        lambda qpos, qvel: (
+            {
+                "slip": across * qpos[:, 0] - down * qpos[:, 2],
+                "speed": across * qvel[:, 0] - down * qvel[:, 2],
+            },
+            {"sideways": down * qpos[:, 0] + across * qpos[:, 2]},
+        ),
+        control=lambda times: np.full((len(times), 2), float(problem.normal_force)),
+        tune=tune,
+    )
+
+
+def model_error(
+    problem: Any, duration: float, method: Method, step: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Bounds on the drift of a convergent profile; for soft contacts, on where the solver ends."""
+    profile, held = contacts.on_plane(method.settings), fingertip(problem)
+    if profile.point is None:
+        speed = {"drift": profile.slip_compliance(step) * held.weight * problem.load}
+        return {"slip": {why: v * duration for why, v in speed.items()}, "speed": speed}
+    inertia = DIRECTIONS + 2.0 * problem.finger_mass / problem.mass
+    bounds = contacts.drift_error(profile.point, held, duration, step, inertia)
+    return {"slip": bounds["x"], "speed": bounds["speed"]}
+
+
+def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
+    spec, half = read(mjcf), problem.size / 2.0
+    down, across = problem.pull / problem.mass
+    spec.option.gravity = [across, 0.0, -down]
+    cube = spec.body("cube")
+    cube.mass, spec.geom("cube").size = problem.mass, [half] * 3
+    cube.inertia = [problem.mass * problem.size**2 / 6.0] * 3
+    for tip, side in zip(TIPS, (-1.0, 1.0), strict=True):
+        radius = TIP * problem.size
+        spec.geom(tip).size[0], spec.body(tip).mass = radius, problem.finger_mass
+        spec.body(tip).pos = [0.0, side * (half + radius), 0.0]
+        spec.pair(tip).friction[:2] = [problem.friction] * 2
+    spec.key("start").ctrl = [problem.normal_force] * 2
+    return spec

@@ -1,0 +1,62 @@
+"""The pinched cube in pymunk, seen from the side on which it would slip: fingers in grooves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pymunk
+
+from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+ITERATIONS = 20
+SETTLING = 40.0  # iterations of the first step, for each time that cube and finger differ in mass:
+# one of them leaves exp(-1/that) to the next
+MOST = 1_000_000
+
+model_error = no_error
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a plumbob.analytic.systems.pinch.Pinch: x is along the load."""
+    space, edge = pymunk.Space(), problem.size
+    space.collision_slop, space.iterations = 2.0 * DEPTH * edge, ITERATIONS
+    cube = pymunk.Body(problem.mass, float("inf"))
+    space.add(cube, box := pymunk.Poly.create_box(cube, (edge, edge)))
+    box.friction = problem.friction  # the product counts
+    fingers = [
+        (finger(problem, space, side), (0.0, -side * problem.normal_force)) for side in (-1.0, 1.0)
+    ]
+
+    def press(time: float) -> None:
+        cube.apply_force_at_local_point((problem.load, 0.0))
+        for body, force in fingers:
+            body.apply_force_at_local_point(force)
+
+    places = {body: body.position for body in space.bodies}
+    press(0.0)
+    ratio = problem.mass / problem.finger_mass
+    space.iterations = min(round(SETTLING * max(ratio, 1.0 / ratio)) + ITERATIONS, MOST)
+    space.step(step)  # and undone: the solver begins with the impulses of a step before
+    space.iterations = ITERATIONS
+    for body, place in places.items():
+        body.position, body.velocity = place, (0.0, 0.0)
+    return Translation(
+        space, lambda: {"slip": cube.position.x, "speed": cube.velocity.x}, act=press
+    )
+
+
+def finger(problem: Any, space: pymunk.Space, side: float) -> pymunk.Body:
+    """A finger on one side of the cube, in a groove across the load."""
+    edge = problem.size
+    body = pymunk.Body(problem.finger_mass, float("inf"))
+    body.position = (0.0, side * edge * (1.0 - DEPTH))
+    tip = pymunk.Poly.create_box(body, (edge / 2.0, edge))
+    tip.friction = 1.0
+    ends = (0.0, -4.0 * edge), (0.0, 4.0 * edge)
+    groove = pymunk.GrooveJoint(space.static_body, body, *ends, (0.0, 0.0))
+    groove.error_bias = 0.0
+    space.add(body, tip, groove)
+    return body

@@ -1,0 +1,81 @@
+"""A cube that friction holds between two fingers: pinch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.systems.pinch import Pinch
+from plumbob.analytic.theory import ErrorTheory
+from plumbob.models.field_systems import field_system, field_values
+from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
+
+MASS, FRICTION, GRAVITY = 0.2, 0.6, 9.81
+
+
+def errors(pinch: Pinch) -> ErrorTheory:
+    """Theory of the errors of steps on the cube."""
+    from plumbob.analytic.errors.contact_models.pinch_steps import PinchErrors
+
+    return PinchErrors(pinch)
+
+
+def facts(pinch: Pinch) -> Mapping[str, Any]:
+    """What friction holds [N], its part of the largest friction, and the least normal force [N]."""
+    least = pinch.load / (2.0 * pinch.friction)
+    return {"load": pinch.load, "fraction": pinch.fraction, "least_normal_force": least}
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The slip, relative to the edge."""
+    return (Quantity("slip", case.problem.size),)
+
+
+def _scene(
+    case: str, summary: str, fraction: float, push: float = 0.0, lift: float = 0.0, **more: Any
+) -> Scene:
+    load = math.hypot(MASS * (GRAVITY + lift), push)
+    normal_force = load / (2.0 * FRICTION * fraction)
+    values = (MASS, 0.08, 0.5, FRICTION, normal_force, GRAVITY, push, lift)
+    return Scene(
+        f"pinch/{case}",
+        summary,
+        field_values(Pinch, values),
+        1.0,
+        step_sizes(5e-3, 5e-4),
+        "Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
+        **more,
+    )
+
+
+_HARD = "friction used up but for a thousandth of it"
+SYSTEM = field_system(
+    Pinch,
+    Path(__file__).parent / "pinch.xml",
+    name="pinch",
+    title="Cube between two fingers",
+    observables=(Observable("slip", "m"), Observable("speed", "m/s")),
+    scenes=(
+        _scene("0.5", "half of the friction holds it", 0.5, profile="quick"),
+        _scene("0.9", "0.9 of the friction holds it", 0.9),
+        _scene("0.999", "0.999 of the friction holds it", 0.999, hard=_HARD),
+        _scene("lifted", "lifted with 5 m/s^2", 0.9, lift=5.0),
+        _scene(
+            "pushed",
+            "pushed aside with its weight",
+            0.9,
+            push=MASS * GRAVITY,
+            hard="a pyramid has 0.71 of the friction there",
+        ),
+    ),
+    default="0.9",
+    reference=lambda pinch: pinch,
+    errors=errors,
+    invariants=lambda pinch, observed: {},  # nothing moves
+    facts=facts,
+    kind=ON_PLANE,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)
