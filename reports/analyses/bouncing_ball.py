@@ -41,7 +41,7 @@ def numbers(study: Study) -> Record | None:
             restitution=ball.restitution,
             step=STEP,  # [s]
             measured=measured,
-            contacts=tuple(contacts),  # e, damping ratio, solref
+            contacts=contacts,  # e, damping ratio, solref
             late=late,  # what half a step of the damper does to e
         )
         if measured

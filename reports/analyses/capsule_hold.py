@@ -29,7 +29,7 @@ def numbers(study: Study) -> Record | None:
         "noslip": _steepest(rows, "coulomb+noslip"),
     }
     return Record(
-        scenes=tuple(scene.name for scene in tilted),
+        scenes=[scene.name for scene in tilted],
         step=step,  # [s]
         rows=rows,
         slides=SLIDES,
@@ -62,8 +62,8 @@ def _drifts(study: Study, tilted: Sequence[Scene], method: str, step: float) -> 
         return None
     return Record(
         method=method,
-        distances=tuple(distances),  # [m]; None: not measured
-        speeds=tuple(speeds),  # [m/s], their means
+        distances=distances,  # [m]; None: not measured
+        speeds=speeds,  # [m/s], their means
     )
 
 

@@ -97,7 +97,7 @@ def energy_drift(motion: PendulumMotion, method: str, step: float, run: Trajecto
     return Record(
         times=times,  # [s]
         errors=errors,  # [J], at them
-        rate=float(rate),  # [J/s], of the line
+        rate=rate,  # [J/s], of the line
         scatter=scatter,  # [J], largest deviation from it
         predicted=predicted(motion, method, step),  # [J/s]; None where there is no theory
         # [J/s], one standard deviation of the drift from rounding theta

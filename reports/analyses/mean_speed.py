@@ -72,13 +72,13 @@ def numbers(study: Study) -> Record | None:
         longest=high - low,  # [m]: the longest stroke
         paused=many.mean_speed,  # with a pause to the next step
         runs=tuple(_reached(study, many)),
-        over_push=tuple(
+        over_push=[
             Record(
                 brake=brake,  # w2 over f g/mu
                 speeds=_speeds(brake),
             )
             for brake in BRAKES
-        ),
+        ],
         pushes=PUSHES,
         stroke=STROKE,  # [m]
         check_stroke=CHECKED,  # [m]

@@ -37,8 +37,8 @@ def growth_at_saddle(
         rate=saddle.rate,  # [1/s], at which a motion departs from it
         start=start,  # [s], of the stay
         end=end,
-        runs=tuple(_grown(method, trace, start, end) for method, trace in traces.items()),
-        methods=tuple(method.name for method in study.methods),  # of the study
+        runs=[_grown(method, trace, start, end) for method, trace in traces.items()],
+        methods=[method.name for method in study.methods],  # of the study
         times=times,  # [s]
         rounding=rounding,  # [rad], the effect of one rounding of each input, at them
         stay=stay,  # times [s] of the stay

@@ -90,9 +90,9 @@ def _contacts(request: ExtraRun, run: Trajectory) -> Record:
         method=request.method,
         step=request.step,  # [s]
         error=end_error(LINE, run),  # of the displacement, relative
-        vertical_range=float(np.ptp(height)),  # [m]
+        vertical_range=np.ptp(height),  # [m]
         # fraction of samples with a contact missing while the body slides
-        missing=float(np.mean(contacts[run.times < motion.t_star] < 3)),
+        missing=np.mean(contacts[run.times < motion.t_star] < 3),
         times=run.times,  # [s], of the rows below
         heights=np.maximum(np.abs(height), FLOOR),  # [m], above zero
         contacts=contacts,
@@ -142,7 +142,7 @@ def _load_errors(method: str, run: Trajectory) -> Record:
     settled = run.times > problem(STATICS).motion.t2 + SETTLED * STATICS_STEP
     return Record(
         method=method,
-        at_rest=float(distances[settled].max()),  # the largest after the motion
+        at_rest=distances[settled].max(),  # the largest after the motion
         times=run.times,  # [s]
         distances=distances,
         half_step=half_step,  # distances from statics with the predicted error of the step

@@ -66,9 +66,9 @@ def errors(study: Study) -> Record | None:
     bad = [abs(error) for converges, error in middle if not converges and error is not None]
     return Record(
         exact=exact,  # [m]
-        predicted=tuple(step_term(LINE, step) / exact for step in STEPS),  # relative, at STEPS
+        predicted=[step_term(LINE, step) / exact for step in STEPS],  # relative, at STEPS
         predicted_turned=step_term(LINE, TURNED_STEP) / exact,
-        methods=tuple(methods),
+        methods=methods,
         beyond=_beyond_the_step(study),
         convergence=_convergence(study, exact),  # steps [s] and errors, by method
         good=max(good, default=None),  # the largest of methods that converge, at the middle step
@@ -176,8 +176,8 @@ def _places(study: Study, method: str, raised: float) -> Record | None:
         method=method,
         phases=phases,  # fraction of a step at which the body stops
         errors=errors,
-        distance=float(bare),  # the largest from the parabola, relative
-        deflected_distance=float(deflected),  # the same with the deflection of contacts added
+        distance=bare,  # the largest from the parabola, relative
+        deflected_distance=deflected,  # the same with the deflection of contacts added
     )
 
 

@@ -74,7 +74,7 @@ def heights(study: Study) -> Record | None:
         moment=posed.setup.capsule.friction * posed.setup.capsule.weight * height,
         runs=every,  # in the plane at both steps, above it at both
         # [N], the largest change of the load at A2 at the coarse step
-        shift=float(np.abs(tall.loads - low.loads).max()),
+        shift=np.abs(tall.loads - low.loads).max(),
         # of the displacement at both steps, relative
         changes=(
             abs(tall.error - low.error),
@@ -91,7 +91,7 @@ def _height_run(request: ExtraRun, run: Trajectory) -> Record:
         method=request.method,
         step=request.step,  # [s]
         error=end_error(TILTED, run),  # of the displacement, relative
-        largest_heading=float(np.abs(run.observables["heading"]).max()),  # [rad]
+        largest_heading=np.abs(run.observables["heading"]).max(),  # [rad]
         times=run.times,  # [s]
         loads=run.observables[LOAD],  # [N], at A2
     )
@@ -152,7 +152,7 @@ def saving(study: Study) -> Record | None:
     ]
     return (
         Record(
-            costs=tuple(costs),
+            costs=costs,
             part=costs[1].relative,  # of the first full model's cost
             saved=1.0 - costs[1].relative,
             step=SAVING_STEP,

@@ -41,7 +41,7 @@ def numbers(study: Study, scene: Scene) -> Record:
         displacement=line.displacement,  # [m]
         condition=condition_number(line),
         lightest=float(np.min(lowest)) / body.weight,  # the smallest normal force over the weight
-        ends=tuple(ends),
+        ends=ends,
     )
 
 

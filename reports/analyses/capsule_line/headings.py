@@ -43,7 +43,7 @@ def isotropy(study: Study) -> Record | None:
         default_spread=default.spread if default else None,
         recommended_spread=recommended.spread if recommended else None,
         # the largest size of an error
-        recommended=float(recommended.errors.max()) if recommended else None,
+        recommended=recommended.errors.max() if recommended else None,
     )
 
 
@@ -63,7 +63,7 @@ def _over_headings(study: Study, method: str) -> Record | None:
     return Record(
         method=method,
         errors=errors,
-        spread=float(np.ptp(errors)),
+        spread=np.ptp(errors),
         ahead=ahead,  # [%]
         aside=aside,  # [%]
     )
@@ -75,7 +75,7 @@ def _heading(errors: Array, end: Callable[[Array], np.intp]) -> Record:
     angle = ANGLES[place]
     return Record(
         angle=angle,  # [degrees]
-        size=float(errors[place]),  # relative
+        size=errors[place],  # relative
         # angle to the nearest axis of the friction pyramid [degrees]
         off_axis=abs((angle + 45) % 90 - 45),
     )

@@ -72,10 +72,10 @@ def misprints(study: Study) -> Record:
     if run := study.answer(ExtraRun(LINE, MUJOCO, STEP)):
         at_stop = float(np.interp(line.t_star, run.times, run.observables["velocity"]))
     return Record(
-        printed=float(printed_body_velocity(line, stop)[0]),  # [m/s] at t*, as the two below
-        derived=float(line.body_velocity(stop)[0]),
+        printed=printed_body_velocity(line, stop)[0],  # [m/s] at t*, as the two below
+        derived=line.body_velocity(stop)[0],
         measured=at_stop,
-        travel=float(line.strokes(np.array([line.t2]))[0]),  # [m], of the slider until t2
+        travel=line.strokes(np.array([line.t2]))[0],  # [m], of the slider until t2
         times=times,
         derived_rates=line.body_velocity(times),
         printed_rates=printed_body_velocity(line, times[times <= line.t_star]),  # until t*
@@ -108,8 +108,8 @@ def _line(study: Study, scene: str) -> Record:
         angle=math.degrees(motion.direction) % 360.0,  # [degrees]
         displacement=motion.displacement,  # [m]
         # of the displacement, relative, for each of ON_LINES
-        errors=tuple(displacement_error(study, scene, method, STEP) for method in ON_LINES),
-        turns=tuple(turns),  # [rad], the largest
+        errors=[displacement_error(study, scene, method, STEP) for method in ON_LINES],
+        turns=turns,  # [rad], the largest
     )
 
 

@@ -59,8 +59,8 @@ def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
     forth = body.mass_ratio * w2 - resistance
     places = motion.at(np.array([t_star, motion.rest_time])).position[:, 0]
     return Record(
-        back=float(places[0]),  # way until t* [m]
-        after=float(places[1] - places[0]),  # way from there to rest [m], exact
+        back=places[0],  # way until t* [m]
+        after=places[1] - places[0],  # way from there to rest [m], exact
         # the same by constant accelerations
         formula=0.5 * forth * left**2 * (1.0 + forth / resistance),
         ends=motion.rest_time,  # when the body rests [s]
@@ -88,10 +88,10 @@ def numbers(study: Study) -> Record:
     plan = find_plan(body, RestPose(AWAY, 0.0, 0.0), Limits(acceleration=SPARE * limit))
     return Record(
         # of the displacement, relative, for CONTACTS
-        friction_errors=tuple(measured_error(study, LINE, method, STEP) for method in CONTACTS),
+        friction_errors=[measured_error(study, LINE, method, STEP) for method in CONTACTS],
         weight=body.weight,  # [N]
         # of the sum of normal forces from the weight, relative
-        load_gap=float(np.abs(loads / body.weight - 1.0).max()),
+        load_gap=np.abs(loads / body.weight - 1.0).max(),
         imbalance=balance(line),  # of eqs. 8 and 9, over the weight
         enough=limit,  # acceleration [m/s²] above which the body moves
         excess=barely.w1 / limit - 1.0,  # of the threshold's scene over that, relative

@@ -93,7 +93,7 @@ def _lift(study: Study) -> Record | None:
         return None
     off = run.times[run.channels["contacts"] < 3]
     risen = float(run.channels["vertical_displacement"][-1])
-    return Record(time=float(off[0]), risen=risen, end=float(run.times[-1])) if off.size else None
+    return Record(time=off[0], risen=risen, end=run.times[-1]) if off.size else None
 
 
 def _load(study: Study, request: ExtraRun) -> Samples | None:

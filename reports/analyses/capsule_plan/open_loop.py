@@ -40,7 +40,7 @@ def numbers(study: Study) -> Record | None:
         return None
     return Record(
         runs=runs,
-        spans=tuple(_span(method, runs) for method in dict.fromkeys(run.method for run in runs)),
+        spans=[_span(method, runs) for method in dict.fromkeys(run.method for run in runs)],
         # [m]: slow motions' largest error with friction that converges
         slow=_slow(run for run in runs if run.method != DEFAULT),
         slow_default=_slow(run for run in runs if run.method == DEFAULT),  # and on default contacts

@@ -120,7 +120,7 @@ def _open_run(study: Study, request: ExtraRun) -> Record | None:
     errors = pose_errors(plan, case(name).reference, recorded)
     after = [
         Record(
-            time=float(end),  # [s]
+            time=end,  # [s]
             kind=manoeuvre.kind,
             error=error,
         )

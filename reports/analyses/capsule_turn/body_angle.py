@@ -80,9 +80,7 @@ def _step_errors(study: Study, parts: int) -> Record:
     stop = tuple((e, euler_lead(turn(e)) * turn(e).half_time / parts) for e in EPSILONS)
     runs = [(e, turn_run(study, e, EULER, parts)) for e in epsilons(study)]
     predicted = [(e, run.errors["body_angle"].predicted) for e, run in runs if run]
-    return Record(
-        parts=parts, stop=stop, rest=tuple((e, error.end) for e, error in predicted if error)
-    )
+    return Record(parts=parts, stop=stop, rest=[(e, error.end) for e, error in predicted if error])
 
 
 def angle_claims(numbers: Record) -> Claims:

@@ -58,7 +58,7 @@ def departure(epsilon: float) -> Record:
     return Record(
         epsilon=epsilon,
         largest=largest,  # |psi + mu_1 phi| over (0, 2 tau) [rad]
-        time=float(phases[np.argmax(off)]),  # of it, over tau
+        time=phases[np.argmax(off)],  # of it, over tau
         scaled=scaled,  # psi + mu_1 phi over epsilon^2 [rad]
         coefficient=largest / epsilon**2,
     )
@@ -71,7 +71,7 @@ def numbers(study: Study) -> Record:
     angles, place = exact_course(DRAWN, PHASES)
     recorded = recordings(study, requests(plan_of(study)))
     return Record(
-        departures=tuple(departure(epsilon) for epsilon in EPSILONS),
+        departures=[departure(epsilon) for epsilon in EPSILONS],
         phases=PHASES,  # times of all curves, over tau
         slider=manoeuvre.slider_angles(times),  # phi [rad]
         formula=manoeuvre.body_angles(times),  # -mu_1 phi [rad]
@@ -79,7 +79,7 @@ def numbers(study: Study) -> Record:
         path=1e3 * place.T,  # of C [mm], shape (2, n)
         # the same without friction
         leading=1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
-        runs=tuple(_samples(request.method, run) for request, run in recorded.items()),
+        runs=[_samples(request.method, run) for request, run in recorded.items()],
         step=manoeuvre.half_time / JUDGED,  # [s]
         drawn=DRAWN,
         judged=JUDGED,

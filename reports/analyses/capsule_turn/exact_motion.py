@@ -95,7 +95,7 @@ def touching(study: Study) -> Record:
     return Record(
         time=touch.time / tau,  # over tau
         support=touch.support + 1,
-        speed=float(at),  # there [m/s]
+        speed=at,  # there [m/s]
         sides=rows,  # time [s], slip speeds so long before and after, and those over the time
         modes=modes,
         parameters=SLENDER,

@@ -28,7 +28,7 @@ def numbers(study: Study) -> Record:
     )
     coefficient = turn(SHOWN).correction.left_at_stop.heading
     return Record(
-        rows=tuple(_left(e) for e in EPSILONS),
+        rows=[_left(e) for e in EPSILONS],
         shown=_left(SHOWN),
         coefficient=coefficient,  # [rad/s²]: omega(2 tau) over tau
         engines=engines,  # epsilon, method, omega [rad/s], error

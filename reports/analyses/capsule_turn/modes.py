@@ -80,7 +80,7 @@ def hard_turn(study: Study, scene: Scene) -> Record:
         # the largest a Omega^2 [m/s²]
         acceleration=move.radius * (move.angular_acceleration * move.half_time) ** 2,
         rest_at=turned.single.rest_time / move.half_time,  # in half times
-        body_angle=float(turned.at(scene.duration).heading[0]),  # at the end [rad]
+        body_angle=turned.at(scene.duration).heading[0],  # at the end [rad]
         duration=scene.duration,  # [s]
         modes=modes_of(turned.single, move.half_time),
         endings=tuple(filter(None, endings)),

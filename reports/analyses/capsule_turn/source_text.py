@@ -77,8 +77,8 @@ def numbers(study: Study) -> Record:
         shorter=shorter,  # and in a SHORTERth of the time
         count=many.count,  # of repeated turns
         total=many.count * each,  # body angle of all of them [rad]
-        moved=float(np.hypot(*moved)),  # C until 2 tau [m]
-        moved_after=float(np.hypot(*(later - moved))),
+        moved=np.hypot(*moved),  # C until 2 tau [m]
+        moved_after=np.hypot(*(later - moved)),
         decay=about["rest_time"] - about["stop_time"],  # time from 2 tau to rest [s]
         shown=SHOWN,
         thousand=THOUSAND,

@@ -78,12 +78,10 @@ def numbers(study: Study) -> Record:
         starts=starts,
         # of the source's cone on its turning platform
         branches=branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
-        swings=tuple(
-            _swing(study, method, size) for method in SWING_METHODS for size in AMPLITUDES
-        ),
+        swings=[_swing(study, method, size) for method in SWING_METHODS for size in AMPLITUDES],
         amplitudes=amplitudes,  # [rad] of the simple pendulum
         # at them, of the exact period to that of small swings
-        ratios=tuple(swing_time(float(size)) / small for size in amplitudes),
+        ratios=[swing_time(float(size)) / small for size in amplitudes],
         step=SWING_STEP,
         largest_gap=max(gaps, default=0.0),  # of a period, relative
         # largest change of an action, relative

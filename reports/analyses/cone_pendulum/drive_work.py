@@ -54,12 +54,12 @@ def numbers(study: Study) -> Record:
     return Record(
         times=times,  # [s]
         exact=exact,
-        swing=float(np.ptp(_span("total", times))),  # range of T + U
+        swing=np.ptp(_span("total", times)),  # range of T + U
         # range of T + U less the work of the drive
-        constant=float(np.ptp(exact.total - exact.work)),
+        constant=np.ptp(exact.total - exact.work),
         extremes={part: _span(part, times) for part in PARTS},  # of the parts of T
         # largest of the parts of T but ½ I_x θ̇², with a platform at rest
-        others=float(np.abs(still.kinetic - still.rotation).max()),
+        others=np.abs(still.kinetic - still.rotation).max(),
         torque=largest(lambda t: drive_torque(problem, *states(t)), times),  # largest
         mujoco=None if run is None else _platform(run, exact),
         inertia=ARMATURE,
@@ -84,9 +84,9 @@ def _platform(run: Trajectory, exact: Energies) -> Record | None:
     body_gap, supplied_gap = gaps
     return Record(
         total=body,  # T + U of the body
-        range=float(np.ptp(body)),  # of that
+        range=np.ptp(body),  # of that
         gap=body_gap,  # largest difference of that from the exact one
-        supplied_range=float(np.ptp(supplied)),  # of what the platform has given away
+        supplied_range=np.ptp(supplied),  # of what the platform has given away
         supplied_gap=supplied_gap,  # largest difference of that from the exact work of the drive
     )
 

@@ -77,8 +77,8 @@ def numbers(study: Study) -> Record:
     level, offset = (still(pivot, 26.0) for pivot in PIVOTS)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
-        centres=tuple(rows),
-        diagrams=tuple(_diagram(pivot) for pivot in PIVOTS),
+        centres=rows,
+        diagrams=[_diagram(pivot) for pivot in PIVOTS],
         # platform rate [rad/s] of the pitchfork, for the first of PIVOTS
         fork=level.pitchfork_rate,
         node=offset.saddle_node_rate,  # and of the saddle-node, for the last

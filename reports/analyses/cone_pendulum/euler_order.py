@@ -33,7 +33,7 @@ def _leading(study: Study, scene: str) -> Record:
     series = convergence_of(study, scene, METHOD)
     return Record(
         scene=scene,
-        acceleration=float(start),  # [rad/s^2], at the start
+        acceleration=start,  # [rad/s^2], at the start
         first=first,  # largest |C₁| [rad/s]
         second=second,  # largest |C₂| [rad/s^2]
         order=series.order if series else None,

@@ -87,7 +87,7 @@ def _damped_run(run: Trajectory, method: str, xi: float) -> Record:
         xi=xi,  # [1/s]
         times=times,  # [s]
         actions=actions,  # [J s]
-        turns=float(phases[-1] / (2 * np.pi)),
+        turns=phases[-1] / (2 * np.pi),
         gap=gap,  # largest difference of an action, relative
         phase_gap=phase_gap,  # [rad], at the end
     )
@@ -105,7 +105,7 @@ def _drive_run(run: Trajectory, inertia: float) -> Record:
         times=run.times,  # [s]
         apart=apart,  # [rad]
         first=first,  # the same, predicted to first order
-        gap=float(apart[-1] / first[-1] - 1.0),  # relative, at the end
+        gap=apart[-1] / first[-1] - 1.0,  # relative, at the end
         scaled=(apart * inertia, first * inertia),
     )
 

@@ -63,8 +63,8 @@ def numbers(study: Study) -> Record:
         printed=printed,
         runs=runs,
         # of methods, with their difference at END [rad]
-        pairs=tuple((a, b, ends[a] - ends[b]) for a, b in combinations(ends, 2)),
-        apart=float(np.abs(between).max()),  # largest distance of the closed forms [rad]
+        pairs=[(a, b, ends[a] - ends[b]) for a, b in combinations(ends, 2)],
+        apart=np.abs(between).max(),  # largest distance of the closed forms [rad]
         times=TIMES[::2],  # [s], that are drawn
         between=between[::2],  # difference of the closed forms [rad] at them
         theta=both.problem.theta,  # at the start [rad]
@@ -108,8 +108,8 @@ def _independent(both: Record, run: Trajectory) -> Record:
         for motion in (both.correct, both.printed)
     )
     return Record(
-        from_correct=float(np.abs(errors).max()),  # largest distance [rad]
-        from_printed=float(np.abs(apart).max()),
+        from_correct=np.abs(errors).max(),  # largest distance [rad]
+        from_printed=np.abs(apart).max(),
         correct_varies=correct,  # of the correct Hamiltonian along the run [J]
         printed_varies=printed,
         times=run.times,  # [s]

@@ -52,7 +52,7 @@ def numbers(study: Study) -> Record:
             gains[when] = Record(
                 times=run.times,  # [s]
                 energies=gained,  # [J]
-                largest=float(np.abs(gained).max()),  # magnitude [J]
+                largest=np.abs(gained).max(),  # magnitude [J]
                 rate=rate,  # [J/s], of a line through them
                 predicted=predicted,  # [J/s]
             )

@@ -44,7 +44,7 @@ def numbers(study: Study) -> Record:
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene
         scenes={scene: needed(motion, ACCURACIES) for scene, motion in motions.items()},
-        near=tuple((part, counts(part * depth)) for part in NEAR),
+        near=[(part, counts(part * depth)) for part in NEAR],
         depth=depth,  # [J]
         drawn=DRAWN,  # parts of the depth above the barrier
         curves=tuple(zip(*drawn, strict=True)),  # harmonics at them, by accuracy

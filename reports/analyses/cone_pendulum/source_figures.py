@@ -80,7 +80,7 @@ def _drawn(
     tops = principal.barriers
     return Record(
         period=period,  # [s]
-        barrier=float(double(tops[0])) + offset if tops.size else float(well.max()),  # top of V [J]
+        barrier=float(double(tops[0])) + offset if tops.size else well.max(),  # top of V [J]
         energy=float(double(principal.energy)) + offset,  # [J]
         curves={
             "a": (angle, well),

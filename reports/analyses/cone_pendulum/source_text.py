@@ -42,7 +42,7 @@ def numbers(study: Study) -> Record:
         # tops [J] of the wells at ω = 26 rad/s
         wells=tuple(sorted(e.potential for e in problem.equilibria if e.kind == "saddle")),
         # [J], of Fig. 3, with Y = 0, and at ω = 10 rad/s
-        barriers=tuple(float(double(other.motion.barriers[0])) for other in others),
+        barriers=[double(other.motion.barriers[0]) for other in others],
         # enough for the period of Fig. 2 and of Fig. 3
         angles=(
             points_needed(resting),
@@ -72,11 +72,11 @@ def _times(resting: PendulumMotion, turning: PendulumMotion) -> Record:
         period=period,  # [s], of Fig. 2
         printed=2.0 * period,  # the same with the factor 2 I_x of the print [s]
         slope=_momentum_slope(resting, 1.0),  # p ∂p/∂H [kg m^2], by differences
-        turns=tuple(float(one) for one in turns),  # t at one, two and three turns, in periods
+        turns=[one for one in turns],  # t at one, two and three turns, in periods
         # largest distance of t/T from θ/2π, in Figs. 2 b and 3 b
-        off_line=tuple(float(np.abs(one).max()) for one in off),
+        off_line=[np.abs(one).max() for one in off],
         # how often t/T crosses θ/2π within a turn
-        crossings=tuple(int(np.count_nonzero(np.diff(np.sign(one[1:-1])))) for one in off),
+        crossings=[int(np.count_nonzero(np.diff(np.sign(one[1:-1])))) for one in off],
         long=rotation(forms(HARDLY).correct),  # hardly above the barrier, on a turning platform
     )
 
@@ -106,7 +106,7 @@ def vectors(pendulum: ConePendulum) -> Record:
         pivot_x=x,
         as_written=as_written,
         opposite=opposite,
-        formula=float(formula.coupling[0]),  # the right side of (4)
+        formula=formula.coupling[0],  # the right side of (4)
     )
 
 
@@ -159,10 +159,10 @@ def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
         axis=axis,
         places=values,  # [m]
         powers=np.log10(periods / pendulum.motion.period),
-        rotating=float(turning.mean()),  # part of the map
+        rotating=turning.mean(),  # part of the map
         edge=(RATES[edge[:, 1]], (0.5 * (values[1:] + values[:-1]))[edge[:, 0]]),
-        shortest=float(np.nanmin(periods)),  # [s]
-        longest=float(np.nanmax(periods)),
+        shortest=np.nanmin(periods),  # [s]
+        longest=np.nanmax(periods),
     )
 
 
@@ -175,12 +175,12 @@ def _moments(motion: PendulumMotion) -> Record:
     up = slice(SAMPLES + 1)
     work = round(float(np.trapezoid(platform[up], theta[up])), 9)
     return Record(
-        gravity=float(np.abs(gravity).max()),  # the largest
+        gravity=np.abs(gravity).max(),  # the largest
         # where that opposes the rotation [π]
         gravity_at=float(theta[np.argmin(gravity[up])]) / np.pi,
         gravity_at_top=abs(float(gravity[SAMPLES])),
-        gravity_work=float(np.trapezoid(gravity[up], theta[up])),  # [J], from the bottom to the top
-        platform=float(np.abs(platform).max()),  # the largest
+        gravity_work=np.trapezoid(gravity[up], theta[up]),  # [J], from the bottom to the top
+        platform=np.abs(platform).max(),  # the largest
         platform_work=work + 0.0,  # without what rounding leaves, its sign included
     )
 
@@ -210,17 +210,17 @@ def rotation(motion: PendulumMotion) -> Record:
     return Record(
         period=motion.period,  # [s]
         mean=TURN / motion.period,  # speed [rad/s]
-        barrier=float(double(motion.barriers[0])),  # [J]
-        energy=float(double(motion.energy)),  # [J]
+        barrier=double(motion.barriers[0]),  # [J]
+        energy=double(motion.energy),  # [J]
         start=motion.theta_dot,  # speed [rad/s]
-        lowest=float(speed.min()),
+        lowest=speed.min(),
         highest=highest,
         lowest_at=lowest_at,  # fraction of the period
         extremes=extremes,  # of the speed
         # range of the speed in the second half of the period, over the start's
         second_half=float(np.ptp(speed[SAMPLES // 2 :])) / motion.theta_dot,
         # fractions of the period within each of NEAR of the start's
-        near=tuple(float((deviation <= near).mean()) for near in NEAR),
+        near=[(deviation <= near).mean() for near in NEAR],
         spread=float(np.ptp(speed)) / abs(motion.theta_dot),  # over the initial speed
         # the speed is largest at the start, and has one minimum, at half the period
         slowest_at_half=at_half and highest <= motion.theta_dot,

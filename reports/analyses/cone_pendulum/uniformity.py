@@ -96,8 +96,8 @@ def over_rates(pivot: float) -> Record:
         time=time,  # near the initial speed, as a part: that at rest less that on the platform
         spread=turning.spread / resting.spread,  # over that at rest
         # parts of the map with a smaller deviation, and with more time near the initial speed
-        steadier=float(np.mean(deviation < 1.0)),
-        nearer=float(np.mean(time < 0.0)),
+        steadier=np.mean(deviation < 1.0),
+        nearer=np.mean(time < 0.0),
     )
 
 

@@ -39,7 +39,7 @@ def numbers(study: Study) -> Record | None:
     if not judged:
         return None
     surprises = [f"{of.search.method}: {of.surprise}" for of in judged if of.surprise]
-    return Record(runs=tuple(of.record() for of in judged), surprises=tuple(surprises))
+    return Record(runs=[of.record() for of in judged], surprises=surprises)
 
 
 def claims(numbers: Record) -> Claims:

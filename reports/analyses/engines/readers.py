@@ -72,8 +72,8 @@ def numbers(study: Study) -> Record | None:
     models = _own_models(results, engines, ignoring) if len(engines) > 1 else ()
     return Record(
         fields=fields_stated(rule.fields),  # that MuJoCo reads
-        readers=tuple(readers),  # in this study, MuJoCo first
-        others=tuple(others),  # known of engines that the study did not read with
+        readers=readers,  # in this study, MuJoCo first
+        others=others,  # known of engines that the study did not read with
         engines=engines,  # of the models' readers
         models=models,
         rule=RULE,
@@ -107,9 +107,7 @@ def _own_models(
             continue
         reads = {engine: results[ModelReading(engine, model)] for engine in engines}
         readers = (_reader(e, rule, read, ignoring) if read else None for e, read in reads.items())
-        models.append(
-            Record(model=model, fields=len(fields_stated(rule.fields)), readers=tuple(readers))
-        )
+        models.append(Record(model=model, fields=len(fields_stated(rule.fields)), readers=readers))
     return tuple(models)
 
 

@@ -53,7 +53,7 @@ def distances(times: Array, name: str) -> Array:
 def numbers(study: Study) -> Record:
     """How far the two bobs are apart in each case, and both in the plane."""
     return Record(
-        distances=tuple(_distance(label, name) for label, name in CASES.items()),
+        distances=[_distance(label, name) for label, name in CASES.items()],
         pendulum=_paths(study, SIMPLE + DRAWN),
         linear_pendulum=_paths(study, LINEAR + DRAWN),
         rotation=tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),  # y over x [m]
@@ -78,13 +78,13 @@ def readings(run: Trajectory) -> Record | None:
     free_fall = -pendulum.gravity * sine, -pendulum.gravity * cosine
     moved = [read + fall for read, fall in zip(reads, free_fall, strict=True)]
     return Record(
-        across=float(np.abs(across).max()),  # largest |L θ̈|
-        along=float(along.max()),  # largest L θ̇²
+        across=np.abs(across).max(),  # largest |L θ̈|
+        along=along.max(),  # largest L θ̇²
         # largest difference of the readings, gravity added, from those two
-        gap=float(max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max())),
-        reads_across=float(np.abs(reads[0]).max()),  # largest reading across the rod, as it is
+        gap=max(np.abs(moved[0] - across).max(), np.abs(moved[1] - along).max()),
+        reads_across=np.abs(reads[0]).max(),  # largest reading across the rod, as it is
         # largest difference of that along it from T/m of the engine's own sensor
-        gap_of_pull=float(np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max()),
+        gap_of_pull=np.abs(reads[1] - run.observables["tension"] / pendulum.mass).max(),
     )
 
 

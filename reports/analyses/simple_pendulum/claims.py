@@ -44,7 +44,7 @@ def parting(study: Study, name: str) -> Record:
         largest=most,  # difference within DURATION [rad]
         relative=most / amplitude,  # the same over the amplitude at the start
         # time of a difference of VISIBLE of the amplitude [s]
-        visible_at=float(TIMES[over[0]]) if over.size else None,
+        visible_at=TIMES[over[0]] if over.size else None,
         in_runs=in_runs,  # the largest difference in the notebook's own RK4 [rad]
     )
 

@@ -56,16 +56,14 @@ def numbers(study: Study) -> Record:
             method=method,
             step=step,  # [s]
             # by ITERATIONS; None without pymunk
-            rates=tuple(loss(study, method, step, iterations) for iterations in ITERATIONS),
+            rates=[loss(study, method, step, iterations) for iterations in ITERATIONS],
             # at first order; None without theory
             predicted=predicted_loss(step) if method == "pymunk/default" else None,
         )
         for method in JOINTED
         for step in LOSS_STEPS
     ]
-    return Record(
-        drifts=compared(study), losses=tuple(losses), methods=METHODS, iterations=ITERATIONS
-    )
+    return Record(drifts=compared(study), losses=losses, methods=METHODS, iterations=ITERATIONS)
 
 
 def compared(study: Study) -> Record:

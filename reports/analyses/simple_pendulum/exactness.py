@@ -43,16 +43,16 @@ def references(study: Study) -> Record:
     beyond = np.flatnonzero(gaps["theta"] > AGREED)
     times = np.linspace(0.0, LONG, 300)[1:]
     return Record(
-        scenes=tuple(_certainty(name) for name in names),
+        scenes=[_certainty(name) for name in names],
         # [s], when two methods differ by more than AGREED in the chaotic scene
-        separated=float(at[beyond[0]]) if beyond.size else np.inf,
-        horizons=tuple(
+        separated=at[beyond[0]] if beyond.size else np.inf,
+        horizons=[
             Record(
                 tolerance=tolerance,  # [rad]
                 time=motion.horizon(tolerance),  # [s]
             )
             for tolerance in HORIZONS
-        ),
+        ],
         exponent=exponent,
         followed=followed,  # [s]
         apart=(at[1:], gaps["theta"][1:]),  # [rad] over time: two methods in the chaotic scene
@@ -73,8 +73,8 @@ def _certainty(name: str) -> Record:
     known = horizon if np.isfinite(horizon) else None
     return Record(
         scene=name,
-        apart=float(gaps["theta"][at <= SPAN].max()),  # [rad], largest difference of two methods
-        error_bar=float(doubt.max()),  # [rad], the largest
+        apart=gaps["theta"][at <= SPAN].max(),  # [rad], largest difference of two methods
+        error_bar=doubt.max(),  # [rad], the largest
         known=known,  # [s], until when to the first of HORIZONS; None for all times
     )
 
@@ -86,7 +86,7 @@ def _followed(name: str, until: float) -> DrivenMotion:
 
 def near_top(study: Study) -> Record:
     """The complement of the angle as the argument, against scipy and against the rounded angle."""
-    return Record(starts=tuple(_start(k) for k in EXPONENTS))
+    return Record(starts=[_start(k) for k in EXPONENTS])
 
 
 def _start(k: int) -> Record:
@@ -108,7 +108,7 @@ def _start(k: int) -> Record:
         scipy_theta=_or_none(float(np.abs(by_scipy - theta).max())),  # [rad]
         distance=distance / -(pendulum.theta_from_top or math.nan) - 1,
         rounded_period=beside.period / motion.period - 1,
-        rounded_theta=float(np.abs(beside.observe(times)["theta"] - theta).max()),  # [rad]
+        rounded_theta=np.abs(beside.observe(times)["theta"] - theta).max(),  # [rad]
     )
 
 

@@ -53,7 +53,7 @@ def cases(study: Study) -> Record:
         pendulum, linear = (_motions(study, kind + name) for kind in (SIMPLE, LINEAR))
         motions.append(Record(label=label, pendulum=pendulum, linear=linear))
     return Record(
-        cases=tuple(motions),
+        cases=motions,
         shown=SHOWN,
         duration=DURATION,
         dots=STEP * DOTS,  # [s]
