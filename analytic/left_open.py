@@ -25,7 +25,7 @@ def by_series(terms: Sequence[Array], predicted: Array, jointed_moment: float) -
 def by_rounding(doubt: Array, steps: int) -> Array:
     """The effect of rounding on an error whose exact answer double precision allows `doubt`: at a
     moment at which the inputs matter little, what steps have rounded before is still there."""
-    return np.asarray(np.maximum.accumulate(doubt) * roundings(steps))
+    return np.maximum.accumulate(doubt) * roundings(steps)
 
 
 def roundings(steps: int) -> float:

@@ -70,7 +70,7 @@ class Collocation:
         polynomial through `slopes`, shape (n, d), at the nodes."""
         coefficients = self.antiderivative @ (self.spectrum @ slopes)
         coefficients[0] += start
-        return np.asarray(coefficients)
+        return coefficients
 
     def shortened(self, slopes: Array, part: float) -> Array:
         """The slopes of the polynomial with `slopes`, shape (n, d), at the nodes, where only the

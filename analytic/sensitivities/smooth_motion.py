@@ -101,7 +101,7 @@ def read_along(
         return np.array([read[name] for name in names])
 
     def ahead(direction: Array) -> Array:
-        return np.asarray(stacked(here, states + 1j * TINY * direction).imag / TINY)
+        return stacked(here, states + 1j * TINY * direction).imag / TINY
 
     direct, uncertain = motions.derivative(lambda motion: stacked(motion, states))
     values = direct + ahead(change)

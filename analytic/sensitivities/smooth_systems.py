@@ -107,7 +107,7 @@ def free_body(body: FreeBody) -> SmoothMotion:
 
     def jacobian(times: Array, states: Array) -> Array:
         ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
-        return np.asarray(slope(times, ahead).imag / TINY)
+        return slope(times, ahead).imag / TINY
 
     def state(times: Array) -> Array:
         return np.concatenate(body.rotation.state(times))

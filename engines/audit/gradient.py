@@ -89,7 +89,7 @@ class Gradients:
         """A norm over that of the gradient, over time, shape (n,); 0 where nothing depends on any
         number yet."""
         sizes = self.norm(self.exact)
-        return np.asarray(np.divide(apart, sizes, out=np.zeros_like(sizes), where=sizes > 0.0))
+        return np.divide(apart, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
 
     @cached_property
     def certificate(self) -> Array:

@@ -361,7 +361,7 @@ def _joined(first: Certificate, then: Certificate) -> Certificate:
         return replace(after, states=np.concatenate([before.states[:count], after.states[count:]]))
 
     def known(values: Array, later: Array) -> Array:
-        return np.asarray(np.maximum.accumulate(np.concatenate([values[:count], later[count:]])))
+        return np.maximum.accumulate(np.concatenate([values[:count], later[count:]]))
 
     return replace(
         then,
@@ -377,7 +377,7 @@ def largest(values: Array) -> Array:
     """The largest of each row so far, infinite from the first row on that is no number; values of
     shape (n, m)."""
     worst = np.where(np.isfinite(values).all(axis=1), values.max(axis=1, initial=0.0), math.inf)
-    return np.asarray(np.maximum.accumulate(worst))
+    return np.maximum.accumulate(worst)
 
 
 def _none(model: OwnModel, script: Script, first: Integration) -> Certificate:

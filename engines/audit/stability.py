@@ -340,7 +340,7 @@ class Mode:
     @property
     def participation(self) -> Array:
         """How much each coordinate takes part, whatever units it has, shape (n,)."""
-        return np.asarray(np.abs(self.left * self.right))
+        return np.abs(self.left * self.right)
 
 
 def first_mode(jacobian: Array, rates: Array, step: float) -> Mode | None:

@@ -34,7 +34,7 @@ class Axis:
             nowhere = np.full_like(numbers, np.nan)
             numbers = np.log10(numbers, out=nowhere, where=numbers > 0.0)
         part = (numbers - self.low) / (self.high - self.low)
-        return np.asarray(self.start + part * (self.end - self.start))
+        return self.start + part * (self.end - self.start)
 
     def ticks(self, most: int) -> list[tuple[float, str]]:
         """Places of a few round values, and the values as text."""

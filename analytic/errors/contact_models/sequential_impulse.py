@@ -71,7 +71,7 @@ def _iteration(masses: Sequence[float], joints: Sequence[Array]) -> Array:
     for joint in joints:
         pull = inverse @ joint.T
         product = product - pull @ np.linalg.solve(joint @ pull, joint @ product)
-    return np.asarray(product)
+    return product
 
 
 def iterations_needed(factor: float, least: int) -> int:

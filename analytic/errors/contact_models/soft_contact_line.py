@@ -352,4 +352,4 @@ def _inertial_loads(
 
 def _second(values: Array, times: Array) -> Array:
     """Second derivative along the last axis."""
-    return np.asarray(np.gradient(np.gradient(values, times, axis=-1), times, axis=-1))
+    return np.gradient(np.gradient(values, times, axis=-1), times, axis=-1)

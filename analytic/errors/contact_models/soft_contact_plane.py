@@ -101,7 +101,7 @@ class PlaneMotion:
     def directions(self) -> Complex:
         """Of the slips; zero where a support sticks."""
         size = np.abs(self.slips)
-        return np.asarray(self.slips / np.where(size > 0.0, size, 1.0))
+        return self.slips / np.where(size > 0.0, size, 1.0)
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _times(path: SliderPath, end: float) -> Array:
 
 def _complex(vectors: Array) -> Complex:
     """Plane vectors, shape (n, 2), as x + iy."""
-    return np.asarray(vectors[:, 0] + 1j * vectors[:, 1])
+    return vectors[:, 0] + 1j * vectors[:, 1]
 
 
 def missing_loads(
@@ -236,7 +236,7 @@ def missing_loads(
     moment += _gyration(motion.rate, spun, bent, tilt_inertia, capsule.inertia)
     moment += -over * drawn - bent.height * dragged + 0.5 * (bent.depths * friction).sum(axis=0)
     tilting, central = _tilting(problem), load_fractions(capsule, np.zeros(2))
-    return np.asarray(np.outer(central, total) + (tilting.conjugate()[:, None] * moment).real)
+    return np.outer(central, total) + (tilting.conjugate()[:, None] * moment).real
 
 
 def _tilting(problem: CapsuleProblem) -> Complex:
@@ -294,7 +294,7 @@ def _gyration(
     the vertical and `upright` [kg m^2] (module docstring)."""
     g, g1, g2 = bent.gradient, bent.gradient_rate, bent.gradient_second
     tilted = across * (g2 + 2j * rate * g1 + (1j * spun - rate**2) * g)
-    return np.asarray(tilted + upright * (rate**2 * g - 1j * spun * g - 1j * rate * g1))
+    return tilted + upright * (rate**2 * g - 1j * spun * g - 1j * rate * g1)
 
 
 def _growth(capsule: Capsule, motion: PlaneMotion, lost: Array) -> Array:
@@ -305,14 +305,14 @@ def _growth(capsule: Capsule, motion: PlaneMotion, lost: Array) -> Array:
     size = np.sqrt(np.abs(force) ** 2 / motion.mass + torque**2 / motion.inertia)
     sticking = np.where(towards == 0.0, np.abs(lost), 0.0)
     slides = np.where(motion.resting, 0.0, capsule.friction * size)
-    return np.asarray(slides + _growth_at_most(capsule, motion, sticking))
+    return slides + _growth_at_most(capsule, motion, sticking)
 
 
 def _growth_at_most(capsule: Capsule, motion: PlaneMotion, lost: Array) -> Array:
     """The same of normal forces that lack `lost` [N] or less, shape (3, n), in any way."""
     reach = np.sqrt(1.0 / motion.mass + np.abs(motion.arms) ** 2 / motion.inertia)
     size = capsule.friction * (lost * reach).sum(axis=0)
-    return np.asarray(np.where(motion.resting, 0.0, size))
+    return np.where(motion.resting, 0.0, size)
 
 
 def _coupled_loads(

@@ -22,7 +22,7 @@ def trapezoid_error(jump: float | Array, steps: Array) -> Array:
     """Error of the trapezoid sum over dt^2, of a jump of the acceleration by `jump` at a time of so
     many `steps`; shape of `steps`."""
     part = steps - np.floor(steps)
-    return np.asarray(0.5 * jump * part * (1.0 - part))
+    return 0.5 * jump * part * (1.0 - part)
 
 
 def trapezoid_errors(jumps: Iterable[Jump], step: float, times: Array) -> Array:

@@ -218,4 +218,4 @@ def step_error(line: LineManoeuvre, step: float | Array) -> Array:
     steps = np.asarray(step, dtype=np.float64)
     a1, a2 = line.closed.backward, line.closed.braking
     error = trapezoid_error(a1 + a2, line.t1 / steps) - trapezoid_error(a2, line.t_star / steps)
-    return np.asarray(error * steps**2)
+    return error * steps**2

@@ -56,4 +56,4 @@ def _energy(rotor: DrivenRotor, theta: Array, theta_dot: Array) -> Array:
     sine, cosine = sine_cosine(theta)
     well = -rotor.sin2 * product(sine, sine) - rotor.cos * sine - rotor.sin * cosine
     spring = 0.5 * rotor.stiffness * product(theta, theta)
-    return np.asarray(0.5 * product(theta_dot, theta_dot) + well + spring)
+    return 0.5 * product(theta_dot, theta_dot) + well + spring

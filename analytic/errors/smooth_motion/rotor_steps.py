@@ -43,18 +43,18 @@ class StepSeries:
                 total += 2 * rotor.sin2 * product(sine, cosine)
         if not rotor.autonomous:
             total += self._forcing(fraction if self.control is None else self.control, len(theta))
-        return np.asarray(total)
+        return total
 
     def acceleration(self, fraction: float, theta: Array, theta_dot: Array) -> Array:
         """Series of the acceleration at t + fraction h."""
-        return np.asarray(self.undamped(fraction, theta) - self.rotor.damping_rate * theta_dot)
+        return self.undamped(fraction, theta) - self.rotor.damping_rate * theta_dot
 
     def _forcing(self, fraction: float, length: int) -> Array:
         phase = self.rotor.forcing_frequency * self.times + self.rotor.forcing_phase
         terms: list[Any] = [self.rotor.forcing_amplitude * np.exp(1j * phase)]
         for n in range(1, length):
             terms.append(terms[-1] * (1j * self.rotor.forcing_frequency * fraction / n))
-        return np.asarray(np.imag(terms))
+        return np.imag(terms)
 
 
 def exact(step: StepSeries, theta: Array, theta_dot: Array) -> Pair:

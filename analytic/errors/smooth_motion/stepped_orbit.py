@@ -159,7 +159,7 @@ def _rounded(matrix: Array, covariance: Array, noise: Array) -> Array:
     carried = matrix @ covariance @ np.swapaxes(matrix, 1, 2)
     diagonal = np.arange(len(noise))
     carried[:, diagonal, diagonal] += (ROUNDOFF * noise).T ** 2
-    return np.asarray(carried)
+    return carried
 
 
 def _from_the_start(

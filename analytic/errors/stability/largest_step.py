@@ -51,7 +51,7 @@ def largest_step(
 
     def fails(steps: Array) -> Marks:
         counts = run_length(steps, math.tau / rate)
-        return np.asarray(counts * excess(matrices, rates, steps) > math.log(factor))
+        return counts * excess(matrices, rates, steps) > math.log(factor)
 
     return first_failing(fails, rate)
 

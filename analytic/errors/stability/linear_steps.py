@@ -94,7 +94,7 @@ def _euler(system: LinearSystem, scheme: Scheme, h: Array) -> Array:
     kick = np.block([[one + nothing, nothing], [-h * system.pull, kept]])
     kick[:, len(one) :] = np.linalg.solve(divisor, kick[:, len(one) :])
     drift = _drift(one, nothing, h)
-    return np.asarray(kick @ drift if scheme.position_first else drift @ kick)
+    return kick @ drift if scheme.position_first else drift @ kick
 
 
 def _leapfrog(system: LinearSystem, scheme: Scheme, h: Array) -> Array:

@@ -43,7 +43,7 @@ class PendulumKinds:
     def wells(self, theta: Array) -> Array:
         """Number of the well of each angle [rad], counted on through turns."""
         turns, within = np.divmod(theta, TURN)
-        return np.asarray(turns * len(self.crests) + np.searchsorted(self.crests, within))
+        return turns * len(self.crests) + np.searchsorted(self.crests, within)
 
     def __call__(self, observed: Mapping[str, Array]) -> str:
         """The kind of sampled `theta` [rad] and `theta_dot` [rad/s], shape (n,): "libration" or

@@ -46,7 +46,7 @@ def actuator_force(body: Mechanics, load: Loading) -> Complex:
 
 def actuator_power(body: Mechanics, load: Loading) -> Array:
     """Power F . v of the actuator [W], shape (n,)."""
-    return np.asarray((actuator_force(body, load).conjugate() * load.at.velocity).real)
+    return (actuator_force(body, load).conjugate() * load.at.velocity).real
 
 
 def _totals(body: Mechanics, load: Loading) -> Array:

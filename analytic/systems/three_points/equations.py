@@ -66,7 +66,7 @@ def mechanics(capsule: Capsule) -> Mechanics:
 
 def cross(a: Complex, b: Complex) -> Array:
     """Vertical component of a x b."""
-    return np.asarray((a.conjugate() * b).imag)
+    return (a.conjugate() * b).imag
 
 
 def configuration(body: Mechanics, piece: Piece, times: Array) -> Configuration:

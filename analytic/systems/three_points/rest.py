@@ -158,7 +158,7 @@ def _across(normal: Array) -> Array:
     columns = mirror[:, None] * (mirror[1:] * (-2.0 / float(mirror @ mirror)))
     columns[1, 0] += 1.0
     columns[2, 1] += 1.0
-    return np.asarray(columns)
+    return columns
 
 
 def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> tuple[float, Array]:

@@ -118,7 +118,7 @@ class _SupportMotion:
     @property
     def power(self) -> Array:
         """v_i . dv_i/dt [m^2/s^3]."""
-        return np.asarray((self.velocities.conjugate() * self.rates).real)
+        return (self.velocities.conjugate() * self.rates).real
 
 
 def slide(

@@ -89,7 +89,7 @@ def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
         last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
         if np.abs(x - last_x).max(initial=0.0) <= CLOSE * last:
             break
-    return np.asarray(x)
+    return x
 
 
 def _roots(series: Array, which: Indices, values: Array, last: Array) -> Array:
@@ -108,7 +108,7 @@ def _roots(series: Array, which: Indices, values: Array, last: Array) -> Array:
         last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
         if np.all(np.abs(x - last_x) <= CLOSE * last[which]):
             break
-    return np.asarray(x)
+    return x
 
 
 def _brackets(

@@ -207,7 +207,7 @@ def _box(corners: Complex, size: float) -> Box:
 
 def _apart(errors: Channels, size: float) -> Array:
     """How far a point of the body is from where it should be at most [m], shape (n,)."""
-    return np.asarray(np.hypot(errors["x"], errors["y"]) + size * np.abs(errors["heading"]))
+    return np.hypot(errors["x"], errors["y"]) + size * np.abs(errors["heading"])
 
 
 def _largest(errors: Channels) -> str:

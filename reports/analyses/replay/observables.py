@@ -21,7 +21,7 @@ def chart(case: Case, seconds: float) -> Picture:
     exact = motion(np.linspace(0.0, seconds, 801))
 
     def apart(differences: Channels) -> Array:
-        return np.asarray(np.abs(differences[first]))
+        return np.abs(differences[first])
 
     return Picture(
         "chart",

@@ -86,7 +86,7 @@ def phase(*motions: Channels) -> Chart:
 
 def apart(deviations: Channels) -> Array:
     """The size of deviations [rad], shape (n,)."""
-    return np.asarray(np.abs(deviations["theta"]))
+    return np.abs(deviations["theta"])
 
 
 def largest(deviations: Channels) -> str:

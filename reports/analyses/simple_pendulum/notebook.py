@@ -127,7 +127,7 @@ def at_every_step(times: Array, theta: Array, rate: Array) -> Array:
     second one, at `times` [s], and rates [rad/s], which give those between by a cubic."""
     from scipy.interpolate import CubicHermiteSpline
 
-    return np.asarray(CubicHermiteSpline(times, theta, rate)(EVERY_STEP))
+    return CubicHermiteSpline(times, theta, rate)(EVERY_STEP)
 
 
 def difference(times: Array, name: str) -> Array:
@@ -135,7 +135,7 @@ def difference(times: Array, name: str) -> Array:
     nonlinear, linear = (
         case(kind + name).reference.observe(times)["theta"] for kind in (SIMPLE, LINEAR)
     )
-    return np.asarray(nonlinear - linear)
+    return nonlinear - linear
 
 
 CASE_MOTIONS = Analysis("simple_pendulum/notebook_cases", cases, requests)

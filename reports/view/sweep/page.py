@@ -171,7 +171,7 @@ def _largest(errors: Array, axes: tuple[int, ...]) -> Array:
         return errors
     none = np.isnan(errors).all(axis=axes)
     largest = np.where(np.isnan(errors), -np.inf, errors).max(axis=axes)
-    return np.asarray(np.where(none, np.nan, largest))
+    return np.where(none, np.nan, largest)
 
 
 def _blocks(errors: Array, size: int) -> Array:
