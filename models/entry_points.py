@@ -4,9 +4,7 @@ name, and a broken one costs a line on stderr, not the study."""
 from __future__ import annotations
 
 import io
-import multiprocessing
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -17,17 +15,6 @@ from types import MappingProxyType
 from typing import Any
 
 ENGINES, SYSTEMS = "plumbob.engines", "plumbob.systems"  # the groups
-LONGEST = 10.0  # [s] that a package may take to be imported
-PASSED = b"plumbob: imported"
-TRIAL = f"""import sys
-from importlib.metadata import EntryPoint
-value, sys.path[:] = sys.argv[1], sys.argv[2:]
-try:
-    EntryPoint("", value, "").load()
-except BaseException:
-    pass  # which it is, the process that asks finds by itself
-print(end={PASSED.decode()!r}, flush=True)
-"""
 
 Wrong = Callable[[Any, str], str]  # object and its name -> why it is not valid
 
@@ -96,9 +83,6 @@ def addition(group: str, name: str, wrong: Wrong) -> Addition:
 
 def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
     """The object of an entry point, why it cannot be loaded, and the output of its import."""
-    # A worker needs no trial: its parent has made one, and notices when it ends.
-    if multiprocessing.parent_process() is None and (reason := _trial(point)):
-        return None, reason, ""
     loaded, reason = None, ""
     with captured() as output:
         try:
@@ -106,20 +90,6 @@ def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
         except (Exception, SystemExit) as error:
             reason = f"{type(error).__name__} on import: {error}"
     return loaded, _one_line(reason), _one_line(output[0])
-
-
-def _trial(point: metadata.EntryPoint) -> str:
-    """Why an entry point cannot be loaded here, found by a trial in another process that hangs or
-    ends; empty where it does neither."""
-    words = [sys.executable, "-c", TRIAL, point.value, *sys.path]
-    try:
-        done = subprocess.run(words, capture_output=True, timeout=LONGEST, stdin=subprocess.DEVNULL)
-    except subprocess.TimeoutExpired:
-        return f"its import takes more than {LONGEST:g} s"
-    if done.stdout.endswith(PASSED):
-        return ""
-    by = f"by signal {-done.returncode}" if done.returncode < 0 else f"with {done.returncode}"
-    return f"its import ends the process, {by}"
 
 
 @contextmanager

@@ -228,12 +228,8 @@ def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DEFECTS["engines"])
-def test_a_broken_engine_costs_a_line(
-    kind: str, site: Path, monkeypatch: Patch, capfd: Capture
-) -> None:
+def test_a_broken_engine_costs_a_line(kind: str, site: Path, capfd: Capture) -> None:
     """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
-    if kind == "hangs":
-        monkeypatch.setattr(entry_points, "LONGEST", 0.5)
     defect = DEFECTS["engines"][kind]
     if "right" in defect:
         text = changed(ENGINE, defect["right"], defect["wrong"])

@@ -1,4 +1,4 @@
-"""Packages that end the process, when they are imported or when their engine runs."""
+"""Packages that end the process when their engine runs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.models import entry_points
 from plumbob.reports.cli import main
 from plumbob.tests.commands.outcomes import validated, without_pages
-from plumbob.tests.outside.installed_packages import ENGINE, broken, install, seen
+from plumbob.tests.outside.installed_packages import ENGINE, broken, seen
 from plumbob.tests.support.fixture_types import Patch
 
 SWING = "simple-pendulum/free-large"
@@ -22,49 +21,6 @@ SWING = "simple-pendulum/free-large"
 def site(tmp_path: Path) -> Path:
     """A folder that packages are installed in."""
     return tmp_path / "site"
-
-
-ENDS = {
-    "exit code 0": ("import os\nos._exit(0)\n", "its import ends the process, with 0"),
-    "in a thread": (
-        "import os, threading, time\nthreading.Thread(target=os._exit, args=(3,)).start()\n"
-        "time.sleep(9)\n",
-        "its import ends the process, with 3",
-    ),
-    "crash": ("import os\nos.abort()\n", "its import ends the process, by signal 6"),
-}
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    ("kind", "group"),
-    [*((kind, entry_points.ENGINES) for kind in ENDS), ("crash", entry_points.SYSTEMS)],
-)
-def test_an_import_that_ends_the_process_costs_a_line(
-    kind: str, group: str, site: Path, monkeypatch: Patch
-) -> None:
-    """Beside another that is broken, too: what was asked for is answered, or its lack is."""
-    text, why = ENDS[kind]
-    broken(site, text, group)
-    install(site, "other-package", {group: {"broken": "others:NONE"}}, others="")
-    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
-
-    def answer(*words: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "plumbob", *words]
-        return subprocess.run(command, check=False, capture_output=True, text=True)
-
-    listed = answer("list")
-    assert listed.returncode == 0
-    assert "ode/rk4" in listed.stdout
-    assert f"their-package 1.0 is left out: {why}\n" in listed.stderr
-    assert "other-package 1.0 is left out: AttributeError" in listed.stderr
-    chosen = "--methods" if group == entry_points.ENGINES else "--scenes"
-    for other in ("", ",broken"):
-        asked = answer("validate", chosen, f"tiny{other}", "--out", str(site / "out"))
-        assert asked.returncode == 2
-        assert why in asked.stderr
-        assert "Traceback" not in asked.stderr
-    assert not (site / "out").exists()
 
 
 PLACES = {
