@@ -55,6 +55,7 @@ def test_what_a_schema_does_not_allow_is_named(capsys: pytest.CaptureFixture[str
     "words",
     [
         ["models", "check", "--json"],
+        ["sources", "--json"],
         ["settings", "mujoco/euler+coulomb", "--step", "1e-3", "--json"],
     ],
 )

@@ -33,6 +33,7 @@ from plumbob.tests.support.declared import finding, findings_of
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed",
+    "capsule-experiment",
     "capsule-plan-poses",
     "capsule-turn-second-order",
     "capsule-turn-course",

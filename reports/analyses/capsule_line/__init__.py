@@ -6,6 +6,7 @@ from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.capsule_line.contacts import CHATTER, LOAD_ERRORS
 from plumbob.reports.analyses.capsule_line.displacement import ERRORS, SAWTOOTH
 from plumbob.reports.analyses.capsule_line.drive import DRIVE
+from plumbob.reports.analyses.capsule_line.experiment import EXPERIMENT
 from plumbob.reports.analyses.capsule_line.fidelity import HEIGHTS, MOMENTUM, SAVING
 from plumbob.reports.analyses.capsule_line.hard import HARD
 from plumbob.reports.analyses.capsule_line.headings import ISOTROPY
@@ -29,5 +30,6 @@ FINDINGS = (
     HEIGHTS,
     MOMENTUM,
     SAVING,
+    EXPERIMENT,
 )
 SECTION = Section(FINDINGS, (FIGURE_2,), (HARD,))

@@ -1,0 +1,78 @@
+"""The experiment for a bench: its uncertainty by 30 digits, what MuJoCo sees, its plan."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import mpmath as mp
+import pytest
+
+from plumbob.engines.registry import method
+from plumbob.engines.study.measurement import measure
+from plumbob.models.tripod_capsule.parameters import CHECK
+from plumbob.models.tripod_capsule.plan import planned
+from plumbob.reports.analyses.analysis import Record
+from plumbob.reports.analyses.capsule_line import experiment
+from plumbob.reports.analyses.capsule_line.experiment import KNOWN, SET, line
+from plumbob.tests.support.declared import finding, nothing
+
+AT = {"friction": 0.3, "body_mass": 1.0, "slider_mass": 0.3, **SET}
+
+
+@pytest.fixture(name="bench", scope="module")
+def _bench() -> Record:
+    return experiment.numbers(nothing())
+
+
+def displacement(friction: Any, body_mass: Any, slider_mass: Any, w1: Any, w2: Any, t1: Any) -> Any:
+    """Eq. 22 of Chernousko 2020."""
+    mu, hold = slider_mass / (body_mass + slider_mass), friction * mp.mpf("9.81")
+    return -mu * (w1 + w2) * (mu * w1 - hold) / (mu * w2 + hold) * t1**2 / 2
+
+
+def test_each_part_of_the_uncertainty_is_the_formula_s(bench: Record) -> None:
+    with mp.workdps(30):
+        values = [mp.mpf(str(value)) for value in AT.values()]
+        total = mp.mpf(0)
+        for number, row in enumerate(bench.usual.rows):
+            assert row.name == list(AT)[number]
+            assert row.amount == AT[row.name]
+            order = tuple(int(number == k) for k in range(len(AT)))
+            slope = mp.diff(displacement, tuple(values), order)
+            assert row.slope == pytest.approx(float(slope), rel=1e-9)
+            total += (slope * KNOWN[row.name]) ** 2
+        assert bench.usual.unsure == pytest.approx(float(mp.sqrt(total)), rel=1e-9)
+        assert bench.usual.displacement == pytest.approx(float(displacement(*values)), rel=1e-14)
+
+
+def test_mujoco_sees_what_is_to_be_seen(bench: Record) -> None:
+    run, _ = measure(line(**SET), method("mujoco/euler+coulomb"), 1e-4)
+    assert abs(run.errors["displacement"].end) < 0.01 * bench.usual.unsure
+
+
+def test_a_harder_push_is_known_better_over_the_same_stroke(bench: Record) -> None:
+    relative = [other.unsure / abs(other.displacement) for other in bench.others]
+    assert relative == sorted(relative, reverse=True)
+    for other in bench.others:
+        assert other.stroke == pytest.approx(bench.usual.stroke, rel=1e-12)
+
+
+def test_the_plan_s_uncertainty_is_what_another_friction_does(bench: Record) -> None:
+    """To one side and at half the difference: linear, within a tenth; the masses add less."""
+    plan = planned({**CHECK, **experiment.LIMITS, "to": experiment.TO})
+    half = replace(plan, capsule=replace(plan.capsule, friction=0.3 + 0.5 * KNOWN["friction"]))
+    away, turned = half.error
+    assert 0.9 * 2 * away <= bench.plan.unsure <= 1.1 * 2 * away
+    assert 0.9 * 2 * turned <= bench.plan.unsure_heading <= 1.1 * 2 * turned
+
+
+def test_it_says_all_that_with_commands(bench: Record) -> None:
+    shown = finding(experiment.EXPERIMENT, nothing())
+    size, unsure = -1e3 * bench.usual.displacement, 1e3 * bench.usual.unsure
+    assert f"{size:.2f} ± {unsure:.2f} mm" in shown.title
+    assert shown.tables[0].caption.partition(":")[0] == "One manoeuvre"
+    assert len(shown.tables[0].rows) == len(KNOWN)
+    assert len(shown.commands) == 4
+    assert math.isclose(bench.total, bench.count * bench.usual.displacement, rel_tol=1e-12)
