@@ -18,6 +18,7 @@ from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.reports.view.finding_text import written as worded
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.tables import lines as worded_lines
+from plumbob.reports.view.terminal import aligned
 
 INCLUDED = re.compile(r"<(?:include|model)\b[^>]*\bfile\s*=\s*[\"']([^\"']+)[\"']")
 ROOT = re.compile(r"<mujoco\b")
@@ -122,10 +123,7 @@ def lines(rows: Sequence[Row]) -> list[str]:
     if not rows:
         return []
     (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
-    table = [finding.tables[0].heads]
-    table += [tuple(cell.text for cell in row) for row in finding.tables[0].rows]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+    return list(aligned(finding.tables[0]))
 
 
 def workflow_commands(row: Row) -> Iterator[str]:

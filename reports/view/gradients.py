@@ -14,7 +14,7 @@ from plumbob.reports.view.terminal import aligned
 def lines(judged: Sequence[JudgedGradient]) -> Iterator[str]:
     """A table, and below it why something is not there, and what is unexpected."""
     shown = table(judged)
-    yield from aligned([shown.heads, *([cell.text for cell in row] for row in shown.rows)])
+    yield from aligned(shown)
     for of in judged:
         if of.surprise:
             yield f"UNEXPECTED {of.scene} {of.method}: {of.about}, {of.surprise}"

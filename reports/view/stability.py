@@ -20,7 +20,7 @@ Judged = Sequence[JudgedLimit | JudgedLongRun]
 def lines(judged: Judged) -> Iterator[str]:
     """A table, and below it what is unexpected."""
     shown = table(judged)
-    yield from aligned([shown.heads, *([cell.text for cell in row] for row in shown.rows)])
+    yield from aligned(shown)
     for one in judged:
         if one.surprise:
             record = one.record()
