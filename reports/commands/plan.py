@@ -18,7 +18,7 @@ from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
-from plumbob.models.tripod_capsule.parameters import BODY, CHECK
+from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
 from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, planned
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
     PoseError,
@@ -70,12 +70,14 @@ def command(chosen: argparse.Namespace) -> int:
         found = planned({**CHECK, **parameters})
         answer = described(found)
         measured = _measured(chosen, found, parameters) if chosen.method else None
+        if chosen.other:
+            answer["on"] = _ends_on(found, values.changes(chosen.other))
     if measured is not None:
         answer["method"] = measured_data(found, measured)
     if chosen.json:
         values.print_json(answer)
     else:
-        print(*lines("plan", **{"method": None, **answer}, kinds=KINDS), sep="\n")
+        print(*lines("plan", **{"method": None, "on": None, **answer}, kinds=KINDS), sep="\n")
     return MISSING if measured is not None and measured.found.status == "missing" else 0
 
 
@@ -115,6 +117,15 @@ def described(found: Plan) -> dict[str, Any]:
         "heading_error": angle,
         "drive": plane_demand(found.motion).facts(),
     }
+
+
+def _ends_on(plan: Plan, changes: Mapping[str, Any]) -> dict[str, float]:
+    """How far from its goal the plan's motion of the slider ends in a changed body; raises
+    ParameterError."""
+    known(changes, BODY)
+    body = capsule({**asdict(plan.capsule), **changes})
+    distance, angle = replace(plan, capsule=body).error
+    return {"position_error": distance, "heading_error": angle}
 
 
 def _measured(chosen: argparse.Namespace, found: Plan, parameters: Mapping[str, Any]) -> PlanRun:

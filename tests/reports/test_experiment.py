@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from typing import Any
@@ -16,7 +17,9 @@ from plumbob.models.tripod_capsule.plan import planned
 from plumbob.reports.analyses.analysis import Record
 from plumbob.reports.analyses.capsule_line import experiment
 from plumbob.reports.analyses.capsule_line.experiment import KNOWN, SET, line
+from plumbob.reports.cli import main
 from plumbob.tests.support.declared import finding, nothing
+from plumbob.tests.support.fixture_types import Capture
 
 AT = {"friction": 0.3, "body_mass": 1.0, "slider_mass": 0.3, **SET}
 
@@ -59,13 +62,24 @@ def test_a_harder_push_is_known_better_over_the_same_stroke(bench: Record) -> No
         assert other.stroke == pytest.approx(bench.usual.stroke, rel=1e-12)
 
 
-def test_the_plan_s_uncertainty_is_what_another_friction_does(bench: Record) -> None:
-    """To one side and at half the difference: linear, within a tenth; the masses add less."""
+def test_the_plan_ends_elsewhere_with_another_friction(bench: Record) -> None:
+    """In proportion, within a tenth; the command says the same."""
     plan = planned({**CHECK, **experiment.LIMITS, "to": experiment.TO})
     half = replace(plan, capsule=replace(plan.capsule, friction=0.3 + 0.5 * KNOWN["friction"]))
     away, turned = half.error
-    assert 0.9 * 2 * away <= bench.plan.unsure <= 1.1 * 2 * away
-    assert 0.9 * 2 * turned <= bench.plan.unsure_heading <= 1.1 * 2 * turned
+    assert 0.9 * 2 * away <= bench.plan.away <= 1.1 * 2 * away
+    assert 0.9 * 2 * turned <= bench.plan.turned <= 1.1 * 2 * turned
+
+
+def test_the_command_says_where_the_plan_ends(bench: Record, capsys: Capture) -> None:
+    words = next(c for c in finding(experiment.EXPERIMENT, nothing()).commands if "--on" in c)
+    assert main([*words.split()[1:], "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["on"]["position_error"] == pytest.approx(bench.plan.away, rel=1e-9)
+    assert answer["on"]["heading_error"] == pytest.approx(bench.plan.turned, rel=1e-9)
+    assert answer["position_error"] < 1e-12
+    assert main([*words.split()[1:-1], "mass=3"]) == 2
+    assert capsys.readouterr().err.startswith("plumbob: mass = 3: must be")
 
 
 def test_it_says_all_that_with_commands(bench: Record) -> None:

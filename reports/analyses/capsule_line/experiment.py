@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.systems.planner.result import Plan, pose_error
 from plumbob.engines.study.results import Study
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
@@ -102,34 +100,21 @@ def numbers(study: Study) -> Record:
 
 
 def to_pose() -> Record:
-    """A plan within the bench's limits, and where it ends on a body that is not quite the one it
-    was made for, by what is known of friction and masses: half of what both signs differ by."""
+    """A plan within the bench's limits, and how far from its goal it ends where friction is higher
+    by what is known of it."""
     plan = planned({**CHECK, **LIMITS, "to": TO})
-    parts = [_moved(plan, name) for name in ("friction", "body_mass", "slider_mass")]
+    rougher = plan.capsule.friction + KNOWN["friction"]
+    away, turned = replace(plan, capsule=replace(plan.capsule, friction=rougher)).error
     return Record(
         to=TO,
         limits=dict(LIMITS),
         duration=plan.duration,  # [s]
         turns=plan.turns,
         lines=plan.lines,
-        unsure=math.hypot(*(away for away, _ in parts)),  # [m]
-        unsure_heading=math.hypot(*(turned for _, turned in parts)),  # [rad]
+        rougher=rougher,
+        away=away,  # [m]
+        turned=turned,  # [rad]
     )
-
-
-def _moved(plan: Plan, name: str) -> tuple[float, float]:
-    """Half the distance [m] and angle [rad] between the poses reached."""
-    body: Mapping[float, Plan] = {
-        sign: replace(
-            plan,
-            capsule=replace(
-                plan.capsule, **{name: getattr(plan.capsule, name) + sign * KNOWN[name]}
-            ),
-        )
-        for sign in (-1.0, 1.0)
-    }
-    away, turned = pose_error(body[-1.0].reached, body[1.0].reached)
-    return 0.5 * away, 0.5 * turned
 
 
 EXPERIMENT = Analysis("capsule_line/experiment", numbers)
