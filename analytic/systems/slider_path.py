@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -185,16 +185,28 @@ def fixed(place: Point, duration: float = 0.0) -> SliderPath:
     return SliderPath((StraightPiece(duration, place, 0.0, 0.0, 0.0, 0.0),))
 
 
+def _driven(
+    piece: Callable[..., Piece],
+    place: float,
+    accelerations: Sequence[float],
+    durations: Sequence[float],
+) -> SliderPath:
+    """From rest at `place`, pieces that are given their duration, place, rate and acceleration."""
+    pieces, rate = [], 0.0
+    for w, t in zip(accelerations, durations, strict=True):
+        pieces.append(piece(positive("duration", t), place, rate, w))
+        place, rate = place + t * (rate + 0.5 * w * t), rate + w * t
+    return SliderPath(tuple(pieces))
+
+
 def straight(
     start: Point, direction: float, accelerations: Sequence[float], durations: Sequence[float]
 ) -> SliderPath:
     """From rest at `start` [m] along `direction` [rad] under `accelerations` [m/s^2], each for its
     one of `durations` [s]. Raises ParameterError if the slider is left moving."""
-    pieces, position, speed = [], 0.0, 0.0
-    for w, t in zip(accelerations, durations, strict=True):
-        pieces.append(StraightPiece(positive("duration", t), start, direction, position, speed, w))
-        position, speed = position + t * (speed + 0.5 * w * t), speed + w * t
-    return SliderPath(tuple(pieces))
+    return _driven(
+        lambda t, *now: StraightPiece(t, start, direction, *now), 0.0, accelerations, durations
+    )
 
 
 def arc(
@@ -203,11 +215,8 @@ def arc(
     """From rest at angle `start` [rad] on the circle of `radius` [m] about C under angular
     `accelerations` [rad/s^2], each for its one of `durations` [s]. Raises ParameterError."""
     positive("radius", radius)
-    pieces, angle, rate = [], finite("start", start), 0.0
-    for z, t in zip(accelerations, durations, strict=True):
-        pieces.append(ArcPiece(positive("duration", t), radius, angle, rate, z))
-        angle, rate = angle + t * (rate + 0.5 * z * t), rate + z * t
-    return SliderPath(tuple(pieces))
+    begin = finite("start", start)
+    return _driven(lambda t, *now: ArcPiece(t, radius, *now), begin, accelerations, durations)
 
 
 def line_stroke(start: Point, direction: float, w1: float, w2: float, t1: float) -> SliderPath:
