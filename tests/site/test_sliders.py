@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 NEAR = (
     1e-9  # of a value's size: integrals are refined to 1e-13, and rounding grows at a turning point
 )
+CASES = (  # of the notebook, from 1 to 7
+    *("free-small", "free-large", "rotating-slow", "rotating-fast"),
+    *("damped-small", "damped-large", "damped-rotating"),
+)
 SET = """(values) => {
   const section = document.querySelector(".sliders");
   for (const [name, value] of Object.entries(values)) {
@@ -112,6 +116,52 @@ def test_the_line_moves_as_the_closed_form_says(
     for name, key in (("displacement", "place"), ("velocity", "speed")):
         size = np.abs(exact[name]).max()
         assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"damping_rate": 0.17, "theta": 2.1, "theta_dot": -7.3},
+        {"damping_rate": 0.31, "forcing_amplitude": 3.7, "forcing_frequency": 2.9, "length": 0.7},
+        {"forcing_amplitude": 0.4, "forcing_frequency": 1.3, "theta": 0.2},
+    ],
+)
+def test_a_driven_pendulum_moves_as_in_python(
+    visit: Visit, index: Path, values: dict[str, float]
+) -> None:
+    shown = moved(visit, index, "simple-pendulum", values)
+    case, changes = repeated(shown["command"])
+    assert changes == values
+    answer = shown["answer"]
+    exact = case.reference.observe(np.array(answer["time"]))
+    assert answer["time"][-1] == pytest.approx(50.0)
+    for name, key in (("theta", "theta"), ("theta_dot", "speed")):
+        size = np.abs(exact[name]).max()
+        assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
+
+
+def test_the_notebooks_cases_are_its_scenes(visit: Visit, index: Path) -> None:
+    moved(visit, index, "simple-pendulum", {})
+    buttons = visit.page.locator(".sliders [data-values]")
+    assert buttons.count() == len(CASES)
+    for button, name in zip(buttons.all(), CASES, strict=True):
+        button.click()
+        case, _ = repeated(visit.page.locator(".sliders .command code").inner_text())
+        assert case.problem == case_of(scene(f"simple-pendulum/{name}")).problem
+
+
+@pytest.mark.parametrize("epsilon", [0.037, 0.223, 0.417, 0.861])
+def test_a_turn_ends_as_its_exact_motion_does(visit: Visit, index: Path, epsilon: float) -> None:
+    """Within what the page says of the table, and eq. 32's next term as Python has it."""
+    shown = moved(visit, index, "capsule-turn", {"epsilon": epsilon})
+    case, _ = repeated(shown["command"])
+    facts = case.system.facts(case.problem)
+    assert facts["epsilon"] == pytest.approx(epsilon, rel=1e-12)
+    answer = shown["answer"]
+    for key, name in (("stop", ""), ("rest", "_at_rest")):
+        assert answer[key]["now"] == pytest.approx(facts[f"body_angle{name}"], abs=1e-5)
+        assert answer[key]["next"] == pytest.approx(facts[f"body_angle_corrected{name}"], abs=1e-5)
+    assert shown["panels"] == 2
 
 
 def test_a_push_below_the_threshold_is_said(visit: Visit, index: Path) -> None:

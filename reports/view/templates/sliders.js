@@ -81,6 +81,34 @@
     return {...points, kind: turns ? "rotation" : "libration", period: points.time[COUNT]};
   };
 
+  // A pendulum of damping rate xi under A sin(Omega t), for 50 s: Taylor series of order 20, step by step.
+  const driven = (p) => {
+    const ORDER = 20, LASTING = 50, STEPS = 2000, h = LASTING / STEPS, pull = p.gravity / p.length;
+    const potential = (x) => -p.gravity * p.length * Math.cos(x);
+    const energy = potential(p.theta) + (p.length * p.theta_dot) ** 2 / 2;
+    const of = {time: [0], theta: [p.theta], speed: [p.theta_dot], potential, energy, barrier: p.gravity * p.length, period: 0};
+    let [theta, speed] = [p.theta, p.theta_dot];
+    for (let n = 0; n < STEPS; n += 1) {
+      const a = [theta], w = [speed], s = [Math.sin(theta)], c = [Math.cos(theta)];
+      for (let k = 0, size = p.forcing_amplitude; k < ORDER; k += 1) {
+        const push = size * Math.sin(p.forcing_frequency * n * h + k * Math.PI / 2);
+        a.push(w[k] / (k + 1));
+        w.push((push - pull * s[k] - p.damping_rate * w[k]) / (k + 1));
+        size *= p.forcing_frequency / (k + 1);
+        let [sine, cosine] = [0, 0];
+        for (let j = 1; j <= k + 1; j += 1) { sine += j * a[j] * c[k + 1 - j]; cosine -= j * a[j] * s[k + 1 - j]; }
+        s.push(sine / (k + 1));
+        c.push(cosine / (k + 1));
+      }
+      [theta, speed] = [a, w].map((series) => series.reduceRight((sum, value) => sum * h + value, 0));
+      of.time.push((n + 1) * h);
+      of.theta.push(theta);
+      of.speed.push(speed);
+    }
+    const words = [...(p.damping_rate ? ["damped"] : []), ...(p.forcing_amplitude ? ["forced"] : [])].join(" and ");
+    return {...of, kind: `${words}, θ ${text(theta, 6)} rad after ${LASTING} s`};
+  };
+
   // ---- pictures ----
   const text = (value, digits = 4) => (Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : "∞").replace("-", "−");
   const ticks = (low, high) => {
@@ -146,11 +174,41 @@
     pendulum: {
       defaults: (p) => p,
       changed: () => ({}),
-      shown: (p) => swung({a: 0, b: 0, c: p.gravity * p.length, inertia: p.length ** 2, theta: p.theta, rate: p.theta_dot}),
+      shown: (p) => p.damping_rate || p.forcing_amplitude ? driven(p) : swung({a: 0, b: 0, c: p.gravity * p.length, inertia: p.length ** 2, theta: p.theta, rate: p.theta_dot}),
       drawn: (motion) => {
         const {panels, said} = phases(motion);
         return {panels, said: said.replaceAll(" J", " J/kg")};
       },
+    },
+    turn: {
+      defaults: (p, {scene, table}) => ({...p, epsilon: Number(scene.split("/")[1]), table: JSON.parse(table)}),
+      changed: (p, first) => {
+        const part = p.epsilon / first.epsilon;
+        return part === 1 ? {} : {half_time: first.half_time * part, angular_acceleration: first.angular_acceleration / part ** 2};
+      },
+      shown: (p, changed) => {
+        // (psi + 1)/epsilon^2 by cubics between the entries of a table, at equal steps of epsilon from 0 to 1.
+        const at = (row, epsilon) => {
+          const place = epsilon * (row.length - 1), first = Math.min(Math.max(Math.floor(place) - 1, 0), row.length - 4);
+          let sum = 0;
+          for (let j = 0; j < 4; j += 1) {
+            let weight = row[first + j];
+            for (let k = 0; k < 4; k += 1) if (k !== j) weight *= (place - first - k) / (j - k);
+            sum += weight;
+          }
+          return epsilon ** 2 * sum - 1;
+        };
+        const epsilons = Array.from({length: COUNT + 1}, (_, k) => k / COUNT), half_time = changed.half_time || p.half_time;
+        const [stop, rest] = p.table.map((row) => ({now: at(row, p.epsilon), exact: epsilons.map((e) => at(row, e)),
+          next: row[0] * p.epsilon ** 2 - 1, nexts: epsilons.map((e) => row[0] * e ** 2 - 1)}));
+        return {epsilon: p.epsilon, epsilons, half_time, stop, rest};
+      },
+      drawn: (m) => ({
+        panels: [["at 2τ", m.stop], ["at rest", m.rest]].map(([when, of]) => panel(`ψ ${when}, dashed: the next term; eq. 32: −1`, "ε = τ/T", "ψ [rad]",
+          [[m.epsilons, of.exact], [m.epsilons, of.nexts, "6 4"], [[m.epsilon, m.epsilon], [-1, Math.max(...of.nexts)], "2 3"]])),
+        said: `at 2τ ψ is ${text(m.stop.now, 5)} rad, at rest ${text(m.rest.now, 5)} rad; eq. 32: −1, with its next term ` +
+          `${text(m.stop.next, 5)} and ${text(m.rest.next, 5)}; τ ${text(1e3 * m.half_time)} ms`,
+      }),
     },
     line: {
       defaults: (p) => p,
@@ -178,25 +236,34 @@
   const begin = (root) => {
     for (const section of root.querySelectorAll(".sliders")) {
       const kind = kinds[section.dataset.kind], inputs = [...section.querySelectorAll("input")];
-      const first = kind.defaults(JSON.parse(section.dataset.parameters));
-      const touched = new Set();
+      const given = JSON.parse(section.dataset.parameters), first = kind.defaults(given, section.dataset);
+      const touched = new Map();
       const draw = () => {
         const p = {...first};
         for (const input of inputs) {
-          if (touched.has(input.name)) p[input.name] = Number(input.value);
+          if (touched.has(input.name)) p[input.name] = touched.get(input.name);
           input.nextElementSibling.textContent = text(p[input.name]);
           input.setAttribute("aria-valuetext", text(p[input.name]));
         }
         const changed = kind.changed(p, first), {panels, said} = kind.drawn(section.answer = kind.shown(p, changed));
         section.querySelector("[role=status]").textContent = said[0].toUpperCase() + said.slice(1);
         section.querySelector(".panels").innerHTML = panels.join("");
-        const set = Object.fromEntries([...touched].filter((name) => name !== "com_distance").map((name) => [name, p[name]]));
+        const set = Object.fromEntries([...touched].filter(([name]) => name in given || name === "theta_dot"));
         section.querySelector(".command code").textContent = [`plumbob solve ${section.dataset.scene}`,
           ...Object.entries({...set, ...changed}).map(([name, value]) => `--set ${name}=${value}`)].join(" ");
       };
       for (const input of inputs) {
         input.value = first[input.name];
-        input.addEventListener("input", () => { touched.add(input.name); draw(); });
+        input.addEventListener("input", () => { touched.set(input.name, Number(input.value)); draw(); });
+      }
+      for (const button of section.querySelectorAll("[data-values]")) {
+        button.addEventListener("click", () => {
+          for (const [name, value] of Object.entries(JSON.parse(button.dataset.values))) {
+            touched.set(name, value);
+            section.querySelector(`[name=${name}]`).value = value;
+          }
+          draw();
+        });
       }
       section.hidden = false;
       draw();
