@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -14,12 +15,14 @@ from mpmath import mp
 
 from plumbob.analytic.errors.contact_models import soft_friction
 from plumbob.analytic.errors.contact_models.inclined_steps import corner
+from plumbob.analytic.errors.contact_models.stack_steps import corners
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import SoftPoint
 from plumbob.analytic.systems.incline import Incline
 from plumbob.analytic.systems.pinch import Pinch
+from plumbob.analytic.systems.stack import Stack
 from plumbob.engines.abilities import SettingsToPaste
-from plumbob.engines.adapters.mujoco import incline, pinch
+from plumbob.engines.adapters.mujoco import incline, pinch, stack
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, limits_of, method, methods
 from plumbob.engines.study.measurement import measure, scheme_of
@@ -28,7 +31,8 @@ from plumbob.reports.judge.verdict import judge
 
 CUBE: Incline = case_of(scene("incline/stops")).problem
 PINCH: Pinch = case_of(scene("pinch/0.9")).problem
-BUILDERS = {"incline": incline, "pinch": pinch}
+STACK: Stack = case_of(scene("stack/equal")).problem
+BUILDERS = {"incline": incline, "pinch": pinch, "stack": stack}
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0, -2.0])
@@ -62,6 +66,9 @@ def test_incline_with_40_digits(speed: float, part: float) -> None:
         (CUBE, "slope", -0.1, "0 or greater"),
         (CUBE, "slope", 1.6, "at most 1.5 rad"),
         (CUBE, "speed", math.inf, "a finite number"),
+        (STACK, "count", 2.5, "a whole number from 2 to 100"),
+        (STACK, "count", 101, "a whole number from 2 to 100"),
+        (STACK, "mass_ratio", 0.0, "greater than 0"),
         (PINCH, "mass", 0.0, "greater than 0"),
         (PINCH, "friction", 0.0, "greater than 0"),
         (PINCH, "lift", math.nan, "a finite number"),
@@ -209,6 +216,17 @@ def test_what_a_pinch_holds_with_40_digits(fraction: float, push: float) -> None
         replace(held, normal_force=normal_force * fraction * (1 - 1e-12))
 
 
+def allowed_by(name: str) -> float:
+    """The number in what settings to paste promise."""
+    asked = method(name)
+    ability = engine_of(asked).ability(SettingsToPaste)
+    assert ability
+    promised = ability.write(asked, 1e-3, None, 0.8).snippets[0].error
+    number = re.search(r"([0-9.e-]+) s(\^2)? times", promised)
+    assert number
+    return float(number[1])
+
+
 GRIPPER = """<mujoco><option timestep="1e-3" {options}/>
 <default><geom type="box" friction="0.8"/></default><worldbody>
 <body name="left" pos="-.05 0 0"><joint type="slide" axis="1 0 0" name="left"/>
@@ -222,11 +240,7 @@ GRIPPER = """<mujoco><option timestep="1e-3" {options}/>
 @pytest.mark.parametrize("ratio", ["100", "1e4"])
 def test_the_drift_that_settings_promise_holds_in_another_gripper(ratio: str) -> None:
     """A free box between two box fingers, on eight contacts, at 0.9 of what friction holds."""
-    asked = method("mujoco/euler+elliptic")
-    ability = engine_of(asked).ability(SettingsToPaste)
-    assert ability
-    promised = ability.write(asked, 1e-3, None, 0.8).snippets[0].error
-    bound = float(promised.partition("at most ")[2].partition(" s")[0]) * 100 / float(ratio)
+    bound = allowed_by("mujoco/euler+elliptic") * 100 / float(ratio)
     options = f'cone="elliptic" impratio="{ratio}"'
     model = mujoco.MjModel.from_xml_string(GRIPPER.format(options=options))
     data = mujoco.MjData(model)
@@ -241,3 +255,55 @@ def test_the_drift_that_settings_promise_holds_in_another_gripper(ratio: str) ->
     allowed = bound * 0.35 * 9.81 / 8 * weights
     assert data.ncon == 8
     assert 0.9 * allowed < before - data.body("box").xpos[2] < allowed
+
+
+@pytest.mark.parametrize("mass_ratio", [1e-4, 0.3, 1.0, 50.0])
+@pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/euler+stiff"])
+def test_forces_in_a_stack(name: str, mass_ratio: float) -> None:
+    """Every corner carries a quarter of what is above it, and is as deep as theory says, where each
+    mass and sum is taken with 40 digits."""
+    held, case = replace(STACK, count=3, mass_ratio=mass_ratio), case_of(scene("stack/equal"))
+    how = method(name)
+    built = stack.build(case.system.mjcf, held, how, 1e-3)
+    built.spec.option.timestep = 1e-3
+    model = built.spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = built.qpos
+    mujoco.mj_forward(model, data)
+    with mp.workdps(40):
+        masses = [held.mass * mp.mpf(mass_ratio) ** (mp.mpf(i) / 2) for i in range(3)]
+        above = [mp.mpf(held.gravity) * sum(masses[i:]) for i in range(3)]
+        np.testing.assert_allclose(held.normal_forces, [float(force) for force in above], 4e-16)
+    point = scheme_of(case, how).contact
+    assert point
+    for contact, force in zip(data.contact, data.efc_force, strict=True):
+        level = max(contact.geom) - 1
+        assert force == pytest.approx(held.normal_forces[level] / 4, rel=1e-5)
+        assert -contact.dist == pytest.approx(corners(held)[level].depth(point, 1e-3), rel=1e-7)
+    np.testing.assert_allclose(data.qacc, 0.0, atol=1e-4)
+
+
+@pytest.mark.parametrize("above", [1.0, 1e4, 1e-4])
+def test_contacts_that_settings_promise_hold_free_cubes(above: float) -> None:
+    """Three cubes with six degrees of freedom each, none of plumbob's own."""
+    asked = method("mujoco/euler+stiff")
+    ability = engine_of(asked).ability(SettingsToPaste)
+    assert ability
+    head = ability.write(asked, 1e-3, None, 0.5).snippets[0].mjcf
+    masses = [1.0, 1.0, above]
+    cubes = "".join(
+        f'<body pos="0 0 {0.1 + 0.2 * i}"><freejoint/>'
+        f'<geom type="box" size=".1 .1 .1" mass="{mass}"/></body>'
+        for i, mass in enumerate(masses)
+    )
+    floor = '<geom type="plane" size="2 2 .1"/>'
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco>{head}<worldbody>{floor}{cubes}</worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=300)
+    loads = 9.81 * np.cumsum(masses[::-1])[::-1] / 4
+    weights = model.body_invweight0[1:, 0] + model.body_invweight0[:-1, 0]
+    deep = allowed_by("mujoco/euler+stiff") * (loads * weights).sum()
+    assert 0.5 - data.xpos[-1, 2] == pytest.approx(deep, rel=2e-3)
+    assert np.abs(data.qvel).max() < 1e-9

@@ -66,6 +66,7 @@ class ContactProfile:
     options: Mapping[str, Any] = field(default_factory=dict)
     pair: Callable[[float], PairFields] = lambda step: {}
     softening: float = 1.0
+    soft: SoftPoint = field(default_factory=SoftPoint)  # of a profile that does not converge
 
     @property
     def convergent(self) -> bool:
@@ -79,7 +80,7 @@ class ContactProfile:
             return None
         noslip = self.options.get("noslip_iterations")
         ratio = math.inf if noslip else float(self.options.get("impratio", 1.0))
-        return SoftPoint(ratio=ratio, pyramidal=self.options.get("cone") != "elliptic")
+        return replace(self.soft, ratio=ratio, pyramidal=self.options.get("cone") != "elliptic")
 
     def slip_compliance(self, step: float) -> float:
         """Drift [m/s] of a sticking contact per force on it [N], over the body's inverse weight
@@ -119,15 +120,29 @@ def coulomb_pair(
     }
 
 
+def stiff_pair(step: float) -> PairFields:
+    """Fields of a contact pair at `step` [s] that is as stiff as MuJoCo takes it."""
+    return {
+        "solref": np.array([2.0 * step, 1.0]),
+        "solimp": np.array([*_STIFF.impedance, 1e-3, 0.5, 2.0]),
+    }
+
+
 _COULOMB = MappingProxyType(
     {"cone": "elliptic", "impratio": REGULARISATION_RATIO * SOFTENING, "tolerance": TOLERANCE}
 )
 _ELLIPTIC = MappingProxyType({"cone": "elliptic", "impratio": 100.0})
 _NOSLIP = MappingProxyType({"noslip_iterations": 10})
 
+_STIFF = SoftPoint(time_constant=0.0, impedance=(0.9999, 0.9999))
+"""The stiffest that MuJoCo takes: a time constant of two steps, and the largest impedance."""
+
 PROFILES = MappingProxyType(
     {
         "default": ContactProfile(),
+        "stiff": ContactProfile(
+            {"cone": "elliptic", "tolerance": TOLERANCE}, stiff_pair, soft=_STIFF
+        ),
         "pyramidal": ContactProfile({"cone": "pyramidal", "impratio": 100.0}),
         "elliptic": ContactProfile(_ELLIPTIC),
         "elliptic+noslip": ContactProfile({**_ELLIPTIC, **_NOSLIP}),

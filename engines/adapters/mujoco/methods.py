@@ -91,6 +91,13 @@ _TALL = "a body of another height"
 _PLANAR = "a body that cannot tilt"
 METHODS = (
     *PLAIN,
+    Method(
+        "mujoco/euler+stiff",
+        EULER_STEP,
+        1,
+        settings={"integrator": "Euler", "contact": "stiff"},
+        systems=("stack",),
+    ),
     _capsule("pyramidal", systems=HELD, contact="pyramidal"),
     _capsule("elliptic", systems=HELD, contact="elliptic"),
     _capsule("elliptic+noslip", systems=HELD, contact="elliptic+noslip"),

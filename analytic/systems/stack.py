@@ -1,0 +1,56 @@
+"""Cubes one on another at rest: nothing moves, and each carries the weight of those above it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.reference import Array, LinearResponse
+
+MOST = 100  # cubes
+
+
+@dataclass(frozen=True)
+class Stack(LinearResponse):
+    """A `count` of cubes of edge `size` [m] on a floor under `gravity` [m/s^2]: the lowest has
+    `mass` [kg], each of the others the same multiple of the one below it, and the top one
+    `mass_ratio` times the lowest. Raises ParameterError.
+
+    >>> Stack(3, 0.1, 1.0, 4.0, 10.0).normal_forces.tolist()
+    [70.0, 60.0, 40.0]
+    """
+
+    count: int
+    size: float
+    mass: float
+    mass_ratio: float
+    gravity: float
+
+    def __post_init__(self) -> None:
+        for name in ("size", "mass", "mass_ratio", "gravity"):
+            positive(name, getattr(self, name))
+        if positive("count", self.count) != round(self.count) or not 2 <= self.count <= MOST:
+            raise ParameterError("count", self.count, f"a whole number from 2 to {MOST}")
+
+    @cached_property
+    def masses(self) -> Array:
+        """From the lowest to the top [kg], shape (count,)."""
+        return self.mass * self.mass_ratio ** (np.arange(self.count) / (self.count - 1.0))
+
+    @cached_property
+    def normal_forces(self) -> Array:
+        """On the lower face of each [N], shape (count,)."""
+        return self.gravity * np.cumsum(self.masses[::-1])[::-1]
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Height `top` [m] of the top cube over where it is, at `times` [s], shape (n,): none."""
+        return {"top": np.zeros(len(times))}
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """The last place of the stack's height [m], shape (n,)."""
+        return {"top": np.full(len(times), ULP * self.count * self.size)}

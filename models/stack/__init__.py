@@ -1,0 +1,71 @@
+"""Cubes one on another: stack."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.systems.stack import Stack
+from plumbob.analytic.theory import ErrorTheory
+from plumbob.models.field_systems import field_system, field_values
+from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
+
+
+def errors(stack: Stack) -> ErrorTheory:
+    """Theory of the errors of steps on the stack."""
+    from plumbob.analytic.errors.contact_models.stack_steps import StackErrors
+
+    return StackErrors(stack)
+
+
+def facts(stack: Stack) -> Mapping[str, Any]:
+    """Masses [kg] and normal forces [N], from the lowest cube to the top one."""
+    return {"masses": stack.masses.tolist(), "normal_forces": stack.normal_forces.tolist()}
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The height of the top, relative to an edge."""
+    return (Quantity("top", case.problem.size),)
+
+
+def _scene(case: str, summary: str, count: int, ratio: float, **more: Any) -> Scene:
+    return Scene(
+        f"stack/{case}",
+        summary,
+        field_values(Stack, (count, 0.2, 1.0, ratio, 9.81)),
+        1.0,
+        step_sizes(5e-3, 5e-4),
+        "statics; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = field_system(
+    Stack,
+    Path(__file__).parent / "stack.xml",
+    name="stack",
+    title="Stack of cubes",
+    observables=(Observable("top", "m"),),
+    scenes=(
+        _scene("equal", "five equal cubes", 5, 1.0, profile="quick"),
+        _scene("tall", "twenty equal cubes", 20, 1.0),
+        _scene("light-top", "a ten-thousandth on top", 2, 1e-4),
+        _scene("heavy-top-100", "a hundred times as much on top", 2, 100.0),
+        _scene(
+            "heavy-top",
+            "ten thousand times as much on top",
+            2,
+            1e4,
+            hard="a contact pushes as if it carried the lighter cube alone",
+        ),
+    ),
+    default="equal",
+    reference=lambda stack: stack,
+    errors=errors,
+    invariants=lambda stack, observed: {},  # nothing moves
+    facts=facts,
+    kind=ON_PLANE,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)
