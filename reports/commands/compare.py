@@ -6,7 +6,7 @@ import argparse
 import math
 import os
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,7 @@ def command(chosen: argparse.Namespace) -> int:
     parts = _verdicts(old, new), _presence(old, new), list(_errors(old, new)), _costs(old, new)
     made = old.provenance, new.provenance
     moved = [row for part in parts for row in part]
-    grown = _print(chosen, made, moved, _said, above)
+    grown = _print(chosen, made, moved, above)
     if file:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
@@ -72,11 +72,6 @@ def _words(chosen: argparse.Namespace) -> str:
     return shlex.join(words)
 
 
-def _made_with(provenance: Provenance) -> str:
-    versions = (f"{name} {v}" for name, v in provenance.versions.items() if v != "not installed")
-    return ", ".join([provenance.date or "no date", *versions])
-
-
 def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
     names = dict.fromkeys((*old.versions, *new.versions))
     both = ((n, old.versions.get(n, "unknown"), new.versions.get(n, "unknown")) for n in names)
@@ -87,29 +82,19 @@ def _print(
     chosen: argparse.Namespace,
     made: tuple[Provenance, Provenance],
     moved: Sequence[Mapping[str, Any]],
-    words: Callable[[Mapping[str, Any]], str],
     above: float,
 ) -> int:
     """Print what the old one and the new one were made with, and what has moved; returns how many
     have grown by more than is allowed."""
+    from plumbob.reports.view.tables import lines
+
     versions = _versions(*made)
     if chosen.json:
         values.print_json([*versions, *moved])
     else:
-        for name, provenance in zip(("old", "new"), made, strict=True):
-            print(f"{name}: {_made_with(provenance)}")
-        for row in versions:
-            print(f"{row['what']}: {row['old']} -> {row['new']}")
-        print(*(map(words, moved) if moved else ["nothing has moved"]), sep="\n")
+        both = dict(zip(("old", "new"), made, strict=True))
+        print(*lines("compare", made=both, versions=versions, moved=moved), sep="\n")
     return sum(row["growth"] is not None and row["growth"] > above for row in moved)
-
-
-def _said(row: Mapping[str, Any]) -> str:
-    """The change of a pair's value, and the growth of an error in per cent."""
-    growth = row["growth"]
-    known = growth is not None and math.isfinite(growth)
-    by = f" ({100.0 * growth:+.2g} %)" if known else ""
-    return f"{row['scene']} {row['method']}: {row['what']} {row['old']} -> {row['new']}{by}"
 
 
 def _benchmarks(
@@ -129,17 +114,7 @@ def _benchmarks(
     names = [[r.name for r in run.ratios] for run in (old, new)]
     rows += [_row(("", ""), name, "measured", "no") for name in names[0] if name not in names[1]]
     rows += [_row(("", ""), name, "no", "measured") for name in names[1] if name not in names[0]]
-    return int(bool(_print(chosen, (old.made, new.made), rows, _slower, above)))
-
-
-def _slower(row: Mapping[str, Any]) -> str:
-    """The change of a ratio, and by how much it is slower or faster."""
-    growth, moved = row["growth"], f"{row['what']}: {row['old']} -> {row['new']}"
-    if growth is None:
-        return moved
-    if growth > 0.0:
-        return f"{moved} ({100.0 * growth:.2g} % slower)"
-    return f"{moved} ({100.0 * (1.0 / (1.0 + growth) - 1.0):.2g} % faster)"
+    return int(bool(_print(chosen, (old.made, new.made), rows, above)))
 
 
 def _benchmark(name: str, text: str) -> BenchmarkRun | None:

@@ -60,21 +60,24 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.json:
         values.print_json(answer)
         return 0
-    print(f"{scene.name}: {scene.summary}")
-    _print({key: answer[key] for key in answer if key not in TABLE})
-    if by_angle:
-        _table(by_angle)
-        return 0
-    _table({Observable("t", "s"): times, **also} if also else {})
-    names = list(answer["observables"])
-    units = {o.name: o.unit for o in case.system.observables}
-    print(f"\n{'t [s]':>24}" + "".join(_head(n, units) for n in names))
-    for i, t in enumerate(times):
-        row = (
-            _held(float(series[i]), float(uncertainty[name][i]))
-            for name, series in observables.items()
-        )
-        print(f"{_text(float(t)):>24}" + "".join(f"{text:>28}" for text in row))
+    from plumbob.reports.view.tables import lines
+
+    table = by_angle or ({Observable("t", "s"): times, **also} if also else {})
+    columns = [
+        [_held(*pair) for pair in zip(series.tolist(), uncertainty[name].tolist(), strict=True)]
+        for name, series in observables.items()
+    ]
+    written = lines(
+        "solve",
+        scene=scene,
+        facts={key: _plain(answer[key]) for key in answer if key not in TABLE},
+        tables=[(list(table), np.transpose(list(table.values())).tolist())],
+        held=[] if by_angle else list(observables),
+        units={o.name: o.unit for o in case.system.observables},
+        rows=list(zip(times.tolist(), *columns, strict=True)),
+        text=_text,
+    )
+    print(*written, sep="\n")
     return 0
 
 
@@ -85,18 +88,8 @@ def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
     return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
 
 
-def _print(entries: Mapping[str, Any], indent: int = 2) -> None:
-    for key, entry_value in entries.items():
-        value = entry_value.tolist() if isinstance(entry_value, np.ndarray) else entry_value
-        if isinstance(value, Mapping):
-            print(f"{' ' * indent}{key}:")
-            _print(value, indent + 2)
-        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
-            print(f"{' ' * indent}{key}:")
-            for entry in value:
-                print(" " * (indent + 2) + ", ".join(f"{k} {_text(v)}" for k, v in entry.items()))
-        elif value is not None and value != "":
-            print(f"{' ' * indent}{key}: {_text(value)}")
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _text(value: Any) -> str:
@@ -112,10 +105,6 @@ def _held(value: float, uncertainty: float) -> str:
     if digits < 1:
         return f"{value + 0.0:.1g} ± {uncertainty:.1g}"
     return f"{value:.{digits}g}" if digits < 17 else _text(value)
-
-
-def _head(name: str, units: Mapping[str, str]) -> str:
-    return f"{name} [{units.get(name, '')}]".rjust(28)
 
 
 def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:
@@ -134,17 +123,6 @@ def _over_angles(case: Case, text: str | None) -> Mapping[Observable, Array]:
             "angles", text, f"left out: {case.system.name} has no answers over an angle"
         )
     return {ANGLE: theta, **case.system.by_angle(case.problem, theta)}
-
-
-def _table(answers: Mapping[Observable, Array]) -> None:
-    """Print one column for each answer, with twelve digits; `never` for what is not reached."""
-    if not answers:
-        return
-    heads = [f"{observable.name} [{observable.unit}]" for observable in answers]
-    print("\n" + "".join(head.rjust(22) for head in heads))
-    for line in zip(*answers.values(), strict=True):
-        texts = (f"{v + 0.0:.12g}" if np.isfinite(v) else "never" for v in map(float, line))
-        print("".join(text.rjust(22) for text in texts))
 
 
 def _able(case: Case, path: str | None) -> None:
