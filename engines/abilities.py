@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.analytic.reference import Array
     from plumbob.engines.own_contacts import ContactModel
     from plumbob.engines.own_motion import Change, OwnModel, Policy, Start
+    from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.models.gradient import Number
 
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
@@ -159,6 +160,16 @@ class ModelReader:
     file."""
 
     read: Callable[[Path], Iterator[tuple[str, str, Any]]]
+
+
+@dataclass(frozen=True)
+class RunsFiles:
+    """Model file (MJCF), names of its joints and actuators, step [s] -> the model as the engine's
+    own reader makes it, to be stepped beside MuJoCo's; raises what that raises, and NotRead."""
+
+    load: Callable[[Path, Layout, float], PeerModel]
+    precision: float = 2.0**-53  # relative rounding of its numbers
+    integrators: bool = False  # steps by the file's integrator; else by semi-implicit Euler
 
 
 @dataclass(frozen=True)

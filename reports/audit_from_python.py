@@ -13,6 +13,7 @@ from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, contacts_audited, rests
 from plumbob.engines.audit.controls import DURATION, script
+from plumbob.engines.audit.engines import with_engines
 from plumbob.engines.audit.environments import rollout, start_and_period
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Policy, Script, Start
 from plumbob.engines.registry import find_engine
@@ -37,6 +38,7 @@ def audit(
     progress: Callable[[str], None] = lambda what: None,
     gradient: bool = False,
     policy: Policy | None = None,
+    engines: Sequence[str] = (),
 ) -> MotionResult:
     """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData`,
     whose positions and velocities are the start, or a MuJoCo environment of Gymnasium that has been
@@ -51,20 +53,20 @@ def audit(
     step, takes the control's place: what it gives at the model's own step is replayed by the
     reference and all steps. That of an environment is called with its observations, and the
     environment is stepped, so that the rollout is its own; a control is held as it holds an action.
-    `progress` is given what is being done. A `gradient` certifies derivatives of the end by
-    controls and start, too, in as much time again. Raises ParameterError for bad input, and for a
-    model that no reference can be certified for, with the reason.
+    A `gradient` certifies derivatives of the end by controls and start, too, in as much time again,
+    and each of `engines`, by name, runs the file, in as much. Raises ParameterError for bad input,
+    and for a model that no reference can be certified for, with the reason.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
     ...   <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>'''
     >>> found = audit(mujoco.MjModel.from_xml_string(rod), duration=0.1, budget=5.0)
-    >>> found.until, found.resolved
-    (0.1, True)
-    >>> found.assert_within(metres=0.01)
+    >>> found.until, found.resolved, found.assert_within(metres=0.01)
+    (0.1, True, None)
     """
     positive("budget", budget)
     positive("jobs", jobs)
+    _known(engines, model)
     start = start_of(keyframe, qpos, qvel)
     named = control if isinstance(control, str) and policy is None else "given"
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
@@ -80,7 +82,16 @@ def audit(
         answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
     if gradient:
         answer = with_gradient(answer, budget, progress=progress)
+    answer = with_engines(answer, model, engines, budget, progress)
     return MotionResult(**vars(replace(answer, slides=_slides(model, start))))
+
+
+def _known(engines: Sequence[str], model: Any) -> None:
+    """Raises ParameterError for names of no engine, or of some without a file to read."""
+    for name in engines:
+        find_engine(name)
+    if engines and not (isinstance(model, (str, Path)) and Path(model).suffix == ".xml"):
+        raise ParameterError("engines", ",".join(engines), "left out, but with an MJCF file")
 
 
 def _moved(

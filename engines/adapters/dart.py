@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelReader, SchemeOfCase
+from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
@@ -38,6 +39,7 @@ from plumbob.engines.adapters.three_feet import (
     three_feet,
 )
 from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -251,6 +253,109 @@ def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
             yield "frictionloss", dof.getName(), dof.getCoulombFriction()
 
 
+class DartModel:
+    """The world of a file, its skeletons one after another."""
+
+    def __init__(self, path: Path, step: float) -> None:
+        import dartpy
+
+        self.world = dartpy.utils.MjcfParser.readWorld(str(path))
+        if self.world is None:
+            raise NotRead("no world is made of it")
+        self.world.setTimeStep(step)
+        skeletons = map(self.world.getSkeleton, range(self.world.getNumSkeletons()))
+        self.skeletons = [skeleton for skeleton in skeletons if skeleton.getNumDofs()]
+        counts = [skeleton.getNumDofs() for skeleton in self.skeletons]
+        self.places = np.cumsum([0, *counts])[:-1].tolist()
+
+    def put(self, q: Array, v: Array) -> None:
+        """Start from these coordinates."""
+        for skeleton, x, rates in zip(self.skeletons, self._split(q), self._split(v), strict=True):
+            skeleton.setPositions(x)
+            skeleton.setVelocities(rates)
+
+    def _split(self, values: Array) -> list[Array]:
+        return np.split(values, self.places[1:])
+
+    def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
+        """Of the skeletons; of actuators it reads none."""
+        import dartpy
+        from scipy.linalg import block_diag
+
+        self.put(q, v)
+        all_of = self.skeletons
+        dofs = [skeleton.getDof(i) for skeleton in all_of for i in range(skeleton.getNumDofs())]
+        damping = np.array([dof.getDampingCoefficient() for dof in dofs])
+        springs = [
+            dof.getSpringStiffness() * (x - dof.getRestPosition())
+            for dof, x in zip(dofs, q, strict=True)
+        ]
+        touching = dartpy.collision.CollisionResult()
+        self.world.checkCollision(dartpy.collision.CollisionOption(), touching)
+        return {
+            "mass matrix": block_diag(*(skeleton.getMassMatrix() for skeleton in all_of)),
+            "gravity": -np.concatenate([skeleton.getGravityForces() for skeleton in all_of]),
+            "bias": np.concatenate([skeleton.getCoriolisForces() for skeleton in all_of]),
+            "passive": -damping * v - np.array(springs),
+            "actuator": np.zeros(len(v)),
+            "damping": damping,
+            "contacts": [_names(contact) for contact in touching.getContacts()],
+        }
+
+    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+        """Take steps."""
+        for _ in range(steps):
+            if force is not None:
+                for skeleton, part in zip(self.skeletons, self._split(force), strict=True):
+                    skeleton.setForces(part)
+            self.world.step()
+        q, v = (
+            np.concatenate([getattr(skeleton, name)() for skeleton in self.skeletons])
+            for name in ("getPositions", "getVelocities")
+        )
+        return q, v
+
+
+def _names(contact: Any) -> tuple[str, ...]:
+    """Of the bodies of a contact."""
+    shapes = (contact.collisionObject1, contact.collisionObject2)
+    nodes = (shape.getShapeFrame().asShapeNode() for shape in shapes)
+    return tuple(node.getBodyNodePtr().getName() for node in nodes)
+
+
+def _frame(joint: Any) -> Frame:
+    """Of a free joint, whose coordinates are from where the file draws the body."""
+    from scipy.spatial.transform import Rotation
+
+    drawn = joint.getTransformFromParentBodyNode()
+    origin, turned = drawn.translation().ravel(), Rotation.from_matrix(drawn.rotation())
+
+    def pose(place: Array, attitude: Array) -> Array:
+        rotation = turned.inv() * Rotation.from_quat(attitude, scalar_first=True)
+        return np.concatenate([rotation.as_rotvec(), turned.inv().apply(place - origin)])
+
+    def place(q: Array) -> tuple[Array, Array]:
+        attitude = turned * Rotation.from_rotvec(q[:3])
+        return origin + turned.apply(q[3:]), attitude.as_quat(scalar_first=True)
+
+    return Frame(pose, place, FREE)
+
+
+def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
+    """The model of a file; raises NotRead, and RuntimeError where DART refuses the file."""
+    model = DartModel(path, step)
+    hinges, free = {}, []
+    for skeleton, first in zip(model.skeletons, model.places, strict=True):
+        for joint in map(skeleton.getJoint, range(skeleton.getNumJoints())):
+            if joint.getNumDofs():
+                at = first + joint.getIndexInSkeleton(0)
+            if joint.getNumDofs() == 1:
+                hinges[joint.getName()] = (at, at)
+            elif joint.getNumDofs() == FREE:
+                free.append((at, at, _frame(joint)))
+    return Translated(model, layout, hinges, free, displaced=True)
+
+
 ENGINE = Engine(
     "dart",
     "dartpy",
@@ -258,5 +363,5 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=(SchemeOfCase(scheme), ModelReader(model_fields)),
+    abilities=(SchemeOfCase(scheme), ModelReader(model_fields), RunsFiles(user_model)),
 )

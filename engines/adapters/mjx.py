@@ -17,7 +17,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import sampling
-from plumbob.engines.abilities import OwnDerivative
+from plumbob.engines.abilities import OwnDerivative, RunsFiles, later
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.method import Engine, Method, ModelError, Simulation, Stepping, Unsupported
@@ -51,6 +51,7 @@ METHODS = (
     ),
 )
 OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
+PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
 LARGEST = 1e10  # above it MuJoCo calls a number huge
 
 
@@ -265,6 +266,40 @@ def _seconds(take: Any, *arguments: Any) -> float:
     return time.perf_counter() - begin
 
 
+class MjxPort:
+    """A compiled model in MJX, in single precision, which is its default."""
+
+    def __init__(self, model: Any) -> None:
+        import jax
+        from mujoco import mjx
+
+        self.compiled, self.model = model, mjx.put_model(model)
+        self.data = mjx.make_data(model)
+        self.forwards = jax.jit(mjx.forward)
+
+    def load(self, data: Any) -> None:
+        """Take over the state, control and applied forces of an mjData."""
+        import jax
+
+        names = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")
+        numbers = {n: jax.numpy.asarray(getattr(data, n), self.data.qpos.dtype) for n in names}
+        self.data = self.data.replace(**numbers)
+
+    def forward(self) -> None:
+        """Work out all terms."""
+        self.data = self.forwards(self.model, self.data)
+
+    def steps(self, count: int) -> None:
+        """Take steps."""
+        self.data = _loop()(self.model, self.data, self.data.ctrl[None], 0, count)
+
+    def unload(self, data: Any) -> None:
+        """Fill in an mjData."""
+        from mujoco import mjx
+
+        mjx.get_data_into(data, self.compiled, self.data)
+
+
 ENGINE = Engine(
     "mjx",
     "mujoco.mjx",
@@ -272,7 +307,8 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=tuple(
-        OwnDerivative(way, partial(derivatives, way), 1e-12) for way in ("jacfwd", "jacrev")
+    abilities=(
+        *(OwnDerivative(way, partial(derivatives, way), 1e-12) for way in ("jacfwd", "jacrev")),
+        RunsFiles(partial(later(PORTED), MjxPort), 2.0**-24, integrators=True),
     ),
 )

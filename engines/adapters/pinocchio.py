@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.abilities import ModelReader, OwnDerivative
+from plumbob.engines.abilities import ModelReader, OwnDerivative, RunsFiles
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.own_derivatives import nudged
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
 from plumbob.engines.sampling import step_count
 from plumbob.models.scene import Case
 
@@ -199,6 +201,69 @@ def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
             yield "frictionloss", name, model.upperDryFrictionLimit[dof]
 
 
+class PinocchioModel:
+    """A model of a file, stepped by semi-implicit Euler."""
+
+    def __init__(self, model: Any, step: float) -> None:
+        self.model, self.data, self.step = model, model.createData(), step
+
+    def put(self, q: Array, v: Array) -> None:
+        """Start from these coordinates."""
+        self.q, self.v = q, v
+
+    def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
+        """Of the model; it has no forces of joints or actuators, and no contacts."""
+        import pinocchio
+
+        inertia = np.array(pinocchio.crba(self.model, self.data, q))
+        weight = np.array(pinocchio.computeGeneralizedGravity(self.model, self.data, q))
+        bias = pinocchio.nonLinearEffects(self.model, self.data, q, v) - weight
+        none = np.zeros(len(v))
+        forces = {"gravity": -weight, "bias": bias, "passive": none, "actuator": none}
+        upper = np.triu(inertia)
+        return {"mass matrix": upper + np.triu(upper, 1).T, **forces, "contacts": []}
+
+    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+        """Take steps."""
+        import pinocchio
+
+        applied = np.zeros(len(self.v)) if force is None else force
+        for _ in range(steps):
+            self.v = self.v + self.step * pinocchio.aba(
+                self.model, self.data, self.q, self.v, applied
+            )
+            self.q = pinocchio.integrate(self.model, self.q, self.step * self.v)
+        return self.q, self.v
+
+
+FRAME = Frame(
+    lambda place, w: np.concatenate([place, w[1:], w[:1]]),
+    lambda q: (q[:3], np.concatenate([q[6:], q[3:6]])),
+    linear_first=True,
+    linear_in_body=True,
+    angular_in_body=True,
+)
+
+
+def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
+    """The model of a file; joints of one body are one, in their order. Raises NotRead, and
+    ValueError where Pinocchio refuses the file."""
+    import pinocchio
+
+    model = pinocchio.buildModelFromMJCF(str(path))
+    hinges, free = dict[str, tuple[int, int]](), []
+    for i in range(1, model.njoints):
+        at, count = (int(model.idx_qs[i]), int(model.idx_vs[i])), model.nvs[i]
+        if count == FREE and model.nqs[i] > FREE:
+            free.append((*at, FRAME))
+        elif count != model.nqs[i]:
+            raise NotRead(f"its joint {model.names[i]} is of a kind that is not compared")
+        else:
+            name = model.names[i]
+            hinges |= {name + "+" * k: (at[0] + k, at[1] + k) for k in range(count)}
+    return Translated(PinocchioModel(model, step), layout, hinges, free)
+
+
 ENGINE = Engine(
     "pinocchio",
     "pinocchio",
@@ -206,5 +271,9 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=(ModelReader(model_fields), OwnDerivative("rnea", derivatives, 1e-12)),
+    abilities=(
+        ModelReader(model_fields),
+        OwnDerivative("rnea", derivatives, 1e-12),
+        RunsFiles(user_model),
+    ),
 )

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelReader, SchemeOfCase
+from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase, later
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -325,5 +325,9 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=(SchemeOfCase(scheme), ModelReader(model_fields)),
+    abilities=(
+        SchemeOfCase(scheme),
+        ModelReader(model_fields),
+        RunsFiles(later(f"{__name__}_user_model.user_model")),
+    ),
 )

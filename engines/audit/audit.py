@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from plumbob.engines.audit.step_errors import (
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Touching
+
+if TYPE_CHECKING:
+    from plumbob.engines.audit.engines import EngineError
 
 REFERENCE, TRIMS, ENSEMBLE, STABLE = 0.6, 0.1, 0.1, 0.05  # of the budget
 LEAST_STABLE = 5.0  # [s] for the largest steps, whatever the budget: most take less than two
@@ -58,6 +62,7 @@ class Audit:
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
     changes: tuple[Moved, ...] | None = None  # since another audit; None where it is held to none
+    engines: tuple[EngineError, ...] = ()  # others, that are asked for
     slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property

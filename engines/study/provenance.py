@@ -18,9 +18,23 @@ from plumbob.engines.registry import engine_of
 from plumbob.models.entry_points import versions as added_versions
 
 PACKAGES = ("numpy", "scipy", "numpy-quaddtype", "mujoco", "pymunk", "heyoka", "plotly")
-PEERS = ("dartpy", "drake", "exudyn", "jax", "mujoco-mjx", "pin", "pybullet")  # where installed
+PEERS = (
+    "dartpy",
+    "drake",
+    "exudyn",
+    "jax",
+    "mujoco-mjx",
+    "mujoco-warp",
+    "pin",
+    "pybullet",
+)  # where installed
 OF_ENGINES = MappingProxyType(
-    {"drake": ("drake",), "mjx": ("mujoco", "mujoco-mjx", "jax"), "pinocchio": ("pin",)}
+    {
+        "drake": ("drake",),
+        "mjx": ("mujoco", "mujoco-mjx", "jax"),
+        "mjwarp": ("mujoco-warp", "mujoco", "warp-lang"),
+        "pinocchio": ("pin",),
+    }
 )
 """Distributions of engines whose package has another name."""
 ABSENT = "not installed"

@@ -27,6 +27,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
+from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
@@ -45,9 +46,18 @@ PATIENCE = 10.0  # times the budget, after which an audit of several hangs
 _LARGEST = 100_000_000  # bytes of a control file
 # Options of one audit, which the other does not take: those that decide its numbers, and the rest.
 MOTION = ("qpos", "qvel", "ctrl", "policy", "ctrl_period", "duration", "budget", "jobs")
-OF_MOTION = (*MOTION, "write_trimmed", "stable", "require_reference", "gradient", "against")
+OF_MOTION = (
+    *MOTION,
+    "write_trimmed",
+    "stable",
+    "require_reference",
+    "gradient",
+    "against",
+    "engines",
+)
 FILES = ("junitxml", "badge")
 OF_CONTACTS = ("body", "speed", "friction")
+REPEATED = ("gym", "seed", "keyframe", *MOTION, "engines", *OF_CONTACTS)
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -184,6 +194,7 @@ def _of_file(
         progress=progress,
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else policy_of(chosen.policy),
+        engines=engines_of(chosen.engines),
     )
     result = replace(result, name=chosen.gym or result.name)
     if old is None:
@@ -302,7 +313,7 @@ def _written(row: Row, chosen: argparse.Namespace) -> Path:
 
 def _command(chosen: argparse.Namespace, files: Sequence[str]) -> str:
     """The command that repeats an audit of `files`."""
-    given = [(o, getattr(chosen, o)) for o in ("gym", "seed", "keyframe", *MOTION, *OF_CONTACTS)]
+    given = [(o, getattr(chosen, o)) for o in REPEATED]
     words = [*files]
     words += [f"--{o.replace('_', '-')}={v}" for o, v in given if v and v != "rest"]
     words += ["--contacts"] * chosen.contacts + ["--gradient"] * chosen.gradient
@@ -335,6 +346,11 @@ def audit_of(file: Path, stored: Sequence[Mapping[str, Any]]) -> Mapping[str, An
         if len(candidates) == 1:
             return candidates[0]
     raise ParameterError("against", str(file), "a model whose audit is in that file")
+
+
+def engines_of(names: str | None) -> tuple[str, ...]:
+    """The engines of a list of names with commas, or `all` that are installed."""
+    return readers() if names == "all" else tuple(filter(None, (names or "").split(",")))
 
 
 def new_file(target: Path) -> Path:

@@ -10,7 +10,14 @@ from __future__ import annotations
 from typing import Any
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
-from plumbob.engines.abilities import ModelReader, OwnDerivative, SchemeOfCase, SecondRun, later
+from plumbob.engines.abilities import (
+    ModelReader,
+    OwnDerivative,
+    RunsFiles,
+    SchemeOfCase,
+    SecondRun,
+    later,
+)
 from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error_on_platform
 from plumbob.engines.adapters.three_feet import CAPSULE, scheme
 from plumbob.engines.method import Engine, Method, Simulation
@@ -89,6 +96,7 @@ ENGINE = Engine(
         SchemeOfCase(scheme),
         SecondRun(confirming),
         ModelReader(later(f"{__name__}.model_fields.model_fields")),
+        RunsFiles(later(f"{__name__}.user_model.user_model")),
         OwnDerivative("autodiff", later(f"{__name__}.autodiff.derivatives"), 1e-12),
     ),
 )

@@ -7,6 +7,7 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import HEADINGS, ContactAudit, Measured
 from plumbob.engines.audit.costs import Ratio
+from plumbob.engines.audit.engines import EngineError
 from plumbob.engines.audit.gradient import Gradients
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.step_errors import Compared
@@ -60,7 +61,7 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "versions": versions(),
         **_stability(audit),
         **_gradient(audit.gradient),
-        **({} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}),
+        **_beside(audit),
         "seconds": audit.seconds,
     }
 
@@ -93,6 +94,31 @@ def _steps(found: Compared | None) -> dict[str, Any]:
         "order": found.order and found.order.__dict__,
         "steps": steps,
         "cheapest": [{**c.__dict__, **_spread(c.cost)} for c in found.cheapest],
+    }
+
+
+def _beside(audit: Audit) -> dict[str, Any]:
+    """Changes since an older audit, and other engines, where they are asked for."""
+    changes = {} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}
+    return {**changes, **({"engines": list(map(_engine, audit.engines))} if audit.engines else {})}
+
+
+def _engine(row: EngineError) -> dict[str, Any]:
+    """An engine's error [m], and what differs first, as plain data."""
+    return {
+        "engine": row.engine,
+        "version": row.version,
+        "error": row.error,
+        "error_over_time": row.errors,
+        "first_term": row.first and row.first.term,
+        "difference": row.first and (row.first.cause or f"by {row.first.size:.2g} of it"),
+        "part_explained": row.part_explained,
+        "why": row.reason,
+        "left": row.all_right,
+        "step_error": row.step_error,
+        "apart": row.apart,
+        "single_precision": row.rounding,
+        "terms": [difference.__dict__ for difference in row.differences],
     }
 
 

@@ -34,7 +34,9 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     put,
     rate_after,
 )
+from plumbob.engines.adapters.mujoco.own_model.terms import layout, of_gravity, suspects
 from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
+from plumbob.engines.adapters.mujoco.terms import MujocoTerms
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
@@ -47,6 +49,7 @@ from plumbob.engines.own_motion import (
     Stepped,
     Touching,
 )
+from plumbob.engines.peer_model import Layout
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
@@ -191,9 +194,34 @@ class MujocoModel:
         model = without_step(copy.copy(self.effective))
         return ContinuousField(model, self._begun(model), width)
 
+    @property
+    def layout(self) -> Layout:
+        """Names of its joints and actuators, and where coordinates are."""
+        return layout(self.effective)
+
+    def terms(self) -> MujocoTerms:
+        """The terms of its equations of motion, in any state."""
+        return MujocoTerms(self.effective, self._begun(self.effective))
+
+    def suspects(self) -> Mapping[str, MujocoTerms]:
+        """The same without some of what the file says, by what that is."""
+        return {
+            name: MujocoTerms(model, self._begun(model)) for name, model in suspects(self.effective)
+        }
+
+    @property
+    def gravity(self) -> Array:
+        """[m/s^2]"""
+        return np.array(self.effective.opt.gravity)
+
+    def of_gravity(self, state: Array) -> Array:
+        """Generalised forces of a gravity of 1 m/s^2 along each axis, shape (velocities, 3)."""
+        return of_gravity(self.effective, self._begun(self.effective), state)
+
     @silent()
-    def stepped(self, script: Script, integrator: str, parts: int) -> Stepped:
-        """Its own steps, `parts` in a control period."""
+    def stepped(self, script: Script, integrator: str, parts: int, single: bool = False) -> Stepped:
+        """Its own steps, `parts` in a control period; with its state rounded to `single` precision
+        after each, if asked."""
         model = copy.copy(self.effective)
         model.opt.timestep = script.period / parts
         model.opt.integrator = kind(integrator)
@@ -205,7 +233,10 @@ class MujocoModel:
         for k, control in enumerate(script.controls):
             data.ctrl[:] = control
             try:
-                mujoco.mj_step(model, data, parts)
+                for _ in range(parts if single else 1):
+                    mujoco.mj_step(model, data, 1 if single else parts)
+                    if single:
+                        put(data, np.concatenate([data.qpos, data.qvel, data.act]).astype("f4"))
             except mujoco.FatalError as error:
                 why = f"ended by MuJoCo within {(k + 1) * script.period:g} s ({error})"
                 break
@@ -249,6 +280,14 @@ class MujocoModel:
         """Which pairs touch when along its own steps."""
         with silent():
             return touching(self.effective, self._looks(script))
+
+    def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
+        """Periods and states of its own steps at which something touches."""
+        with silent():
+            for data in self._looks(script):
+                if data.contact.dist.min(initial=1.0) <= 0.0:
+                    period = min(int(data.time / script.period), len(script.controls) - 1)
+                    yield period, np.concatenate([data.qpos, data.qvel, data.act])
 
     def _looks(self, script: Script) -> Iterator[Any]:
         """The mjData after each own step, or every few where they are many: its contacts are those

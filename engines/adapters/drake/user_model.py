@@ -1,0 +1,107 @@
+"""A user's model file as Drake's parser reads it, in a discrete plant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import JointIndex
+from pydrake.systems.framework import DiagramBuilder
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.drake.stepping import simulator_of
+from plumbob.engines.peer_model import Frame, Layout, PeerModel, Translated, commands
+
+FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
+
+
+class DrakeModel:
+    """A plant and its simulator."""
+
+    def __init__(self, path: Path, layout: Layout, step: float) -> None:
+        builder = DiagramBuilder()
+        self.plant, _ = AddMultibodyPlantSceneGraph(builder, step)
+        Parser(self.plant).AddModels(str(path))
+        self.plant.SetUseSampledOutputPorts(False)  # contacts of a state, not of the last step
+        self.plant.Finalize()
+        self.step, self.layout = step, layout
+        diagram = builder.Build()
+        self.simulator = simulator_of(diagram, diagram.CreateDefaultContext())
+        self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
+        indices = self.plant.GetJointActuatorIndices()
+        actuators = [self.plant.get_joint_actuator(i).name() for i in indices]
+        self.commands = commands(layout, actuators)
+        self.selects = self.plant.MakeActuationMatrix()
+
+    def put(self, q: Array, v: Array) -> None:
+        """Start from these coordinates."""
+        self.simulator.get_mutable_context().SetTime(0.0)
+        self.plant.SetPositions(self.context, q)
+        self.plant.SetVelocities(self.context, v)
+        self._push(np.zeros(len(self.layout.actuators)), None)
+        self.simulator.Initialize()
+
+    def _push(self, control: Array, force: Array | None) -> None:
+        plant, context = self.plant, self.context
+        self.forces = np.zeros(self.selects.shape[1])
+        if self.commands:
+            self.forces[:] = control[self.commands]
+        plant.get_actuation_input_port().FixValue(context, self.forces)
+        applied = np.zeros(plant.num_velocities()) if force is None else force
+        plant.get_applied_generalized_force_input_port().FixValue(context, applied)
+
+    def terms(self, q: Array, v: Array, control: Array) -> dict[str, Any]:
+        """Of the plant; pairs that touch by Drake's contact results."""
+        plant, context = self.plant, self.context
+        self.put(q, v)
+        self._push(control, None)
+        joints = map(plant.get_joint, map(JointIndex, range(plant.num_joints())))
+        damping = np.zeros(plant.num_velocities())
+        for joint in joints:
+            at, count = joint.velocity_start(), joint.num_velocities()
+            if count == 1:
+                damping[at : at + count] = joint.GetDampingVector(context)
+        touching = plant.get_contact_results_output_port().Eval(context)
+        pairs = [
+            (info.bodyA_index(), info.bodyB_index())
+            for info in map(
+                touching.point_pair_contact_info, range(touching.num_point_pair_contacts())
+            )
+        ]
+        return {
+            "mass matrix": plant.CalcMassMatrix(context),
+            "gravity": plant.CalcGravityGeneralizedForces(context),
+            "bias": plant.CalcBiasTerm(context),
+            "passive": -damping * v,
+            "actuator": self.selects @ self.forces,
+            "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
+        }
+
+    def advance(self, control: Array, force: Array | None, steps: int) -> tuple[Array, Array]:
+        """Take steps; a discrete update takes place at the time at which its step begins."""
+        self._push(control, force)
+        begun = round(self.simulator.get_context().get_time() / self.step + 0.5)
+        self.simulator.AdvanceTo((begun + steps - 0.5) * self.step)
+        plant = self.plant
+        return plant.GetPositions(self.context), plant.GetVelocities(self.context)
+
+
+def user_model(path: Path, layout: Layout, step: float) -> PeerModel:
+    """The model of a file; raises NotRead, and RuntimeError where Drake refuses the file."""
+    model = DrakeModel(path, layout, step)
+    plant = model.plant
+    joints = [plant.get_joint(i) for i in plant.GetJointIndices()]
+    hinges = {
+        joint.name(): (joint.position_start(), joint.velocity_start())
+        for joint in joints
+        if joint.num_velocities() == 1
+    }
+    free = [
+        (joint.position_start(), joint.velocity_start(), FRAME)
+        for joint in joints
+        if joint.num_velocities() == 6
+    ]
+    return Translated(model, layout, hinges, free)

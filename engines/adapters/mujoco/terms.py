@@ -1,0 +1,113 @@
+"""The terms of a MuJoCo model's equations of motion in any state, as MuJoCo and as ports of it have
+them, and the steps of a port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.peer_model import Layout, Terms
+
+Forward = Callable[[Any, Any], None]
+EXPLICIT = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP | mujoco.mjtDisableBit.mjDSBL_DAMPER)
+KINDS = mujoco.mjtConstraint
+ACTING = (
+    ("equalities", (KINDS.mjCNSTR_EQUALITY,)),
+    ("friction losses", (KINDS.mjCNSTR_FRICTION_DOF, KINDS.mjCNSTR_FRICTION_TENDON)),
+    ("limits", (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)),
+)
+
+
+class MujocoTerms:
+    """The terms of the compiled `model` in any state."""
+
+    def __init__(self, model: Any, data: Any, forward: Forward | None = None) -> None:
+        """Worked out by MuJoCo, or by the `forward` of another that fills in an mjData."""
+        self.model, self.data = model, data
+        self.forward = forward or mujoco.mj_forward
+        self.at_rest = forward or mujoco.mj_fwdVelocity
+
+    def __call__(self, state: Array, control: Array) -> Terms:
+        """As `Terms` has them; "damping" is what an implicit step adds to the diagonal of the mass
+        matrix, per step, and "acting" the constraints other than contacts that exert a force."""
+        model, data = self.model, self.data
+        data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (model.nq, model.nq + model.nv))
+        data.ctrl[:] = control
+        self.forward(model, data)
+        inertia = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, inertia)
+        explicit = model.opt.disableflags & EXPLICIT
+        terms = {
+            "mass matrix": inertia,
+            "passive": data.qfrc_passive.copy(),
+            "actuator": data.qfrc_actuator.copy(),
+            "damping": 0.0 * model.dof_damping if explicit else model.dof_damping,
+            "contacts": [
+                tuple(model.body(model.geom_bodyid[g]).name for g in contact.geom)
+                for contact in data.contact
+                if contact.dist <= 0.0 and contact.exclude == 0 and contact.geom.min() >= 0
+            ],
+            "acting": [
+                name
+                for name, kinds in ACTING
+                if data.efc_force[np.isin(data.efc_type, [int(kind) for kind in kinds])].any()
+            ],
+        }
+        bias = data.qfrc_bias.copy()
+        data.qvel[:] = 0.0  # what is left of it is gravity alone
+        self.at_rest(model, data)
+        return {**terms, "gravity": -data.qfrc_bias, "bias": bias - data.qfrc_bias}
+
+
+class Port(Protocol):
+    """A compiled model in a port of MuJoCo."""
+
+    def load(self, data: Any) -> None:
+        """Take over the state, control and applied forces of an mjData."""
+
+    def forward(self) -> None:
+        """Work out all terms."""
+
+    def steps(self, count: int) -> None:
+        """Take steps."""
+
+    def unload(self, data: Any) -> None:
+        """Fill in an mjData."""
+
+
+class PortedModel:
+    """A model file in a port of MuJoCo, whose coordinates are MuJoCo's."""
+
+    def __init__(
+        self, make: Callable[[Any], Port], path: Path, layout: Layout, step: float
+    ) -> None:
+        self.model = mujoco.MjModel.from_xml_path(str(path))
+        self.model.opt.timestep = step
+        self.data = mujoco.MjData(self.model)
+        self.port = make(self.model)
+        self.terms = MujocoTerms(self.model, mujoco.MjData(self.model), self._forward)
+
+    def _forward(self, model: Any, data: Any) -> None:
+        self.port.load(data)
+        self.port.forward()
+        self.port.unload(data)
+
+    def begin(self, state: Array) -> None:
+        """Start from a state."""
+        mujoco.mj_resetData(self.model, self.data)
+        sizes = self.model.nq, self.model.nq + self.model.nv
+        self.data.qpos[:], self.data.qvel[:], self.data.act[:] = np.split(state, sizes)
+
+    def advance(self, control: Array, force: Array | None, steps: int) -> Array:
+        """Take steps under a control and a force; the state at their end."""
+        data = self.data
+        data.ctrl[:], data.qfrc_applied[:] = control, 0.0 if force is None else force
+        self.port.load(data)
+        self.port.steps(steps)
+        self.port.unload(data)
+        return np.concatenate([data.qpos, data.qvel, data.act])

@@ -1,0 +1,248 @@
+"""Other engines beside MuJoCo on one motion of a user's model: their errors against its certified
+motion, and the first term of their equations that differs from those of the file."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import RunsFiles
+from plumbob.engines.added import one_line
+from plumbob.engines.audit.audit import Audit
+from plumbob.engines.audit.reference import Certificate, largest
+from plumbob.engines.audit.term_differences import (
+    CONTACTS,
+    SINGLE,
+    STEP,
+    TERMS,
+    Difference,
+    Held,
+    differences,
+    force_of,
+    looks_at,
+)
+from plumbob.engines.method import Engine
+from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.peer_model import NotRead, PeerModel
+from plumbob.engines.registry import engines, find_engine, installed
+from plumbob.engines.study.provenance import version_of
+from plumbob.engines.workers import Lost, Task, Workers
+from plumbob.models.entry_points import captured
+
+EXACT = 1e-10  # relative rounding of numbers that are not single
+DIVERGED = 1e10  # above it MuJoCo calls a number huge
+NOT_RIGHT = MappingProxyType(
+    {
+        CONTACTS: "contacts are its solver's: none is added or taken away",
+        STEP: "constraints are its solver's: no force stands for another law",
+        SINGLE: "no force undoes rounding",
+    }
+)
+HANGS = 300.0  # [s] beside its runs: kernels are compiled
+
+
+@dataclass(frozen=True)
+class EngineError:
+    """An engine's steps, at the file's step, against the certified motion."""
+
+    engine: str
+    version: str = ""
+    why: str = ""  # there is no error, or the difference cannot be put right
+    errors: Array = field(default_factory=lambda: np.zeros(0))  # [m] at ends of the periods, so far
+    step_error: float = math.nan  # [m] of MuJoCo with the scheme of the engine at the same step
+    differences: tuple[Difference, ...] = ()  # the first one first
+    first_right: float = math.nan  # [m] error with the first term put right
+    all_right: float = math.nan  # [m] with all terms that can be
+    rounding: float = math.nan  # [m] predicted of single precision
+    apart: float = math.nan  # [m] from MuJoCo's own steps
+
+    @property
+    def error(self) -> float:
+        """[m] at the end."""
+        return float(self.errors[-1]) if self.errors.size else math.nan
+
+    @property
+    def finite(self) -> bool:
+        """Whether it runs to the end."""
+        return math.isfinite(self.error)
+
+    @property
+    def first(self) -> Difference | None:
+        """The first term that differs."""
+        return self.differences[0] if self.differences else None
+
+    @property
+    def reason(self) -> str:
+        """Why there is no error, it ends early, or the first term is not put right."""
+        return self.why or (NOT_RIGHT.get(self.first.term, "") if self.first else "")
+
+    @property
+    def part_explained(self) -> float | None:
+        """The fraction of the error that the first term makes; None where it is not put right."""
+        part = (self.error - self.first_right) / self.error if self.error else math.nan
+        return part if math.isfinite(part) else None
+
+
+def with_engines(
+    audit: Audit,
+    file: Any,
+    names: Sequence[str],
+    seconds: float,
+    progress: Callable[[str], None] = lambda what: None,
+) -> Audit:
+    """An audit with the errors of the engines of these names, each in a process of its own, since
+    some crash on what they do not know; a run is given so many `seconds`."""
+    if not names:
+        return audit
+    assert audit.model is not None
+    count = audit.found.index if audit.found else 0
+    held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
+    rows = {name: _refusal(find_engine(name), audit) for name in names}
+    tasks = [
+        Task(n, engine_error, (n, held), HANGS + 4 * seconds, n)
+        for n, row in rows.items()
+        if not row.why
+    ]
+    with Workers(1) as workers:
+        for task, result in workers.results(tasks, lambda task: progress(str(task.key))):
+            lost = isinstance(result, Lost)
+            rows[task.key] = EngineError(task.key, why=result.why) if lost else result
+    return replace(audit, engines=tuple(rows.values()))
+
+
+def held_against(
+    file: Path, model: OwnModel, script: Script, reference: Certificate, count: int, seconds: float
+) -> Held:
+    """A motion that is certified for so many periods, to hold engines against."""
+    return Held(
+        file.resolve(),
+        model,
+        replace(script, controls=script.controls[:count]),
+        reference.course.states[: count + 1],
+        reference.positions[: count + 1],
+        seconds,
+    )
+
+
+def readers() -> tuple[str, ...]:
+    """Names of the installed engines that run model files."""
+    able = (engine for engine in engines().values() if engine.ability(RunsFiles) is not None)
+    return tuple(engine.name for engine in able if installed(engine))
+
+
+def _refusal(engine: Engine, audit: Audit) -> EngineError:
+    """Why an engine is not run; an empty reason where it is."""
+    if engine.ability(RunsFiles) is None:
+        why = "plumbob has no reader of model files for it"
+    elif not installed(engine):
+        why = "it is not installed"
+    else:
+        why = "" if audit.found else "there is no certified motion"
+    return EngineError(engine.name, why=why)
+
+
+def engine_error(name: str, held: Held) -> EngineError:
+    """The error of an engine, whose output is dropped."""
+    engine = find_engine(name)
+    try:
+        with captured():
+            return measured(engine, held)
+    except NotRead as why:
+        return EngineError(name, version_of(engine), str(why))
+    except Exception as error:
+        return EngineError(name, version_of(engine), f"it refuses the file: {one_line(error)}")
+
+
+def measured(engine: Engine, held: Held) -> EngineError:
+    """The error of an engine that runs files; raises what its reader raises."""
+    runs = engine.ability(RunsFiles)
+    assert runs is not None
+    peer = runs.load(held.file, held.model.layout, held.model.step)
+    integrator = held.model.integrator if runs.integrators else "euler"
+    looks = looks_at(peer, held, integrator)
+    apart = tuple(differences(engine.name, looks, held, runs.precision))
+    states, why = _run(peer, held)
+    mujoco = held.model.stepped(held.script, integrator, held.parts).states
+    rounding = math.nan
+    if runs.precision > EXACT:
+        rounded = held.model.stepped(held.script, integrator, held.parts, single=True).states
+        rounding = _apart(held, rounded, mujoco)
+        apart = apart or (Difference(SINGLE, runs.precision),)
+    result = EngineError(
+        engine.name,
+        version_of(engine),
+        why,
+        held.errors(states),
+        float(held.errors(mujoco)[-1]),
+        apart,
+        rounding=rounding,
+        apart=_apart(held, states, mujoco),
+    )
+    return _put_right(result, peer, held)
+
+
+def _put_right(result: EngineError, peer: PeerModel, held: Held) -> EngineError:
+    """With the errors that are left with its first term put right, and with all that can be."""
+    right = [difference.term for difference in result.differences if difference.term in TERMS]
+    if not right:
+        return result
+    first, late = _run(peer, held, right[:1])
+    every, later = _run(peer, held, right) if right[1:] else (first, late)
+    errors = (float(held.errors(states)[-1]) for states in (first, every))
+    return replace(
+        result, why=result.why or late or later, first_right=next(errors), all_right=next(errors)
+    )
+
+
+def _apart(held: Held, states: Array, others: Array) -> float:
+    """[m] the largest distance of any body between two courses."""
+    here, there = held.model.positions(states), held.model.positions(others)
+    return float(largest(np.linalg.norm(here - there, axis=2))[-1])
+
+
+def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:
+    """States at the ends of the periods, some terms put right by a force, and why they end
+    early."""
+    script, parts = held.script, held.parts
+    states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
+    states[0], ends = script.start, time.perf_counter() + held.seconds
+    state, terms = script.start, held.model.terms()
+    peer.begin(state)
+    for k, control in enumerate(script.controls):
+        for _ in range(parts if right else 1):
+            force = None
+            if right:
+                state = np.append(state, held.states[k, state.size :])  # activations, if any
+                force = _force(terms, peer, state, control, right, held.model.step)
+            state = peer.advance(control, force, 1 if right else parts)
+        states[k + 1, : state.size] = state
+        at = f"{(k + 1) * script.period:.3g} s"
+        if not np.isfinite(state).all() or np.abs(state).max() > DIVERGED:
+            return states, f"it diverges within {at}"
+        if time.perf_counter() > ends:
+            return states, f"{held.seconds:g} s were enough for {at}"
+    return states, ""
+
+
+def _force(
+    terms: Any, peer: PeerModel, state: Array, control: Array, right: Sequence[str], step: float
+) -> Array:
+    """The generalised force that makes an engine's step that of the right terms: with mass matrices
+    M_e and M, damping that is implicit D_e and D, and forces f_e and f, it is
+    (M_e + h D_e) (M + h D)^-1 f - f_e."""
+    theirs = peer.terms(state, control)
+    ours = terms(state, control)
+    chosen = {**theirs, **{name: ours[name] for name in right}}
+    implicit = theirs.get("damping", np.zeros(len(ours["gravity"])))
+    damping = ours["damping"] if "passive" in right else implicit
+    wanted = np.linalg.solve(chosen[TERMS[0]] + step * np.diag(damping), force_of(chosen))
+    inertia: Array = theirs[TERMS[0]] + step * np.diag(implicit)
+    return inertia @ wanted - force_of(theirs)

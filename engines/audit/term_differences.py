@@ -1,0 +1,200 @@
+"""The terms of an engine's equations of motion beside those of a user's model, in states along its
+certified motion: which differ, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.audit.reference import largest
+from plumbob.engines.own_motion import OwnModel, Script
+from plumbob.engines.peer_model import PeerModel, Terms
+from plumbob.engines.study.model_reading import fields_of
+
+# In the order in which they are compared: each may make those after it differ.
+TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
+CONTACTS, STEP, SINGLE = "contact set", "acceleration", "single precision"
+SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
+ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
+SAME_STEP = 0.02  # relative, of the acceleration in a step: schemes of first order leave as much
+RECOGNISED = 1e-4  # relative: a model without something has the engine's term
+SAMPLES = 9  # states along the certified motion
+
+
+@dataclass(frozen=True)
+class Held:
+    """What engines are held against."""
+
+    file: Path
+    model: OwnModel
+    script: Script  # up to where the motion is certified
+    states: Array  # certified, shape (periods + 1, ...)
+    positions: Array  # [m] of the bodies
+    seconds: float  # for one run
+
+    @property
+    def parts(self) -> int:
+        """Steps in a control period."""
+        return round(self.script.period / self.model.step)
+
+    def errors(self, states: Array) -> Array:
+        """[m] of states at the ends of the periods, so far."""
+        return largest(np.linalg.norm(self.model.positions(states) - self.positions, axis=2))
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A term of an engine's equations that is not that of the file."""
+
+    term: str
+    size: float  # relative, the largest along the motion
+    cause: str = ""  # where it is known
+
+
+@dataclass(frozen=True)
+class Look:
+    """The terms of the file and those of an engine in one state."""
+
+    state: Array
+    control: Array
+    of_file: Terms
+    of_engine: Terms
+    accelerations: tuple[Array, Array]  # in the first step from there
+
+    def size(self, apart: Array) -> float:
+        """Of generalised forces f, the root of f' M^-1 f, in all coordinates the same; of mass
+        matrices the largest element relative to the diagonal."""
+        inertia = self.of_file[TERMS[0]]
+        if apart.ndim == 1:
+            return float(np.sqrt(apart @ np.linalg.solve(inertia, apart)))
+        scale = np.sqrt(np.diag(inertia))
+        return float(np.max(np.abs(apart) / np.outer(scale, scale), initial=0.0))
+
+
+def looks_at(peer: PeerModel, held: Held, integrator: str) -> list[Look]:
+    """Some states along the certified motion."""
+    terms, step, controls = held.model.terms(), held.model.step, held.script.controls
+    velocity = held.model.layout.velocity
+    places = [(k, held.states[k]) for k in _spread(len(controls))]
+    touching = list(held.model.touched(held.script))
+    places += [touching[k] for k in _spread(len(touching))]
+    looks = []
+    for k, state in places:
+        control = controls[k]
+        theirs = peer.terms(state, control)
+        peer.begin(state)
+        after = (
+            held.model.stepped(Script(state, step, control[None]), integrator, 1).states[1],
+            peer.advance(control, None, 1),
+        )
+        ours, other = ((moved[velocity] - state[velocity]) / step for moved in after)
+        looks.append(Look(state, control, terms(state, control), theirs, (ours, other)))
+    return looks
+
+
+def _spread(count: int) -> list[int]:
+    """Indices of some of so many."""
+    return sorted(set(np.linspace(0, count - 1, min(count, SAMPLES)).astype(int).tolist()))
+
+
+def differences(
+    engine: str, looks: Sequence[Look], held: Held, precision: float
+) -> list[Difference]:
+    """The terms that differ, in order."""
+    overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
+    apart = list[Difference]()
+    for term in TERMS:
+        pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
+        off = max(look.size(there - here) for look, here, there in pairs)
+        scale = max(look.size(x) for look, *both in pairs for x in both)
+        if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
+            apart.append(Difference(term, off / scale, _cause(engine, term, looks, held)))
+    apart += _of_contacts(looks, held)
+    return apart or list(_of_step(looks))
+
+
+def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
+    """Pairs of bodies that touch in some state for one of both alone."""
+    touching, others = (
+        {pair for terms in every for pair in _touching(terms["contacts"], held)}
+        for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
+    )
+    if touching != others:
+        parts = ((touching - others, "missing"), (others - touching, "more"))
+        cause = (f"{what}: {_pairs(pairs)}" for pairs, what in parts if pairs)
+        size = len(touching ^ others) / len(touching | others)
+        yield Difference(CONTACTS, size, "; ".join(cause))
+
+
+def _of_step(looks: Sequence[Look]) -> Iterator[Difference]:
+    """The acceleration in a step, where all terms are alike, if that is not: constraints."""
+    forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
+    offs = [look.size(b - a) for look, (a, b) in zip(looks, forces, strict=True)]
+    scale = max(look.size(a) for look, (a, _) in zip(looks, forces, strict=True))
+    if max(offs) > SAME_STEP * scale:
+        acting = looks[int(np.argmax(offs))].of_file
+        kinds = [*acting["acting"], *["contacts"] * bool(acting["contacts"])]
+        yield Difference(STEP, max(offs) / scale, " and ".join(kinds))
+
+
+def _pairs(pairs: Iterable[frozenset[str]]) -> str:
+    """The first pair of bodies that touch, and how many more there are."""
+    first, *more = sorted(" – ".join(sorted(pair)) for pair in pairs)
+    return f"{first} and {len(more)} more" if more else first
+
+
+def _touching(pairs: Sequence[tuple[str, ...]], held: Held) -> set[frozenset[str]]:
+    """The moving bodies of pairs that touch; a single one touches what does not move."""
+    moving = set(held.model.layout.bodies)
+    return {frozenset(pair) & moving for pair in pairs if moving & set(pair)}
+
+
+def force_of(terms: Terms) -> Array:
+    """All generalised forces but those of constraints."""
+    total: Array = terms["gravity"] - terms["bias"] + terms["passive"] + terms["actuator"]
+    return total
+
+
+def _cause(engine: str, term: str, looks: Sequence[Look], held: Held) -> str:
+    """Why a term differs, as far as a model without something has the engine's, or another
+    gravity."""
+    if term == "gravity":
+        columns = np.concatenate([held.model.of_gravity(look.state) for look in looks])
+        theirs = np.concatenate([look.of_engine[term] for look in looks])
+        # Of what has no effect on the motion nothing is known: it stays as the file has it.
+        there, gravity = theirs - columns @ held.model.gravity, held.model.gravity
+        vector = gravity + np.linalg.lstsq(columns, there)[0]
+        if np.abs(columns @ vector - theirs).max() < RECOGNISED * np.abs(columns).max():
+            vector = np.where(np.abs(vector) < RECOGNISED, 0.0, vector)
+            return f"{_text(vector)} in place of {_text(gravity)} m/s^2"
+    for name, terms in held.model.suspects().items():
+        apart = [
+            (look, terms(look.state, look.control)[term] - look.of_engine[term]) for look in looks
+        ]
+        scale = max(look.size(look.of_file[term]) for look in looks)
+        if all(look.size(off) < RECOGNISED * scale for look, off in apart):
+            return f"{name} dropped"
+    said: str = looks[0].of_engine.get("causes", {}).get(term, "")
+    return _inertia(engine, held.file) if term == TERMS[0] else said
+
+
+def _inertia(engine: str, file: Path) -> str:
+    """The number of a body in which two readers differ most."""
+    here, there = (fields_of(name, file)[1] for name in ("mujoco", engine))
+    apart = {
+        key: float(np.max(np.abs(np.subtract(there[key], here[key]))) / np.max(here[key]))
+        for key in here.keys() & there.keys()
+        if key[0] in ("mass", "inertia") and len(here[key]) == len(there[key]) and any(here[key])
+    }
+    if not apart or max(apart.values()) < SAME:
+        return "of like bodies: joints or frames are not alike" if apart else ""
+    worst = max(sorted(apart), key=lambda key: apart[key])
+    return f"{worst[0]} of {worst[1]}: {_text(there[worst])} in place of {_text(here[worst])}"
+
+
+def _text(values: Iterable[float]) -> str:
+    return " ".join(f"{value + 0.0:.4g}" for value in values)

@@ -1,0 +1,128 @@
+"""Other engines beside MuJoCo in an audit: MuJoCo with a change plays one, whose first differing
+term is known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plumbob.engines.audit.engines import measured
+from plumbob.engines.audit.term_differences import Held
+from plumbob.engines.study.model_reading import EVERY_FIELD_TEXT
+from plumbob.reports.cli import main
+from plumbob.tests.support.engines_beside import changed, held
+
+
+@pytest.fixture(scope="module")
+def motion(tmp_path_factory: pytest.TempPathFactory) -> Held:
+    """Of a model that has every field, under a control, without its floor and friction loss."""
+    file = tmp_path_factory.mktemp("model") / "my.xml"
+    text = EVERY_FIELD_TEXT.replace('frictionloss="0.05"', "")
+    file.write_text(text.replace('name="bob" type', 'name="bob" contype="0" type'), "utf-8")
+    return held(file, control="sines", duration=0.09)
+
+
+def _sets(name: str, factor: float) -> Callable[[Any], None]:
+    def change(model: Any) -> None:
+        of = model.opt if hasattr(model.opt, name) else model
+        getattr(of, name)[:] *= factor
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("field", "factor", "term", "cause"),
+    [
+        ("dof_armature", 0.0, "mass matrix", "armature dropped"),
+        ("body_inertia", 1.001, "mass matrix", "of like bodies: joints or frames are not alike"),
+        ("gravity", 0.999, "gravity", "0.2997 -0.4 -1.618 in place of 0.3 -0.4 -1.62 m/s^2"),
+        ("jnt_stiffness", 0.0, "passive", "springs dropped"),
+        ("dof_damping", 0.0, "passive", "damping dropped"),
+        ("dof_damping", 1.001, "passive", ""),
+        ("actuator_gear", 1 / 7, "actuator", "gear dropped"),
+        ("actuator_gainprm", 0.0, "actuator", "actuators dropped"),
+    ],
+)
+def test_a_change_is_the_first_term_and_its_force_puts_it_right(
+    motion: Held, field: str, factor: float, term: str, cause: str
+) -> None:
+    """Put right, what is left is the step's own error, to rounding."""
+    result = measured(changed(_sets(field, factor)), motion)
+    assert result.first is not None
+    assert (result.first.term, result.first.cause) == (term, cause)
+    assert result.all_right == pytest.approx(result.step_error, rel=1e-6)
+    assert result.part_explained is not None
+    assert result.error > 1.0001 * result.step_error or result.error < 0.9999 * result.step_error
+
+
+def test_a_change_that_no_reader_would_make_is_none(motion: Held) -> None:
+    """The tolerance is what single precision leaves in a reader's numbers."""
+    for factor in (1.0, 1.0 + 1e-6):
+        result = measured(changed(_sets("body_inertia", factor)), motion)
+        assert result.differences == ()
+        assert result.error == pytest.approx(result.step_error, rel=1e-4)
+
+
+def test_rounding_to_single_precision_is_predicted(motion: Held) -> None:
+    result = measured(changed(single=True, precision=2.0**-24), motion)
+    assert [difference.term for difference in result.differences] == ["single precision"]
+    assert result.apart == result.rounding
+    assert 0.0 < result.rounding < 30 * 2.0**-24  # its steps
+    assert (result.part_explained, result.reason) == (None, "no force undoes rounding")
+    assert np.isnan(measured(changed(), motion).rounding)
+
+
+BALL = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="ball" pos="0 0 0.11">
+<freejoint/><geom name="ball" size="0.1" {}/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("field", "term", "cause"),
+    [
+        ("geom_contype", "contact set", "missing: ball"),
+        ("geom_solref", "acceleration", "contacts"),
+    ],
+)
+def test_contacts_that_are_missing_or_others_are_not_put_right(
+    tmp_path: Path, field: str, term: str, cause: str
+) -> None:
+    (file := tmp_path / "ball.xml").write_text(BALL.format(""), "utf-8")
+    result = measured(changed(_sets(field, 0)), held(file, duration=0.08))
+    assert result.first is not None
+    assert (result.first.term, result.first.cause) == (term, cause)
+    assert result.part_explained is None
+    assert "solver's" in result.reason
+
+
+def test_engines_in_the_command(
+    motion: Held, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One without a reader of files costs a line with the reason."""
+    command = ["audit", str(motion.file), "--duration", "0.02", "--budget", "2"]
+    assert main([*command, "--engines", "ode,mujoco", "--json", "--out", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    rows = json.loads(out)["engines"]
+    assert [row["engine"] for row in rows] == ["ode", "mujoco"]
+    for row in rows:
+        assert row["why"] == "plumbob has no reader of model files for it"
+        assert (row["error"], row["first_term"], row["part_explained"]) == (None, None, None)
+    page = (tmp_path / "audit-my.html").read_text("utf-8")
+    assert "Other engines on this file" in page
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [(["--engines", "nosuch"], "engine"), (["--contacts", "--engines", "drake"], "engines")],
+)
+def test_engines_that_there_are_not_are_bad_input(
+    motion: Held, options: list[str], name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["audit", str(motion.file), *options]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"plumbob: {name} = ")
+    assert error.count("\n") == 1
