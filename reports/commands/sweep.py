@@ -105,14 +105,12 @@ def _write_csv(file: Path, swept: Swept) -> None:
 
 
 def _print_json(swept: Swept, page: Path) -> None:
-    from dataclasses import asdict
-
     from plumbob.reports.view.sweep.text import rows
 
     answer = {
         "scene": swept.sweep.box.scene,
         "points": swept.sweep.points,
-        "rows": [asdict(row) for row in rows(swept)],
+        "rows": rows(swept),
         "without_error": swept.reasons,
         "page": str(page),
     }

@@ -21,7 +21,7 @@ from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
 from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
-from plumbob.reports.view.site.views import SystemView
+from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs, table
 from plumbob.reports.view.top_tables import anchor
 
@@ -123,7 +123,7 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
     return tuple(chosen[:MOST_FINDINGS])
 
 
-def work_precision(views: Sequence[SystemView]) -> Mapping[str, Any]:
+def work_precision(views: Sequence[View]) -> Mapping[str, Any]:
     """The picture of error against cost where nothing is in contact, of the methods that its page
     shows first, with their names; empty where that was not run."""
     for of in (scene for view in views for scene in view.scenes if scene.scene.name == SMOOTH):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
-from plumbob.reports.view.content import Table
+from plumbob.reports.view.site.views import View
 from plumbob.reports.view.step_ranges import SCENES, StepRange, step_ranges
 from plumbob.reports.view.tables import table
 
@@ -19,16 +18,7 @@ METHODS = (
 )
 
 
-@dataclass(frozen=True)
-class LargestStep:
-    """The steps of MuJoCo's default settings on one motion, and a table of more."""
-
-    scene: Scene
-    default: StepRange
-    table: Table
-
-
-def largest_step(study: Study) -> LargestStep | None:
+def largest_step(study: Study) -> View | None:
     """Of the first motion on which the default settings have a limit; None without one."""
     ranges: dict[str, Mapping[str, StepRange]] = {
         scene.name: {of.method: of for of in step_ranges(study, scene) if of.limit}
@@ -40,7 +30,7 @@ def largest_step(study: Study) -> LargestStep | None:
     methods = [name for name in METHODS if any(name in of for of in ranges.values())]
     (scene,) = [scene for scene in study.scenes if scene.name == first]
     shown = table("stable_steps", ranges=ranges, names=methods)
-    return LargestStep(scene, ranges[first][DEFAULT_METHOD], shown)
+    return View(scene=scene, default=ranges[first][DEFAULT_METHOD], table=shown)
 
 
 def _shown(study: Study) -> list[Scene]:

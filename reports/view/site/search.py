@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from plumbob.reports.view.site.views import SystemView
+from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs
 
 Terms = Sequence[tuple[str, str]]  # each with its meaning
@@ -19,7 +19,7 @@ def defined(template: str) -> Terms:
 
 
 def entries_text(
-    views: Sequence[SystemView], common: Mapping[str, Any], href: Callable[[str], str]
+    views: Sequence[View], common: Mapping[str, Any], href: Callable[[str], str]
 ) -> str:
     """Kind, name, text and address of each entry as JSON."""
     return json.dumps(list(_entries(views, common, href)), ensure_ascii=False)
@@ -31,7 +31,7 @@ def place_of(term: str) -> str:
 
 
 def _entries(
-    views: Sequence[SystemView], common: Mapping[str, Any], href: Callable[[str], str]
+    views: Sequence[View], common: Mapping[str, Any], href: Callable[[str], str]
 ) -> Iterator[tuple[str, str, str, str]]:
     for view in views:
         yield "system", view.system.title, view.system.name, href(view.system.name)

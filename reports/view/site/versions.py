@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from plumbob.engines.study.provenance import PACKAGES, PEERS, Provenance
-from plumbob.reports.view.content import Table
+from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import table
 
 NO_ENGINES = ("numpy", "scipy", "numpy-quaddtype", "plotly", "jax")
@@ -15,15 +14,7 @@ ENGINES = tuple(name for name in (*PACKAGES, *PEERS) if name not in NO_ENGINES)
 UNKNOWN = "unknown"
 
 
-@dataclass(frozen=True)
-class Versions:
-    """The studies of a store, and the command that compares the last two versions."""
-
-    table: Table
-    command: str
-
-
-def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
+def versions(history: Mapping[int, Provenance], folder: str) -> View | None:
     """The versions installed for each study of the store in `folder`, the newest first; None where
     all had the same engines. `history` has the studies by number."""
     made = dict(sorted(history.items(), reverse=True))
@@ -37,4 +28,4 @@ def versions(history: Mapping[int, Provenance], folder: str) -> Versions | None:
         ["plumbob", "compare", f"{folder}#{older}", f"{folder}#{newest}", "--page", "compared.html"]
     )
     rows = [(number, of.date, had[number]) for number, of in made.items()]
-    return Versions(table("versions", names=names, rows=rows), command)
+    return View(table=table("versions", names=names, rows=rows), command=command)

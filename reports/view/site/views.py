@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import get_args
 
 from plumbob.engines.method import Method
@@ -15,15 +15,14 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import hard_cases, notation, scene_tables, top_tables
-from plumbob.reports.view.about import Description, described
-from plumbob.reports.view.content import Figure, Finding, Table
+from plumbob.reports.view.about import described
+from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
 from plumbob.reports.view.records import (
     ExactRecord,
     PairVerdict,
     Records,
-    Replay,
     SceneRecord,
     SystemRecord,
 )
@@ -35,50 +34,9 @@ from plumbob.reports.view.tables import table
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
+View = SimpleNamespace
+"""A scene or a system as its page shows it, by the names that a template reads."""
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
-
-
-@dataclass(frozen=True)
-class SceneView:
-    """One scene as its page shows it: what to expect and to use, figures, then the rest."""
-
-    scene: Scene
-    anchor: str
-    counts: tuple[tuple[str, int], ...]  # verdicts, and how many methods have each
-    missing: tuple[str, ...]  # engines that are not installed, with the number of their methods
-    methods: tuple[str, ...]  # those that ran
-    at_first: tuple[str, ...]  # those whose curves are drawn before a reader chooses others
-    sentences: tuple[str, ...]
-    first: Table
-    figures: tuple[Figure, ...]
-    replay: Replay
-    hard: tuple[Figure | Table, ...]
-    ranges: tuple[StepRange, ...]  # of its methods
-    rest: tuple[Table, ...]
-    commands: tuple[str, ...]
-
-    @property
-    def steps(self) -> str:
-        """Bars of accurate and stable steps, as SVG."""
-        return step_bars(self.ranges)
-
-
-@dataclass(frozen=True)
-class SystemView:
-    """One system as its page shows it."""
-
-    system: SystemRecord
-    about: Description | None
-    galleries: tuple[tuple[str, Sequence[Figure]], ...]
-    findings: tuple[Finding, ...]
-    scenes: tuple[SceneView, ...]  # the one that stands for the system first
-    matrices: tuple[matrix.Matrix, ...]
-    hard: Table | None
-
-    @property
-    def leading(self) -> SceneView:
-        """The scene whose measurements the system's page shows."""
-        return self.scenes[0]
 
 
 def in_order(study: Study, system: SystemRecord) -> list[Scene]:
@@ -88,9 +46,7 @@ def in_order(study: Study, system: SystemRecord) -> list[Scene]:
     return sorted(scenes, key=lambda scene: (scene.name != default, bool(scene.hard)))
 
 
-def system_view(
-    study: Study, records: Records, system: SystemRecord, every: matrix.Every
-) -> SystemView:
+def system_view(study: Study, records: Records, system: SystemRecord, every: matrix.Every) -> View:
     """One system with the scenes of `study`, with the errors of `every` method on every scene."""
     scenes = in_order(study, system)
     exact = {name: of for name, record in records.scenes.items() if (of := record.exact)}
@@ -99,20 +55,21 @@ def system_view(
         for scene in scenes
         if scene.name in exact
     )
-    return SystemView(
-        system,
-        described(system.name),
-        galleries(study, system.name),
-        formed(study, system.name),
-        views,
-        matrix.matrices(study, every, scenes),
-        hard_cases.table(study, [(of.scene, of.ranges) for of in views if of.scene.hard]),
+    return View(
+        system=system,
+        about=described(system.name),
+        galleries=galleries(study, system.name),
+        findings=formed(study, system.name),
+        scenes=views,  # the one that stands for the system first
+        leading=views[0] if views else None,  # whose measurements the system's page shows
+        matrices=matrix.matrices(study, every, scenes),
+        hard=hard_cases.table(study, [(of.scene, of.ranges) for of in views if of.scene.hard]),
     )
 
 
 def scene_view(
     study: Study, record: SceneRecord, exact: ExactRecord, scene: Scene, every: matrix.Every
-) -> SceneView:
+) -> View:
     """One scene of `study`, with the errors of `every` method on every scene."""
     methods = {method.name: method for method in study.methods}
     missing = [name for name, of in record.verdicts.items() if of.verdict == "missing"]
@@ -144,23 +101,24 @@ def scene_view(
     figures = scene_figures(observables, convergence, methods, looks, exact.motion, speed)
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
-    return SceneView(
-        scene,
-        anchor(scene.name),
-        _counts(judged.values()),
-        _by_engine(missing),
-        tuple(ran),
-        at_first,
-        scene_answer.sentences(
+    return View(
+        scene=scene,
+        anchor=anchor(scene.name),
+        counts=_counts(judged.values()),  # verdicts, and how many methods have each
+        missing=_by_engine(missing),  # engines that are not installed, with their methods' number
+        methods=tuple(ran),
+        at_first=at_first,  # methods whose curves are drawn before a reader chooses others
+        sentences=scene_answer.sentences(
             convergence, study.quantities(scene.name), cells, record.recommendations
         ),
-        scene_answer.errors(convergence, cells, judged, record.points, methods),
-        (*figures, *((bars,) if bars else ())),
-        exact.replay,
-        _hard(study, scene, ranges),
-        ranges,
-        tuple(t for t in tables_below if t),
-        _commands(scene, typical),
+        first=scene_answer.errors(convergence, cells, judged, record.points, methods),
+        figures=(*figures, *((bars,) if bars else ())),
+        replay=exact.replay,
+        hard=_hard(study, scene, ranges),
+        ranges=ranges,  # of its methods
+        steps=step_bars(ranges),  # bars of accurate and stable steps, as SVG
+        rest=tuple(t for t in tables_below if t),
+        commands=_commands(scene, typical),
     )
 
 

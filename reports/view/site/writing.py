@@ -37,8 +37,8 @@ from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.preview import preview
-from plumbob.reports.view.site.versions import Versions, versions
-from plumbob.reports.view.site.views import OF_ENGINES, SystemView, system_view
+from plumbob.reports.view.site.versions import versions
+from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
 FOLDER = re.compile(r"site-[0-9a-f]{12}")
@@ -66,7 +66,7 @@ Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills 
 class Content:
     """The content of a study's pages."""
 
-    views: Sequence[SystemView]
+    views: Sequence[View]
     common: Mapping[str, Any]  # what every page may show
     pages: Sequence[Page]  # beside the index
 
@@ -93,7 +93,7 @@ def site(content: Content, folder: Path) -> Path:
     return page
 
 
-def publish(study: Study, folder: Path, others: Versions | None = None) -> Path:
+def publish(study: Study, folder: Path, others: View | None = None) -> Path:
     """Write the site of `study` as `folder`, an empty one or none yet, for a static host, and
     return the path of its index. The folder appears whole; raises as `write_page`."""
     files, index = _files(content(study, others))
@@ -109,7 +109,7 @@ def publish(study: Study, folder: Path, others: Versions | None = None) -> Path:
     return folder / NAME
 
 
-def render(study: Study, others: Versions | None = None) -> str:
+def render(study: Study, others: View | None = None) -> str:
     """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
     return one_file(content(study, others))
@@ -158,7 +158,7 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     return files, index
 
 
-def content(study: Study, others: Versions | None = None) -> Content:
+def content(study: Study, others: View | None = None) -> Content:
     """The content of the pages of `study`, which `others` are stored beside, with other engines;
     raises as `records_of`."""
     records = records_of(study)
@@ -168,7 +168,7 @@ def content(study: Study, others: Versions | None = None) -> Content:
     return Content(views, common, _pages(views, common))
 
 
-def _views(study: Study, records: Records, every: matrix.Every) -> list[SystemView]:
+def _views(study: Study, records: Records, every: matrix.Every) -> list[View]:
     """A view of each system that ran, in the order of the sources."""
     done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
     ran = {scene.system for scene in study.scenes if scene.name in done}
@@ -179,7 +179,7 @@ def _views(study: Study, records: Records, every: matrix.Every) -> list[SystemVi
 
 
 def _common(
-    study: Study, records: Records, views: Sequence[SystemView], every: matrix.Every
+    study: Study, records: Records, views: Sequence[View], every: matrix.Every
 ) -> dict[str, Any]:
     """Values that every page may show, by name."""
     on_engines = formed(study, OF_ENGINES)
@@ -228,7 +228,7 @@ def _common(
     }
 
 
-def _pages(views: Sequence[SystemView], common: Mapping[str, Any]) -> list[Page]:
+def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
     """The pages beside the index."""
     pages: list[Page] = [
         *((view.system.name, "system.html.jinja", {"view": view}) for view in views),

@@ -71,24 +71,12 @@ def render(swept: Swept, provenance: Provenance, shared: str | None = None) -> s
 
 
 def _summary(swept: Swept) -> Table:
-    summaries = [
-        (r, size(r.median), size(r.ninety), size(r.largest), place(of[0].parameters) if of else "")
-        for r in rows(swept)
-        for of in (r.worst,)
-    ]
-    return table("sweep", rows=summaries)
+    return table("sweep", rows=rows(swept), size=size, place=place)
 
 
 def _worst(swept: Swept) -> tuple[Table, ...]:
-    return tuple(
-        table(
-            "sweep_worst",
-            of=r,
-            points=[(place(w.parameters), size(w.error), w.command) for w in r.worst],
-        )
-        for r in rows(swept)
-        if r.worst
-    )
+    written = rows(swept)
+    return tuple(table("sweep_worst", of=r, size=size, place=place) for r in written if r["worst"])
 
 
 def figures(swept: Swept) -> tuple[Figure, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,31 +17,7 @@ from plumbob.reports.view.tables import lines as written
 MOST = 10  # worst points that are listed of a method and a step
 
 
-@dataclass(frozen=True)
-class Worst:
-    """A point with a large error, and the command that repeats it."""
-
-    parameters: Mapping[str, float]  # the varied ones
-    error: float  # relative; infinite where the run diverged
-    command: str
-
-
-@dataclass(frozen=True)
-class Row:
-    """The errors of a method at a step over all points."""
-
-    method: str
-    step: float  # [s], or relative tolerance
-    control: str  # what the step means
-    median: float  # relative error, of the runs that have one
-    ninety: float  # that nine runs of ten do not exceed
-    largest: float
-    diverged: int  # runs
-    without: int  # points without an error: no exact answer, or no model
-    worst: tuple[Worst, ...]
-
-
-def rows(swept: Swept) -> tuple[Row, ...]:
+def rows(swept: Swept) -> tuple[dict[str, Any], ...]:
     """Every method with every step, in the order in which they were asked for."""
     return tuple(
         _row(swept, i, j)
@@ -51,7 +26,8 @@ def rows(swept: Swept) -> tuple[Row, ...]:
     )
 
 
-def _row(swept: Swept, i: int, j: int) -> Row:
+def _row(swept: Swept, i: int, j: int) -> dict[str, Any]:
+    """The errors of a method at a step over all points."""
     method, step = swept.sweep.methods[i], swept.sweep.steps[j]
     errors = swept.errors[i, j].ravel()
     there = errors[~np.isnan(errors)]
@@ -62,27 +38,25 @@ def _row(swept: Swept, i: int, j: int) -> Row:
     worst = tuple(
         _worst(swept, point, error, method.name, step) for point, error in swept.worst(i, j, MOST)
     )
-    return Row(
-        method.name,
-        step,
-        method.control,
-        median,
-        ninety,
-        largest,
-        int(np.isinf(there).sum()),
-        int(np.isnan(errors).sum()),
-        worst,
-    )
+    return {
+        "method": method.name,
+        "step": step,  # [s], or relative tolerance
+        "control": method.control,  # what the step means
+        "median": median,  # relative error, of the runs that have one
+        "ninety": ninety,  # that nine runs of ten do not exceed
+        "largest": largest,
+        "diverged": int(np.isinf(there).sum()),  # runs
+        "without": int(np.isnan(errors).sum()),  # points: no exact answer, or no model
+        "worst": worst,
+    }
 
 
-def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> Worst:
+def _worst(swept: Swept, point: int, error: float, method: str, step: float) -> dict[str, Any]:
+    """A point with a large error, infinite where the run diverged, and what repeats it."""
     place = swept.sweep.place(point)
     varied = {s.name: s.at(x) for s, x in zip(swept.sweep.box.sides, place, strict=True)}
-    return Worst(
-        varied,
-        error,
-        command(swept.sweep.box.scene, method, step, swept.sweep.box.parameters(place)),
-    )
+    again = command(swept.sweep.box.scene, method, step, swept.sweep.box.parameters(place))
+    return {"parameters": varied, "error": error, "command": again}
 
 
 def command(scene: str, method: str, step: float, parameters: Mapping[str, Any]) -> str:
