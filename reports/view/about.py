@@ -10,7 +10,7 @@ from plumbob.reports.view.tables import TEMPLATES, Parts, filled_text
 Description = Mapping[str, Sequence[Sequence[str]]]
 """Lines by what they are, each as its parts: `sentence`; `equation`, in Unicode; `explained`, what
 the equations say, and from where; `symbol`, with its meaning and SI unit; of the model's picture,
-480 by 360, `label` with its place, `line`, an SVG path, and `picture`, the picture in words."""
+480 by 360, `label` with its place, `line`, an SVG path and its class, `picture` in words."""
 
 
 def described(system: str) -> Description | None:
