@@ -17,6 +17,7 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
 from plumbob.engines.own_contacts import ContactModel, Floor, Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
 
@@ -77,6 +78,7 @@ class ContactAudit:
     notes: tuple[str, ...]
     seconds: float
     model: ContactModel | None = None
+    free: FreeSlide | None = None  # None for a body without joints
 
     @cached_property
     def distances(self) -> Array:
@@ -210,6 +212,7 @@ def contacts_audited(
         model.notes,
         clock() - begin,
         model,
+        free_slide(model, speed, _lasting(standing, speed), clock) if standing.locked else None,
     )
 
 
@@ -223,7 +226,7 @@ def _halvings(
     """Slides on contacts of a kind at the model's step and its halvings, and why they end early."""
     settled = model.own if kind == "own" else model.pasted
     standing, runs = model.standing, list[Measured]()
-    duration = LONGER * speed / (min(standing.friction) * standing.gravity)
+    duration = _lasting(standing, speed)
     for k in range(HALVINGS + 1):
         step = model.step / 2**k
         try:
@@ -236,6 +239,11 @@ def _halvings(
         judged = () if k else fits
         runs.append(measured(floor, standing, step, speed, spin, duration, judged, model.overshoot))
     return tuple(runs), ()
+
+
+def _lasting(standing: Standing, speed: float) -> float:
+    """[s] of a run: several times that in which Coulomb friction stops the body."""
+    return LONGER * speed / (min(standing.friction) * standing.gravity)
 
 
 def rests(standing: Standing) -> bool:

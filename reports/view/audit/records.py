@@ -195,6 +195,7 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "turn_not_determined": audit.why_turn,
         "turn_compared_with": audit.turn,
         "turn_known_to": audit.turn_known,
+        "joints_free": audit.free and audit.free.__dict__,
         "own": [run(measured) for measured in audit.own],
         "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
         "not_run": audit.failed,

@@ -39,6 +39,7 @@ class RigidPiece:
     geoms: tuple[str, ...]  # in the user's model, by the numbers of the body's geoms here
     body: str
     plane: str
+    plane_number: int  # of its geom in the user's model
     locked: int  # joints
     inertia: float  # about the vertical [kg m^2]
     notes: tuple[str, ...]
@@ -76,6 +77,7 @@ def rigid_piece(
         tuple(_geom(model, geom) for geom in geoms),
         model.body(root).name or f"body {root}",
         _geom(model, plane),
+        plane,
         sum(int(model.body_jntnum[b]) for b in inside) - 1,
         float(inertia[2, 2]),
         tuple(dict.fromkeys(_left_out(model, data, inside, plane))),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -17,7 +17,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Settings
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
-from plumbob.engines.adapters.mujoco.own_model.model import silent, started
+from plumbob.engines.adapters.mujoco.own_model.model import (
+    MujocoModel,
+    own_model,
+    silent,
+    started,
+)
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     FLOOR,
@@ -25,6 +30,7 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     copy_options,
     rigid_piece,
 )
+from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
@@ -38,6 +44,7 @@ from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.registry import method as find_method
 
 SETTLING, LONGEST = 0.5, 5.0  # [s]
+FREE_SETTLING = 1.0  # [s] with joints free
 AT_REST = 1e-4  # [m/s] of any point at a radius of gyration from the centre of mass
 FALLEN = math.radians(15.0)  # a tilt while settling: the body does not stand
 STILL, QUIET = 1e-5, 4  # of the speed at the start, in parts of a run: nothing more happens
@@ -157,9 +164,8 @@ def own_contacts(
     time_step("model", model.opt.timestep, name)
     with silent():
         data = started(model, start)
-        return MujocoContacts(
-            name, rigid_piece(model, data, body, friction), model, np.array(data.qpos)
-        )
+        piece = rigid_piece(model, data, body, friction)
+        return MujocoContacts(name, piece, model, np.array(data.qpos), start, friction)
 
 
 def _yaw(quaternion: Array) -> float:
@@ -175,6 +181,8 @@ class MujocoContacts:
     piece: RigidPiece
     whole: Any  # mjModel that the piece is of
     posture: Array  # its generalised coordinates
+    start: Start
+    friction: float | None  # in place of the model's own
 
     @property
     def step(self) -> float:
@@ -237,6 +245,28 @@ class MujocoContacts:
             moments,
             piece.locked,
         )
+
+    def let_go(self, speed: float) -> tuple[MujocoModel, int, Array]:
+        """The whole model with its joints free, after it has settled under the controls of its
+        start, let go at `speed` [m/s] along the plane's x axis; the number of its body, and that
+        axis, shape (3,). Raises NotCertifiable."""
+        model = copy.copy(self.whole)
+        if model.na:
+            raise NotCertifiable("actuators have states of their own")
+        if self.friction is not None:
+            model.geom_friction[:, 0] = model.pair_friction[:, :2] = self.friction
+        with silent():
+            data = started(model, self.start)
+            mujoco.mj_step(model, data, round(FREE_SETTLING / model.opt.timestep))
+        if diverged(data):
+            raise NotCertifiable(f"the whole model diverges within {FREE_SETTLING:g} s at rest")
+        body = model.body(self.standing.body).id
+        way = data.geom_xmat[self.piece.plane_number].reshape(3, 3)[:, 0].copy()
+        data.qvel[:] = 0.0
+        first = model.body_dofadr[body]
+        data.qvel[first : first + 3] = speed * way
+        start = replace(self.start, qpos=tuple(data.qpos), qvel=tuple(data.qvel))
+        return own_model(model, self.name, start), body, way
 
     def frictions(self) -> Mapping[str, float]:
         """{foot: friction coefficient}."""

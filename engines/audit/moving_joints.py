@@ -1,0 +1,54 @@
+"""A slide with joints free, under the model's own controls, beside its certified motion.
+
+The contact audit slides a body as one rigid piece. Servos give way while it brakes, so that the
+whole model stops elsewhere: by how much, its own continuous motion tells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.reference import certified
+from plumbob.engines.own_contacts import ContactModel
+from plumbob.engines.own_motion import NotCertifiable
+
+BUDGET = 10.0  # [s] of the clock, for the reference
+
+
+@dataclass(frozen=True)
+class FreeSlide:
+    """How far the body has gone along the plane's x axis, from the same speed."""
+
+    own: float | None = None  # [m] at the model's own step; None where it diverges
+    certified: float | None = None  # [m] by its continuous motion, None where none is known
+    uncertainty: float = math.inf  # [m]
+    until: float = 0.0  # [s] of this slide: as far as the motion is certified
+    why: str = ""  # it is not known, or not to the end
+
+
+def free_slide(
+    model: ContactModel, speed: float, duration: float, clock: Callable[[], float]
+) -> FreeSlide:
+    """The slide of the whole `model`, settled under its own controls, from `speed` [m/s] for
+    `duration` [s]."""
+    try:
+        whole, body, way = model.let_go(speed)
+        moved = script(whole, "rest", duration)
+    except NotCertifiable as why:
+        return FreeSlide(why=str(why))
+    reference = certified(whole, moved, BUDGET, clock)
+    index = int(np.flatnonzero(np.isfinite(reference.uncertainty))[-1])
+    run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
+    gone = [
+        float((positions[index, body] - positions[0, body]) @ way)
+        for positions in (whole.positions(run.states), reference.positions)
+    ]
+    own = gone[0] if math.isfinite(gone[0]) else None
+    until = float(moved.times[index])
+    if not index:
+        return FreeSlide(own=own, why=reference.why)
+    return FreeSlide(own, gone[1], float(reference.uncertainty[index]), until, reference.why)
