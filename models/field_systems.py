@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from plumbob.analytic.parameters import known
+from plumbob.analytic.reference import Array
 from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.scene import SMOOTH, Parameters, System
 
@@ -39,7 +42,9 @@ def field_system(model: type[Any], mjcf: Path, **about: Any) -> System:
 
 def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     """The same for a dataclass whose exact `motion` is certified, and whose loop, where it has one,
-    engines close with a `soft` constraint."""
+    engines close with a `soft` constraint; its energy is conserved, unless `about` has other
+    invariants."""
+    about = {"invariants": energy_drift, **about}
     return field_system(
         model,
         mjcf,
@@ -48,6 +53,26 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
         kind=SMOOTH,
         **about,
     )
+
+
+def energy(problem: Any, observed: Mapping[str, Array]) -> Array:
+    """Energy [J] of a problem with a `potential` energy [J] of its observables, shape (n,)."""
+    kinetic = problem.motion.system.kinetic_energy(observed)
+    return np.asarray(kinetic + problem.potential(observed))
+
+
+def energy_at_start(problem: Any) -> float:
+    """The energy at time 0 [J]."""
+    system = problem.motion.system
+    return float(energy(problem, system.observed(system.start[:, None]))[0])
+
+
+def energy_drift(problem: Any, observed: Mapping[str, Array]) -> Mapping[str, Array]:
+    """Drift of the energy, relative to that at the start, or to a problem's `lift` [J], which its
+    weight can take and give, where that is more."""
+    energies = energy(problem, observed)
+    scale = max(abs(energies[0]), getattr(problem, "lift", 0.0))
+    return {"energy": (energies - energies[0]) / scale} if scale else {}
 
 
 def _smooth_errors(problem: Any) -> ErrorTheory:

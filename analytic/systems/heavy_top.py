@@ -10,7 +10,7 @@ the body's axis, moments A = A_centre + m l^2 across the axis and C about it (La
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -18,8 +18,9 @@ import numpy as np
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.crank_links import check_constants
 
 ANGLES = ("precession", "tilt", "spin")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
@@ -47,10 +48,7 @@ class HeavyTop:
     spin_rate: float
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            check = positive if field.name in CONSTANTS[:-1] else finite
-            check(field.name, getattr(self, field.name))
-        non_negative("gravity", self.gravity)
+        check_constants(self, CONSTANTS, ("tilt", *RATES))
         if self.inertia_axis > 2 * self.inertia_across:
             most = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
             raise ParameterError("inertia_axis", self.inertia_axis, most)
@@ -69,14 +67,13 @@ class HeavyTop:
 
     def conserved(self, observed: Mapping[str, Array]) -> Mapping[str, Array]:
         """Energy [J] and the angular momenta about the vertical and the axis [kg m^2/s]."""
-        across, axis = _across(self), self.inertia_axis
-        tilt = observed["tilt"]
-        around, over, spin = (observed[name] for name in RATES)
-        along = axis * (spin + around * np.cos(tilt))
-        kinetic = across * (over**2 + (around * np.sin(tilt)) ** 2) / 2 + along**2 / axis / 2
+        kinetic, tilt = self.motion.system.kinetic_energy(observed), observed["tilt"]
+        around, _, spin = (observed[name] for name in RATES)
+        along = self.inertia_axis * (spin + around * np.cos(tilt))
+        vertical = _across(self) * around * np.sin(tilt) ** 2 + along * np.cos(tilt)
         return {
             "energy": kinetic + self.mass * self.gravity * self.length * np.cos(tilt),
-            "vertical_momentum": across * around * np.sin(tilt) ** 2 + along * np.cos(tilt),
+            "vertical_momentum": vertical,
             "axial_momentum": along,
         }
 

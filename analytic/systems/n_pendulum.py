@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -85,15 +84,12 @@ class NPendulum:
             )
         )
 
-    def energy(self, observed: Mapping[str, Array]) -> Array:
-        """Energy [J], 0 where all rods hang at rest, of observables of shape (n,)."""
+    def potential(self, observed: Mapping[str, Array]) -> Any:
+        """Potential energy [J], 0 where all rods hang."""
         system = self.motion.system
-        q = [observed[name] for name in system.coordinates]
-        v = [observed[name] for name in system.rates]
-        masses, chain = _masses(system.values, q), _hanging(system.values, len(q))
-        square = sum(masses[i][j] * v[i] * v[j] for i, j in product(range(len(q)), repeat=2))
-        lifts = (length * w * (1 - np.cos(t)) for (_, length, w), t in zip(chain, q, strict=True))
-        return np.asarray(square / 2 + self.gravity * sum(lifts))
+        chain = zip(_hanging(system.values, len(self.angles)), system.coordinates, strict=True)
+        lifts = (length * w * (1 - np.cos(observed[name])) for (_, length, w), name in chain)
+        return self.gravity * sum(lifts)
 
 
 def _hanging(p: Any, count: int) -> list[tuple[Any, Any, Any]]:

@@ -2,20 +2,15 @@
 
 With crank a, rod l, the crank's angle t from the line, and u = sqrt(l^2 - a^2 sin^2 t), the slider
 is at x = a cos t + u, and the rod at the angle b from the line, l sin b = -a sin t, so that
-b' = -a cos t t'/u (Uicker, Pennock and Shigley 2017, Theory of Machines and Mechanisms, 2.8). In
-one degree of freedom, by Lagrange's equation (Landau and Lifshitz 1976, Mechanics, 5),
-
-    J(t) t'' = -J'(t) t'^2/2 - g a cos t (m_crank + m_rod)/2                                    (1)
-    J = m_crank a^2/3 + m_rod (dX^2 + dY^2) + m_rod l^2/12 (db/dt)^2 + m_slider (dx/dt)^2       (2)
-
-with dX and dY the derivatives of the place of the rod's centre. Where the rod is as long as the
-crank, u = 0 at t = pi/2: the slider can leave the axis or stay on it.
+b' = -a cos t t'/u (Uicker, Pennock and Shigley 2017, Theory of Machines and Mechanisms, 2.8). Where
+the rod is as long as the crank, u = 0 at t = pi/2: the slider can leave the axis or stay on it.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -24,9 +19,11 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import softened
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
+from plumbob.analytic.systems.crank_links import Link, check_constants, crank_motion
+from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS, MASSES = ("crank", "rod"), ("crank_mass", "rod_mass", "slider_mass")
 CONSTANTS = (*LENGTHS, *MASSES, "gravity")
@@ -52,27 +49,15 @@ class SliderCrank:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            check = positive if field.name in CONSTANTS[:-1] else finite
-            check(field.name, getattr(self, field.name))
-        non_negative("gravity", self.gravity)
+        check_constants(self, CONSTANTS, ("angle", "angular_velocity"))
         if self.rod <= self.crank:
             raise ParameterError("rod", self.rod, f"longer than the crank, {self.crank:g} m")
 
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        return CertifiedMotion(
-            SmoothSystem(
-                ("angle",),
-                ("angle_dot",),
-                lambda p, q: ((_inertia(p, *q)[0],),),
-                _moment,
-                {name: getattr(self, name) for name in CONSTANTS},
-                (self.angle,),
-                (self.angular_velocity,),
-                readings=lambda p, q, v: {"slider": _slider(p, q[0])[0]},
-            )
+        return crank_motion(
+            self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])[0]}
         )
 
     @property
@@ -80,21 +65,32 @@ class SliderCrank:
         """Crank and rod with their angles, and the slider on its own, at the same start."""
         place, by_angle, _ = _slider(self, self.angle)
         root = _root(self, self.angle)[0]
-        sine = self.crank * math.sin(self.angle)
-        rod_rate = -self.crank * math.cos(self.angle) / root * self.angular_velocity
+        angles = self.angle, math.atan2(-self.crank * math.sin(self.angle), root)
+        turns = 1.0, -self.crank * math.cos(self.angle) / root
+        masses, lengths = (self.crank_mass, self.rod_mass), (self.crank, self.rod)
+        chain = NPendulum(masses, lengths, self.gravity, angles).motion.system
+
+        def matrix(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
+            upper, lower = chain.mass_matrix(chain.values, q[:2])
+            return (*upper, 0.0), (*lower, 0.0), (0.0, 0.0, p.slider_mass)
+
+        def forces(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, ...]:
+            hanging = [angle + math.pi / 2 for angle in q[:2]]
+            return (*chain.forces(chain.values, time, hanging, v[:2]), 0.0)
+
         return SmoothSystem(
             ("angle", "rod_angle", "slider"),
             ("angle_dot", "rod_angle_dot", "slider_dot"),
-            _masses,
-            _forces,
+            matrix,
+            forces,
             self.motion.system.parameters,
-            (self.angle, math.atan2(-sine, root), place),
-            (self.angular_velocity, rod_rate, by_angle * self.angular_velocity),
+            (*angles, place),
+            tuple(self.angular_velocity * float(turn) for turn in (*turns, by_angle)),
         )
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
         """The mechanism with its rod tied to the slider by a soft constraint."""
-        stretched = np.linalg.inv(_masses(self, (0.0, 0.0, 0.0)))[:2, :2]
+        stretched = np.linalg.inv(self.opened.mass_matrix(self, (0.0, 0.0, 0.0)))[:2, :2]
         lever = np.array([self.crank, self.rod / 2])  # of the rod's centre, which can move across
         sees = lever @ stretched @ lever / 3 + 1 / self.slider_mass  # the mean of three directions
         return softened(self.opened, _gaps, loop, step, sees)
@@ -104,10 +100,9 @@ class SliderCrank:
         """Energy [J] that takes crank and rod from the line to the top."""
         return self.gravity * self.crank * (self.crank_mass + self.rod_mass) / 2
 
-    def energy(self, angle: Any, rate: Any) -> Array:
-        """Energy [J], 0 for the gravity of a mechanism on its line."""
-        inertia, _ = _inertia(self, angle)
-        return np.asarray(inertia * rate**2 / 2 + self.lift * np.sin(angle))
+    def potential(self, observed: Mapping[str, Array]) -> Any:
+        """Potential energy [J], 0 on the line."""
+        return self.lift * np.sin(observed["angle"])
 
 
 def _root(p: Any, t: Any) -> tuple[Any, Any, Any]:
@@ -124,41 +119,17 @@ def _slider(p: Any, t: Any) -> tuple[Any, Any, Any]:
     return cosine + root, first - sine, second - cosine
 
 
-def _inertia(p: Any, t: Any) -> tuple[Any, Any]:
-    """J of eq. 2 and half its derivative by the angle [kg m^2]."""
+def _links(p: Any, t: Any) -> tuple[Link, ...]:
     root, first, second = _root(p, t)
     _, x, x_slope = _slider(p, t)
     sine, cosine = p.crank * np.sin(t), p.crank * np.cos(t)
     turn, turn_slope = -cosine / root, (sine + cosine * first / root) / root
     along, along_slope = first / 2 - sine, second / 2 - cosine
-    inertia = p.crank_mass * p.crank**2 / 3 + p.slider_mass * x**2
-    inertia = inertia + p.rod_mass * (along**2 + cosine**2 / 4 + p.rod**2 * turn**2 / 12)
-    slope = along * along_slope - sine * cosine / 4 + p.rod**2 * turn * turn_slope / 12
-    return inertia, p.rod_mass * slope + p.slider_mass * x * x_slope
-
-
-def _moment(p: Any, time: Any, q: Any, v: Any) -> tuple[Any]:
-    """The right-hand side of eq. 1 [N m]."""
-    weight = p.gravity * p.crank * (p.crank_mass + p.rod_mass) / 2
-    return (-_inertia(p, q[0])[1] * v[0] ** 2 - weight * np.cos(q[0]),)
-
-
-def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
-    """Of the opened mechanism: crank and rod as a double pendulum, and the slider."""
-    coupling = p.rod_mass * p.crank * p.rod / 2 * np.cos(q[0] - q[1])
-    inner = (p.crank_mass / 3 + p.rod_mass) * p.crank**2
     return (
-        (inner, coupling, 0.0),
-        (coupling, p.rod_mass * p.rod**2 / 3, 0.0),
-        (0.0, 0.0, p.slider_mass),
+        Link(p.crank_mass, p.crank, (-sine / 2, cosine / 2), (-cosine / 2, -sine / 2), 1.0),
+        Link(p.rod_mass, p.rod, (along, cosine / 2), (along_slope, -sine / 2), turn, turn_slope),
+        Link(p.slider_mass, 0.0, (x, 0.0), (x_slope, 0.0)),
     )
-
-
-def _forces(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
-    pull = p.rod_mass * p.crank * p.rod / 2 * np.sin(q[0] - q[1])
-    inner = (p.crank_mass / 2 + p.rod_mass) * p.gravity * p.crank
-    outer = p.rod_mass * p.gravity * p.rod / 2
-    return -pull * v[1] ** 2 - inner * np.cos(q[0]), pull * v[0] ** 2 - outer * np.cos(q[1]), 0.0
 
 
 def _gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:

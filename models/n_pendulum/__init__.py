@@ -1,28 +1,14 @@
-"""A chain of uniform rods: scenes as data, the energy and the scales of its motion."""
+"""A chain of uniform rods: scenes as data, and the scales of its motion."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.n_pendulum import NPendulum
-from plumbob.models.field_systems import smooth_system
+from plumbob.models.field_systems import energy_at_start, smooth_system
 from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, step_sizes
-
-
-def invariants(chain: NPendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Drift of the energy, relative to the energy at the start."""
-    energy = chain.energy(observed)
-    return {"energy": energy / energy[0] - 1.0} if energy[0] else {}
-
-
-def facts(chain: NPendulum) -> Mapping[str, Any]:
-    """The energy [J] above that of rest."""
-    system = chain.motion.system
-    return {"energy": float(chain.energy(system.observed(system.start[:, None]))[0])}
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
@@ -97,8 +83,7 @@ SYSTEM = smooth_system(
         ),
     ),
     default="triple",
-    invariants=invariants,
-    facts=facts,
+    facts=lambda chain: {"energy": energy_at_start(chain)},  # [J] above that of rest
     interest=interest,
     weight=2.0,
 )

@@ -1,4 +1,4 @@
-"""The slider-crank: scenes as data, the energy and the scales of its motion."""
+"""The slider-crank: scenes as data, and the scales of its motion."""
 
 from __future__ import annotations
 
@@ -6,22 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_crank import SliderCrank
-from plumbob.models.field_systems import field_values, smooth_system
+from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
-
-
-def invariants(crank: SliderCrank, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """Drift of the energy, relative to that which the weight can take and give in a turn, or to the
-    energy at the start where there is more of it."""
-    energy = crank.energy(observed["angle"], observed["angle_dot"])
-    return {"energy": (energy - energy[0]) / max(abs(energy[0]), crank.lift)}
 
 
 def facts(crank: SliderCrank) -> Mapping[str, Any]:
     """The energy [J], 0 at rest on the line, and whether the crank turns over."""
-    energy = float(crank.energy(crank.angle, crank.angular_velocity))
+    energy = energy_at_start(crank)
     return {"energy": energy, "turns over": energy > crank.lift}
 
 
@@ -65,7 +57,6 @@ SYSTEM = smooth_system(
         ),
     ),
     default="turning",
-    invariants=invariants,
     facts=facts,
     interest=interest,
 )

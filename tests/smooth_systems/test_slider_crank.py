@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 import mujoco
@@ -16,37 +16,23 @@ from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.engines.adapters.mujoco.slider_crank import LOOP
 from plumbob.engines.registry import engine_of, method
 from plumbob.models.registry import case_of, scene
+from plumbob.tests.support import links
 
 TURNING = case_of(scene("slider-crank/turning"))
 CRANK: SliderCrank = TURNING.problem
 
 
 def passed(crank: SliderCrank, angle: Any) -> Any:
-    """Time [s] at which a crank that turns forward passes an angle, of the energy alone: speeds are
-    differences of places."""
-    a, length, first, second, m, g, begin, rate = map(mp.mpf, vars(replace(crank)).values())
+    """Time [s] at which a crank that turns forward passes an angle."""
+    a, length, *masses, g, begin, rate = map(mp.mpf, astuple(crank))
 
-    def places(t: Any) -> tuple[Any, ...]:
-        turn = -mp.asin(a * mp.sin(t) / length)
-        half = length / 2
+    def places(t: Any) -> tuple[tuple[Any, ...], ...]:
+        turn, half = -mp.asin(a * mp.sin(t) / length), length / 2
         x, y = a * mp.cos(t) + half * mp.cos(turn), a * mp.sin(t) + half * mp.sin(turn)
-        return x, y, turn, a * mp.cos(t) + length * mp.cos(turn)
+        slider = a * mp.cos(t) + length * mp.cos(turn)
+        return (a / 2 * mp.cos(t), a / 2 * mp.sin(t), t), (x, y, turn), (slider, mp.mpf(0), turn)
 
-    def energies(t: Any) -> tuple[Any, Any]:
-        x, y, turn, slider = (mp.diff(lambda s, k=k: places(s)[k], t) for k in range(4))
-        inertia = (
-            first * a**2 / 3 + second * (x**2 + y**2 + length**2 / 12 * turn**2) + m * slider**2
-        )
-        return inertia / 2, g * (first * a / 2 * mp.sin(t) + second * places(t)[1])
-
-    half, height = energies(begin)
-    total = half * rate**2 + height
-
-    def slowness(t: Any) -> Any:
-        half, height = energies(t)
-        return mp.sqrt(half / (total - height))
-
-    return mp.quad(slowness, mp.linspace(begin, angle, 3))
+    return links.passed(places, masses, (a, length, 0), g, (begin, angle), rate)
 
 
 @pytest.mark.parametrize(

@@ -81,6 +81,13 @@ class SmoothSystem:
         state = dict(zip((*self.coordinates, *self.rates), states, strict=True))
         return {**state, **self.readings(self.values, states[:half], states[half:])}
 
+    def kinetic_energy(self, observed: Mapping[str, Array]) -> Array:
+        """Kinetic energy [J] of observables, shape (m,) each."""
+        q, v = ([observed[name] for name in names] for names in (self.coordinates, self.rates))
+        rows = self.mass_matrix(self.values, q)
+        parts = (m * v[i] * v[j] for i, row in enumerate(rows) for j, m in enumerate(row))
+        return np.asarray(sum(parts) / 2)
+
     def doubts(self, states: Array, doubts: Array) -> Mapping[str, Array]:
         """Uncertainties of the observables of `states`, shape (2 n, m), which are known within
         `doubts` of that shape, with parameters and results that are rounded."""

@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Translation, of_system, read
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
@@ -18,14 +16,7 @@ model_error = no_error  # the model is the top itself
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a HeavyTop."""
-    spec, system = whole(mjcf, problem), problem.motion.system
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
-
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-        return system.observed(np.concatenate([qpos, qvel], axis=1).T), {}
-
-    return Translation(spec, np.array(system.position), np.array(system.rate), observe)
+    return of_system(whole(mjcf, problem), problem.motion.system)
 
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:

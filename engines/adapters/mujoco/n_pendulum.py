@@ -8,8 +8,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.engines.adapters.mujoco.translation import Translation, of_system, read
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
@@ -17,18 +17,13 @@ model_error = no_error  # the model is the chain itself
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
-    """Translate an NPendulum; a hinge's angle is that from the rod above."""
-    spec, system = whole(mjcf, problem), problem.motion.system
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
+    """Translate an NPendulum."""
+    return of_chain(whole(mjcf, problem), problem.motion.system)
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-        return system.observed(
-            np.concatenate([np.cumsum(x, axis=1) for x in (qpos, qvel)], 1).T
-        ), {}
 
-    start = spec.key("start")
-    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
+def of_chain(spec: mujoco.MjSpec, system: SmoothSystem) -> Translation:
+    """The translation of a chain's model; a hinge's angle is that from the rod above."""
+    return of_system(spec, system, lambda joints: np.cumsum(joints, axis=1))
 
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:

@@ -12,6 +12,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
@@ -49,6 +50,24 @@ class Translation:
     """The model with its visual parts; None where the builder's `whole` is that."""
     tune: Callable[[mujoco.MjModel], None] = lambda model: None
     """Changes that only the compiled model takes."""
+
+
+def of_system(
+    spec: mujoco.MjSpec,
+    system: SmoothSystem,
+    coordinates: Callable[[Array], Array] = lambda joints: joints,
+) -> Translation:
+    """The translation of a smooth system's model from its keyframe, without what is only shown;
+    `coordinates` are the system's, shape (n, nq), by those of the joints."""
+    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
+        spec.delete(shown)
+
+    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+        states = np.concatenate([coordinates(qpos), coordinates(qvel)], axis=1)
+        return system.observed(states.T), {}
+
+    start = spec.key("start")
+    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
 
 
 def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> Mapping[str, float]:

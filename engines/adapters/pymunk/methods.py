@@ -16,7 +16,7 @@ from plumbob.models.scene import ON_PLANE, ON_SUPPORTS
 EULER_STEP = Scheme(EULER, position_first=True)
 CLOSING_RATE = -60.0 * math.log(0.899999976158142)  # [1/s], default error_bias: (1 - 0.1)^60 of
 # single-precision numbers
-SYSTEMS = ("simple-pendulum", "slider-crank", "n-pendulum")
+SYSTEMS = ("simple-pendulum", "slider-crank", "n-pendulum", "four-bar")
 # A line turned about stays a line, and the side view need not run every heading.
 ONE_LINE = (
     *("capsule-line/[!h]*", "capsule-line/heavy-slider", "capsule-hold", "capsule-train"),

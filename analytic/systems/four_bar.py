@@ -1,0 +1,181 @@
+"""The four-bar linkage: a uniform crank, coupler and rocker, and the ground between their axes.
+
+With the links as vectors, U from the crank's axis, V from its end, W from the rocker's axis at D to
+the coupler's end, U + V = D + W, and so for the coupler's angle f and the rocker's r by the crank's
+angle t (Uicker, Pennock and Shigley 2017, Theory of Machines and Mechanisms, 3.8 and 4.8)
+
+    f' = -U x W/V x W,   r' = -U x V/V x W,   k = -U - f'^2 V + r'^2 W                          (1)
+    f'' = -k W/V x W,    r'' = -k V/V x W                                                       (2)
+
+The coupler's end is on the left of the line from the crank's end to D. Where V x W = 0, a crank
+that turns fully has all links on one line, and the rocker can turn on either way: the change point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.numerics.smooth.soft_loop import softened
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import SoftLoop
+from plumbob.analytic.systems.crank_links import Link, check_constants, crank_motion, cross, dot
+from plumbob.analytic.systems.n_pendulum import NPendulum
+
+LENGTHS = ("crank", "coupler", "rocker", "ground")
+CONSTANTS = (*LENGTHS, "crank_mass", "coupler_mass", "rocker_mass", "gravity")
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """Lengths [m] and masses [kg] of the links under `gravity` [m/s^2], with the crank's `angle`
+    [rad] from the line to the rocker's axis, upward, and its rate [rad/s] at time 0; raises
+    ParameterError.
+
+    >>> bars = FourBar(0.2, 0.5, 0.4, 0.5, 0.5, 1.0, 0.8, 9.81, 1.0, 10.0)
+    >>> round(float(bars.motion.observe(np.array([0.5]))["coupler_x"][0]), 6)
+    0.354061
+    """
+
+    crank: float
+    coupler: float
+    rocker: float
+    ground: float
+    crank_mass: float
+    coupler_mass: float
+    rocker_mass: float
+    gravity: float
+    angle: float
+    angular_velocity: float
+
+    def __post_init__(self) -> None:
+        check_constants(self, CONSTANTS, ("angle", "angular_velocity"))
+        a, b, c, d = lengths = [getattr(self, name) for name in LENGTHS]
+        spare, rounding = min(abs(d - a) - abs(b - c), b + c - d - a), 4 * ULP * sum(lengths)
+        if spare <= rounding:
+            why = "such that the crank turns fully: |ground - crank| > |coupler - rocker|, and \
+                ground + crank < coupler + rocker"
+            if abs(spare) <= rounding:
+                why += "; where they are equal, the motion beyond the change point is not unique"
+            raise ParameterError(", ".join(LENGTHS), lengths, why)
+
+    @cached_property
+    def motion(self) -> CertifiedMotion:
+        """The exact motion."""
+        return crank_motion(self, CONSTANTS, _links, _coupler)
+
+    @cached_property
+    def chain(self) -> NPendulum:
+        """Crank, coupler and rocker as rods that hang one on another, at the same start; the last
+        one's end is at the rocker's axis, and yet to be tied to it."""
+        (_, *links), turns, _ = _closed(self, self.angle)
+        bent = [self.angle, *(math.atan2(y, x) for x, y in links)]
+        return NPendulum(
+            (self.crank_mass, self.coupler_mass, self.rocker_mass),
+            (self.crank, self.coupler, self.rocker),
+            self.gravity,
+            (bent[0] + math.pi / 2, bent[1] + math.pi / 2, bent[2] - math.pi / 2),
+            tuple(self.angular_velocity * float(turn) for turn in (1.0, *turns)),
+        )
+
+    @cached_property
+    def opened(self) -> SmoothSystem:
+        """The chain's equations, with what is observed of the linkage."""
+        a, half = self.crank, self.coupler / 2
+
+        def read(p: Any, q: Any, v: Any) -> dict[str, Any]:
+            return {
+                "angle": q[0] - math.pi / 2,
+                "angle_dot": v[0],
+                "coupler_x": a * np.sin(q[0]) + half * np.sin(q[1]),
+                "coupler_y": -a * np.cos(q[0]) - half * np.cos(q[1]),
+            }
+
+        return replace(self.chain.motion.system, readings=read)
+
+    def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
+        """The linkage with its rocker tied to the axis by a soft constraint."""
+        lengths = np.array(self.chain.lengths)
+
+        def gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+            along, up, square = lengths * np.sin(q), -lengths * np.cos(q), np.square(v)
+            gap = along.sum() - self.ground, up.sum()
+            return gap, (-up, along), (-along @ square, -up @ square)
+
+        stretched: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
+        lever = lengths * (1, 1, 0.5)  # of the rocker's centre, which can move across
+        sees = float(lever @ np.linalg.solve(stretched, lever)) / 3  # the mean of three directions
+        return softened(self.opened, gaps, loop, step, sees)
+
+    @property
+    def transmission_angle(self) -> float:
+        """The smallest angle [rad] between coupler and rocker, 0 at the change point."""
+        b, c = self.coupler, self.rocker
+        ends = (b**2 + c**2 - (self.ground + sign * self.crank) ** 2 for sign in (-1, 1))
+        return math.acos(max(abs(end) / (2 * b * c) for end in ends))
+
+    @property
+    def lift(self) -> Any:
+        """The most energy [J] that the weight of links can have; 0 on the line."""
+        (a, b, c), (first, second, third) = self.chain.each("lengths"), self.chain.each("masses")
+        return self.gravity * (first * a + second * (2 * a + b) + third * c) / 2
+
+    def potential(self, observed: Mapping[str, Array]) -> Any:
+        """Potential energy [J], 0 for links on the line."""
+        u, v, w = _vectors(self, observed["angle"])
+        (first, second, third), half = self.chain.each("masses"), self.gravity / 2
+        return half * ((first + 2 * second) * u[1] + second * v[1] + third * w[1])
+
+
+def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
+    """U, V and W of the header."""
+    b, c, u = p.coupler, p.rocker, (p.crank * np.cos(t), p.crank * np.sin(t))
+    x, y = p.ground - u[0], -u[1]  # from the crank's end to D
+    square = (p.ground - p.crank) ** 2 + 4 * p.ground * p.crank * np.sin(t / 2) ** 2
+    line = np.sqrt(square)
+    along = (square + (b - c) * (b + c)) / (2 * square)  # of V, and across, by Heron's formula
+    area = (b + c - line) * (b + c + line) * (line + b - c) * (line - b + c)
+    across = np.sqrt(area) / (2 * square)
+    v = along * x - across * y, along * y + across * x
+    return u, v, (v[0] - x, v[1] - y)
+
+
+def _closed(p: Any, t: Any) -> tuple[Any, Any, Any]:
+    """U, V and W of the header, f' and r' of eq. 1, f'' and r'' of eq. 2."""
+    u, v, w = _vectors(p, t)
+    apart = cross(v, w)
+    turn, swing = -cross(u, w) / apart, -cross(u, v) / apart
+    k = tuple(-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True))
+    return (u, v, w), (turn, swing), (-dot(k, w) / apart, -dot(k, v) / apart)
+
+
+def _links(p: Any, t: Any) -> tuple[Link, ...]:
+    (u, v, w), (turn, swing), (turning, swinging) = _closed(p, t)
+    slope, bend = _half(v, turn, turning)
+    middle = (slope[0] - u[1], slope[1] + u[0]), (bend[0] - u[0], bend[1] - u[1])
+    return (
+        Link(p.crank_mass, p.crank, *_half(u, 1.0, 0.0), 1.0),
+        Link(p.coupler_mass, p.coupler, *middle, turn, turning),
+        Link(p.rocker_mass, p.rocker, *_half(w, swing, swinging), swing, swinging),
+    )
+
+
+def _half(link: Any, turn: Any, turning: Any) -> tuple[Any, Any]:
+    """Both derivatives of half a link, by those of its angle."""
+    x, y, square = link[0] / 2, link[1] / 2, turn**2
+    return (-turn * y, turn * x), (-turning * y - square * x, turning * x - square * y)
+
+
+def _coupler(p: Any, q: Any, rates: Any) -> dict[str, Any]:
+    """Place of the coupler's middle, from the crank's axis [m]."""
+    u, v, _ = _vectors(p, q[0])
+    return {"coupler_x": u[0] + v[0] / 2, "coupler_y": u[1] + v[1] / 2}

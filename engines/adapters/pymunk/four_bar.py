@@ -1,0 +1,37 @@
+"""The four-bar linkage in pymunk: a chain of rods, pinned at both ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pymunk
+
+from plumbob.engines.adapters.pymunk import n_pendulum
+from plumbob.engines.adapters.pymunk.linkage import joined
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error  # rigid rods and joints, which open by as much as a step makes
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a FourBar."""
+    space = n_pendulum.build(problem.chain, method, step).space
+    (crank, coupler, rocker), end = space.bodies, (problem.rocker / 2, 0.0)
+    axis = (problem.ground, 0.0)
+    space.add(joined(method, pymunk.PivotJoint(rocker, space.static_body, end, axis)))
+
+    def read() -> Mapping[str, float]:
+        place = coupler.position
+        return {
+            "angle": crank.angle,
+            "angle_dot": crank.angular_velocity,
+            "coupler_x": place.x,
+            "coupler_y": place.y,
+            "opening": math.dist(rocker.local_to_world(end), axis),
+        }
+
+    return Translation(space, read, channels=frozenset({"opening"}))

@@ -1,0 +1,64 @@
+"""The four-bar linkage: scenes as data, and the scales of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.systems.four_bar import FourBar
+from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+
+
+def facts(bars: FourBar) -> Mapping[str, Any]:
+    """The energy [J], 0 at rest with its links on the line, and the transmission angle [rad]."""
+    return {"energy": energy_at_start(bars), "transmission_angle": bars.transmission_angle}
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The crank's angle, with one radian as its scale, and the coupler, with the crank's length."""
+    return Quantity("angle", 1.0), *(Quantity(f"coupler_{x}", case.problem.crank) for x in "xy")
+
+
+def _scene(case: str, summary: str, rocker: float, start: tuple[float, ...], **more: Any) -> Scene:
+    return Scene(
+        f"four-bar/{case}",
+        summary,
+        field_values(FourBar, (0.2, 0.5, rocker, 0.5, 0.5, 1.0, 0.8, 9.81, *start)),
+        source="Uicker, Pennock and Shigley 2017, 3.8; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = smooth_system(
+    FourBar,
+    Path(__file__).parent / "four_bar.xml",
+    name="four-bar",
+    title="Four-bar linkage",
+    observables=(Observable("angle", "rad"), *(Observable(f"coupler_{x}", "m") for x in "xy")),
+    scenes=(
+        _scene(
+            "crank-rocker",
+            "the crank turns, the rocker swings",
+            0.4,
+            (1.0, 10.0),
+            duration=0.5,
+            steps=step_sizes(1e-2, 1e-3),
+            profile="quick",
+        ),
+        _scene(
+            "near-change-point",
+            "a rocker one part in a thousand longer than its crank, opposite links all but equal",
+            0.2002,
+            (1.0, 10.0),
+            duration=0.5,
+            steps=step_sizes(2e-3, 2e-4),
+            hard="nearly on one line, where for equal links the motion is not unique",
+        ),
+    ),
+    default="crank-rocker",
+    facts=facts,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)

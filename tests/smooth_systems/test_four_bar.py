@@ -1,0 +1,94 @@
+"""The four-bar linkage against an energy integral with 40 digits; its soft loop in MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from mpmath import mp
+
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.four_bar import FourBar
+from plumbob.engines.adapters.mujoco.slider_crank import LOOP
+from plumbob.engines.registry import engine_of, method
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support import links
+
+TURNING = case_of(scene("four-bar/crank-rocker"))
+BARS: FourBar = TURNING.problem
+DRAG_LINK = replace(BARS, crank=0.5, coupler=0.4, ground=0.2, gravity=1.6)
+
+
+def passed(bars: FourBar, angle: Any) -> Any:
+    """Time [s] at which a crank that turns forward passes an angle, by the law of cosines."""
+    a, b, c, d, *masses, g, begin, rate = map(mp.mpf, astuple(bars))
+
+    def places(t: Any) -> tuple[tuple[Any, ...], ...]:
+        crank = a * mp.expj(t)
+        line = d - crank
+        square = mp.re(line) ** 2 + mp.im(line) ** 2
+        inner = mp.acos((b**2 + square - c**2) / (2 * b * mp.sqrt(square)))
+        coupler = b * mp.expj(mp.arg(line) + inner)
+        rocker = crank + coupler - d
+        middles = crank / 2, crank + coupler / 2, d + rocker / 2
+        turns = (mp.arg(link) for link in (crank, coupler, rocker))
+        return tuple((mp.re(x), mp.im(x), turn) for x, turn in zip(middles, turns, strict=True))
+
+    return links.passed(places, masses, (a, b, c), g, (begin, angle), rate)
+
+
+@pytest.mark.parametrize("bars", [BARS, DRAG_LINK], ids=["crank-rocker", "drag-link"])
+def test_40_digits(bars: FourBar) -> None:
+    time = 0.1
+    exact, doubt = (f(np.array([time])) for f in (bars.motion.observe, bars.motion.uncertainty))
+    with mp.workdps(40):
+        late = passed(bars, mp.mpf(float(exact["angle"][0]))) - mp.mpf(time)
+    error = abs(float(late)) * exact["angle_dot"][0]
+    assert error < doubt["angle"][0] < 2e-13
+
+
+def test_links_keep_their_lengths() -> None:
+    for name in ("four-bar/crank-rocker", "four-bar/near-change-point"):
+        case = case_of(scene(name))
+        seen = case.reference.observe(np.linspace(0.0, case.scene.duration, 101))
+        crank = case.problem.crank * np.exp(1j * seen["angle"])
+        half = seen["coupler_x"] + 1j * seen["coupler_y"] - crank
+        lengths = 2 * np.abs(half), np.abs(crank + 2 * half - case.problem.ground)
+        np.testing.assert_allclose(lengths[0], case.problem.coupler, 1e-14)
+        np.testing.assert_allclose(lengths[1], case.problem.rocker, 1e-13)
+
+
+def test_the_transmission_angle_is_the_smallest_between_coupler_and_rocker() -> None:
+    turned = np.linspace(0.0, 2 * math.pi, 721)
+    crank = BARS.crank * np.exp(1j * turned)
+    cosine = BARS.coupler**2 + BARS.rocker**2 - np.abs(BARS.ground - crank) ** 2
+    least = np.arccos(np.abs(cosine) / (2 * BARS.coupler * BARS.rocker)).min()
+    assert BARS.transmission_angle == pytest.approx(least, rel=1e-14)
+
+
+def test_the_soft_loop_pulls_as_mujoco_s_does() -> None:
+    how = method("mujoco/rk4")
+    simulation: Any = engine_of(how).prepare(TURNING, how, 1e-3)
+    model, data = simulation.model, simulation.data
+    system = BARS.soft(LOOP, 1e-3)
+    for gap in (0.0, 1e-5):  # [rad] of the rocker
+        state = system.start
+        state[2] += gap
+        data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
+        data.qpos[2] += gap
+        mujoco.mj_forward(model, data)
+        ours = np.asarray(system.slope(0.0, state))[3:]
+        # the solver's Hessian costs four digits: a condition of 1/(1 - d)
+        np.testing.assert_allclose(np.cumsum(data.qacc), ours, 1e-10, 1e-8)
+
+
+def test_a_change_point_is_refused_and_so_is_a_crank_that_stops() -> None:
+    for rocker, coupler in ((0.2, 0.5), (0.2, 0.5 + 1e-16), (0.3, 0.4)):
+        with pytest.raises(ParameterError, match="motion beyond the change point is not unique"):
+            replace(BARS, rocker=rocker, coupler=coupler)
+    with pytest.raises(ParameterError, match=r"coupler \+ rocker$"):
+        replace(BARS, crank=0.45)
