@@ -3,7 +3,7 @@ certified motion: which differ, and why."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +22,8 @@ SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as 
 ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
 SAME_STEP = 0.02  # relative, of the acceleration in a step: schemes of first order leave as much
 RECOGNISED = 1e-4  # relative: a model without something has the engine's term
+MASS = "mass"
+NAMELESS = frozenset(["a body without a name"])
 SAMPLES = 9  # states along the certified motion
 
 
@@ -150,7 +152,7 @@ def _pairs(pairs: Iterable[frozenset[str]]) -> str:
 def _touching(pairs: Sequence[tuple[str, ...]], held: Held) -> set[frozenset[str]]:
     """The moving bodies of pairs that touch; a single one touches what does not move."""
     moving = set(held.model.layout.bodies)
-    return {frozenset(pair) & moving for pair in pairs if moving & set(pair)}
+    return {frozenset(pair) & moving or NAMELESS for pair in pairs}
 
 
 def force_of(terms: Terms) -> Array:
@@ -162,15 +164,11 @@ def force_of(terms: Terms) -> Array:
 def _cause(engine: str, term: str, looks: Sequence[Look], held: Held) -> str:
     """Why a term differs, as far as a model without something has the engine's, or another
     gravity."""
-    if term == "gravity":
-        columns = np.concatenate([held.model.of_gravity(look.state) for look in looks])
-        theirs = np.concatenate([look.of_engine[term] for look in looks])
-        # Of what has no effect on the motion nothing is known: it stays as the file has it.
-        there, gravity = theirs - columns @ held.model.gravity, held.model.gravity
-        vector = gravity + np.linalg.lstsq(columns, there)[0]
-        if np.abs(columns @ vector - theirs).max() < RECOGNISED * np.abs(columns).max():
-            vector = np.where(np.abs(vector) < RECOGNISED, 0.0, vector)
-            return f"{_text(vector)} in place of {_text(gravity)} m/s^2"
+    numbers = _numbers(engine, held.file)
+    masses = [there[0] / here[0] for (field, _), (here, there) in numbers.items() if field == MASS]
+    times = masses[0] if masses and np.ptp(masses) < RECOGNISED * masses[0] else 1.0
+    if term == "gravity" and (cause := _gravity(looks, held, times)):
+        return cause
     for name, terms in held.model.suspects().items():
         apart = [
             (look, terms(look.state, look.control)[term] - look.of_engine[term]) for look in looks
@@ -179,21 +177,46 @@ def _cause(engine: str, term: str, looks: Sequence[Look], held: Held) -> str:
         if all(look.size(off) < RECOGNISED * scale for look, off in apart):
             return f"{name} dropped"
     said: str = looks[0].of_engine.get("causes", {}).get(term, "")
-    return _inertia(engine, held.file) if term == TERMS[0] else said
+    if term != TERMS[0]:
+        return said
+    if abs(times - 1.0) > RECOGNISED:
+        return f"all masses times {times:.4g}"
+    return _inertia(numbers)
 
 
-def _inertia(engine: str, file: Path) -> str:
-    """The number of a body in which two readers differ most."""
+def _gravity(looks: Sequence[Look], held: Held, times: float) -> str:
+    """The gravity that makes an engine's forces of gravity where all masses are so many times those
+    of the file; empty where none does."""
+    columns = times * np.concatenate([held.model.of_gravity(look.state) for look in looks])
+    theirs = np.concatenate([look.of_engine["gravity"] for look in looks])
+    # Of what has no effect on the motion nothing is known: it stays as the file has it.
+    gravity = held.model.gravity
+    vector = gravity + np.linalg.lstsq(columns, theirs - columns @ gravity)[0]
+    if not np.abs(columns @ vector - theirs).max() < RECOGNISED * np.abs(columns).max():
+        return ""
+    if np.abs(vector - gravity).max() < RECOGNISED * np.abs(gravity).max():
+        return "follows from the masses"
+    vector = np.where(np.abs(vector) < RECOGNISED, 0.0, vector)
+    return f"{_text(vector)} in place of {_text(gravity)} m/s^2"
+
+
+def _numbers(engine: str, file: Path) -> dict[tuple[str, str], tuple[Array, Array]]:
+    """Masses and moments of inertia of bodies, as MuJoCo and an engine read them."""
     here, there = (fields_of(name, file)[1] for name in ("mujoco", engine))
-    apart = {
-        key: float(np.max(np.abs(np.subtract(there[key], here[key]))) / np.max(here[key]))
-        for key in here.keys() & there.keys()
-        if key[0] in ("mass", "inertia") and len(here[key]) == len(there[key]) and any(here[key])
+    return {
+        key: (np.array(here[key]), np.array(there[key]))
+        for key in sorted(here.keys() & there.keys())
+        if key[0] in (MASS, "inertia") and len(here[key]) == len(there[key]) and any(here[key])
     }
+
+
+def _inertia(numbers: Mapping[tuple[str, str], tuple[Array, Array]]) -> str:
+    """The number of a body in which two readers differ most."""
+    apart = {key: np.abs(there - here).max() / here.max() for key, (here, there) in numbers.items()}
     if not apart or max(apart.values()) < SAME:
         return "of like bodies: joints or frames are not alike" if apart else ""
-    worst = max(sorted(apart), key=lambda key: apart[key])
-    return f"{worst[0]} of {worst[1]}: {_text(there[worst])} in place of {_text(here[worst])}"
+    (field, body), (here, there) = max(numbers.items(), key=lambda pair: apart[pair[0]])
+    return f"{field} of {body}: {_text(there)} in place of {_text(here)}"
 
 
 def _text(values: Iterable[float]) -> str:
