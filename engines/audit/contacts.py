@@ -210,9 +210,11 @@ def contacts_audited(
         model.first_order,
         model.snippet(),
         model.notes,
-        clock() - begin,
-        model,
-        free_slide(model, speed, _lasting(standing, speed), clock) if standing.locked else None,
+        model=model,
+        free=free_slide(model, speed, _lasting(standing, speed), clock)
+        if standing.locked
+        else None,
+        seconds=clock() - begin,
     )
 
 
