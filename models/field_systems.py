@@ -69,9 +69,10 @@ def energy_at_start(problem: Any) -> float:
 
 def energy_drift(problem: Any, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """Drift of the energy, relative to that at the start, or to a problem's `lift` [J], which its
-    weight can take and give, where that is more."""
+    weight can take and give, where that is more; to what it gives where both are 0."""
     energies = energy(problem, observed)
     scale = max(abs(energies[0]), getattr(problem, "lift", 0.0))
+    scale = scale or float(np.abs(problem.potential(observed)).max())
     return {"energy": (energies - energies[0]) / scale} if scale else {}
 
 

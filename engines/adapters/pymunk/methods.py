@@ -40,7 +40,7 @@ METHODS = (
     ),
     # The linear pendulum is a body on a spring, without a joint: Euler's step and no more.
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum", "servo")),
-    Method("pymunk/contact", EULER_STEP, 1, kinds=(ON_PLANE,)),
+    Method("pymunk/contact", EULER_STEP, 1, systems=("projectile",), kinds=(ON_PLANE,)),
     # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
     Method(
         "pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-pendulum",)

@@ -1,0 +1,28 @@
+"""A projectile in pymunk: a free body."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pymunk
+
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a Projectile."""
+    space, body, system = pymunk.Space(), pymunk.Body(1.0, 1.0), problem.motion.system
+    space.gravity = (0.0, -problem.gravity)
+    *velocity, body.angular_velocity = system.rate
+    body.velocity = velocity[0], velocity[1]
+    space.add(body)
+
+    def read() -> dict[str, float]:
+        state = *body.position, body.angle, *body.velocity, body.angular_velocity
+        return dict(zip((*system.coordinates, *system.rates), state, strict=True))
+
+    return Translation(space, read)

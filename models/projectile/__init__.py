@@ -1,0 +1,47 @@
+"""A body that is thrown or dropped: scenes as data, and the scales of its motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.systems.projectile import Projectile
+from plumbob.models.field_systems import field_values, smooth_system
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+
+
+def interest(case: Case) -> tuple[Quantity, ...]:
+    """The place, with the way thrown or fallen as its scale, and the angle, with one radian."""
+    body, time = case.problem, case.scene.duration
+    way = max(body.speed * time, body.gravity * time**2 / 2) or 1.0
+    return Quantity("z", way), Quantity("x", way), Quantity("angle", 1.0)
+
+
+def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:
+    return Scene(
+        f"projectile/{case}",
+        summary,
+        field_values(Projectile, (*values, 9.81)),
+        steps=step_sizes(1e-2, 1e-3),
+        source="Landau and Lifshitz 1976, Mechanics, 2; the numbers are ours",
+        **more,
+    )
+
+
+SYSTEM = smooth_system(
+    Projectile,
+    Path(__file__).parent / "projectile.xml",
+    name="projectile",
+    title="Projectile",
+    observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),
+    scenes=(
+        _scene(
+            "thrown", "thrown upward, spinning", (10.0, 0.9, 20.0), duration=1.5, profile="quick"
+        ),
+        _scene("dropped", "free fall from rest", (0.0, 0.0, 0.0), duration=1.0),
+    ),
+    default="thrown",
+    facts=lambda body: {"apex": body.apex},  # [m]
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)
