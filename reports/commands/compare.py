@@ -46,14 +46,18 @@ def command(chosen: argparse.Namespace) -> int:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
         ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
+        verdicts, presence, errors, costs = parts
         comparison = Comparison(
-            (chosen.old, chosen.new),
-            made,
-            _versions(*made),
-            *parts,
-            sorted(ran[0] & ran[1]),
-            chosen.above or "",
-            grown,
+            names=(chosen.old, chosen.new),  # as the command had them
+            made=made,
+            versions=_versions(*made),
+            verdicts=verdicts,
+            presence=presence,  # pairs, or steps of pairs, of one study alone
+            errors=errors,  # beyond rounding, and runs that ended otherwise
+            costs=costs,  # beyond the quartiles of both
+            both=sorted(ran[0] & ran[1]),  # scenes and methods of both studies
+            above=chosen.above or "",  # the growth of an error that was not to be exceeded
+            grown=grown,  # errors that did
         )
         page = write_comparison(comparison, file, _words(chosen))
         if not chosen.json:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -31,28 +31,6 @@ HALF_ANGLE = math.radians(15.0)  # of the cone that stands for a general body: t
 CLEAR = 1.15  # of the cone's reach: how far below its pivot the platform is
 
 
-@dataclass(frozen=True)
-class Shape:
-    """Sizes of the cone and of what it hangs on, in the platform's axes [m, rad]."""
-
-    pivot: tuple[float, float, float]
-    height: float
-    half: float  # of the apex angle
-    com: float  # distance of the centre of mass from the pivot
-    radius: float  # of the platform's disc
-    floor: float  # its height
-
-    @property
-    def slant(self) -> float:
-        """Distance of the rim from the pivot [m]."""
-        return self.height / math.cos(self.half)
-
-    @property
-    def arm(self) -> float:
-        """Distance of the pivot from the platform's axis [m]."""
-        return math.hypot(*self.pivot[:2])
-
-
 def cone(case: Case, seconds: float) -> Picture:
     """The replay of a cone on its turning platform over `seconds` [s]."""
     problem, rate, shape = case.problem, case.problem.platform_rate, _shape(case)
@@ -70,7 +48,7 @@ def cone(case: Case, seconds: float) -> Picture:
         text,
         _box(shape),
         {
-            **asdict(shape),
+            **vars(shape),
             "rate": rate,
             "camera": camera().tolist(),
             "trail": seconds / 12.0,
@@ -97,17 +75,26 @@ def camera() -> Array:
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
-def _shape(case: Case) -> Shape:
+def _shape(case: Case) -> SimpleNamespace:
+    """Sizes of the cone and of what it hangs on, in the platform's axes [m, rad]."""
     problem, parameters = case.problem, case.scene.parameters
     com = problem.body.com_distance
     half = 0.5 * parameters["apex_angle"] if "apex_angle" in parameters else HALF_ANGLE
     pivot = (problem.pivot_x, problem.pivot_y, problem.pivot_z)
-    bare = Shape(pivot, com / 0.75, half, com, 0.0, 0.0)
-    radius = max(1.2 * bare.arm, 0.75 * bare.slant)
-    return Shape(pivot, com / 0.75, half, com, radius, pivot[2] - CLEAR * bare.slant)
+    slant, arm = com / 0.75 / math.cos(half), math.hypot(*pivot[:2])
+    return SimpleNamespace(
+        pivot=pivot,
+        height=com / 0.75,
+        half=half,  # of the apex angle
+        com=com,  # distance of the centre of mass from the pivot
+        radius=max(1.2 * arm, 0.75 * slant),  # of the platform's disc
+        floor=pivot[2] - CLEAR * slant,  # its height
+        slant=slant,  # distance of the rim from the pivot
+        arm=arm,  # distance of the pivot from the platform's axis
+    )
 
 
-def _box(shape: Shape) -> Box:
+def _box(shape: SimpleNamespace) -> Box:
     """The box that holds the picture, whichever way platform and cone are turned."""
     reach = max(shape.arm + shape.slant, shape.radius)
     rise, tilt = math.cos(ELEVATION), math.sin(ELEVATION)

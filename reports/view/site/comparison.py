@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from plumbob.engines.study.provenance import Provenance
 from plumbob.reports.view.content import Figure, Table, Trace
 from plumbob.reports.view.notation import number, plural
 from plumbob.reports.view.page import filled, written
@@ -16,24 +15,10 @@ from plumbob.reports.view.palette import GREY, OTHERS
 from plumbob.reports.view.plotly_figure import curve, figure, logarithmic, marks
 from plumbob.reports.view.tables import table, table_or_none
 
+Comparison = SimpleNamespace
+"""Two studies, each with how it was made and named, and what differs between them."""
 Change = Mapping[str, Any]  # scene, method, what, old, new, and growth, relative to the old one
 FEW = 25  # rows of a table that is not folded
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Two studies, each with how it was made and named, and what differs between them."""
-
-    names: tuple[str, str]  # as the command had them
-    made: tuple[Provenance, Provenance]
-    versions: Sequence[Change]
-    verdicts: Sequence[Change]
-    presence: Sequence[Change]  # pairs, or steps of pairs, of one study alone
-    errors: Sequence[Change]  # beyond rounding, and runs that ended otherwise
-    costs: Sequence[Change]  # beyond the quartiles of both
-    both: Sequence[tuple[str, str]]  # scenes and methods of both studies
-    above: str = ""  # the growth of an error that was not to be exceeded
-    grown: int = 0  # errors that did
 
 
 def write_comparison(comparison: Comparison, file: Path, command: str) -> Path:
