@@ -13,12 +13,12 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
+from plumbob.models.scene import ON_PLANE, Scene
 
 Role = Literal["default", "user", "recommended", "other"]
 DEFAULT_METHOD, DEFAULT_STEP = DEFAULT  # its step [s]
 SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # a control read at mid-step, where there is one
-ON_LINE = ("mujoco/euler+coulomb",)  # contacts that converge
+ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # contacts that converge
 IN_PLANE = ("mujoco/rk4+coulomb", *ON_LINE)  # turning: RK4 is up to 100 times as accurate
 PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
 LEAST_STEPS = 100  # of a run that a replay shows
@@ -90,7 +90,7 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
 def _recommended(scene: Scene) -> tuple[str, ...]:
     """The methods that are recommended for a scene, the first one first."""
     if system_of(scene).family != "capsule":
-        return SMOOTH
+        return (*ON_LINE, *SMOOTH) if system_of(scene).kind == ON_PLANE else SMOOTH
     return IN_PLANE if scene.system in PLANE else ON_LINE
 
 
