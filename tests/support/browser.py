@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,8 +37,15 @@ SCROLL = """async () => {
     await frame();
   }
 }"""
+# The look of each element as the page stands, beside its looks so far.
+LOOKS = """() => {
+  for (const one of document.querySelectorAll("body *")) {
+    const {color, backgroundColor, fontSize, opacity} = getComputedStyle(one);
+    one.looks = [one.looks, color, backgroundColor, fontSize, opacity].join(" ");
+  }
+}"""
 # Of elements beside each other that are alike but for their words the first stays, and one plot:
-# alike in tags, colours and attributes, and so is all that is in them. Lines keep their cells.
+# alike in tags, attributes and all looks, and so is all that is in them. Lines keep their cells.
 ALIKE = """() => {
   const valued = ["class", "style", "role", "type", "tabindex", "open", "fill", "stroke"];
   const kept = (parent) => {
@@ -51,12 +58,10 @@ ALIKE = """() => {
     return [...signs];
   };
   const sign = (one) => {
-    const style = getComputedStyle(one);
     const given = [...one.attributes].map((each) =>
       valued.includes(each.name) || each.value === "" ? `${each.name}=${each.value}` : each.name);
     const says = [...one.childNodes].some((each) => each.nodeType === 3 && each.data.trim());
-    return [one.tagName, ...given.sort(), style.color, style.backgroundColor, style.fontSize,
-      style.opacity, says, "(", ...kept(one), ")"].join(" ");
+    return [one.tagName, ...given.sort(), one.looks, says, "(", ...kept(one), ")"].join(" ");
   };
   const plots = [...document.querySelectorAll(".area")];
   const drawn = plots.find((one) => one.querySelector(".main-svg"));
@@ -107,8 +112,12 @@ class Visit:
         self.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
         self.page.wait_for_timeout(100)
 
-    def keep_one_of_each(self) -> None:
-        """Take away what is alike, but for its words, to what stands beside it."""
+    def keep_one_of_each(self, looks: Sequence[tuple[int, str]]) -> None:
+        """Take away what is alike, but for its words, to what stands beside it at all widths [px]
+        and in all colour schemes."""
+        for look in looks:
+            self.look(*look)
+            self.ask(LOOKS)
         self.ask(ALIKE)
 
     def scroll_through(self) -> None:
