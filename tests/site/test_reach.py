@@ -135,7 +135,8 @@ def test_the_dark_theme_changes_colours_alone() -> None:
 SEEDED = """([names, text]) => {
   const lines = [...document.querySelectorAll("table")].map((one) => [...one.tBodies[0].rows])
     .sort((one, other) => one.length - other.length).at(-1);
-  const links = lines.slice(Math.floor(lines.length / 2)).flatMap((one) => [...one.querySelectorAll("a")]);
+  const half = lines.slice(Math.floor(lines.length / 2));
+  const links = half.flatMap((one) => [...one.querySelectorAll("a")]);
   names.forEach((name, k) => { links[k].id = name; });
   links[names.length - 1].replaceChildren();
   document.head.append(Object.assign(document.createElement("style"), {textContent: text}));
