@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
@@ -50,6 +51,7 @@ _LASTING: Mapping[str, tuple[float, float]] = MappingProxyType(
 )
 TURNED = 0.65  # [s]: the plan to BESIDE on a free plane, and a little more
 BESIDE = RestPose(0.01, 0.01, 0.1)  # near enough that the curve's plans cost little
+POSE = (BESIDE.x, BESIDE.y, BESIDE.heading)
 # Name, supports and arc of the curve, duration of the plan to BESIDE [s], and the profile.
 CURVES: tuple[tuple[str, Pair, ArcName, float, Literal["quick", "full"]], ...] = (
     ("12", (1, 2), "shorter", 1.75, "full"),
@@ -147,90 +149,69 @@ def structure(problem: CapsuleProblem) -> tuple[str, ...]:
     return tuple(pieces)
 
 
-def _scene(case: str, goal: RestPose, track: TrackName) -> Scene:
-    to = (goal.x, goal.y, goal.heading)
+def _scene(case: str, summary: str, lasting: float, parameters: Parameters, **more: Any) -> Scene:
+    more = {"steps": STEPS, "source": SOURCE} | more
+    return Scene(f"capsule-plan/{case}", summary, {**CHECK, **parameters}, lasting, **more)
+
+
+def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
+    to, lasting = (goal.x, goal.y, goal.heading), _LASTING[case][track == "curve"]
     where = "on a free plane" if track == "free" else "along the source's single curve"
-    lasting = _LASTING[case][track == "curve"]
     half = " (half a turn)" if abs(abs(goal.heading) - math.pi) < 1e-9 else ""
-    return Scene(
-        f"capsule-plan/{case}-{track}",
+    return _scene(
+        f"{case}-{track}",
         f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half}, the slider {where}",
-        {**CHECK, "to": to, "track": track},
         lasting,
-        STEPS if lasting <= LONG else STEPS[:-1],
-        SOURCE,
-        "quick" if (case, track) == ("near", "free") else "full",
+        {"to": to, "track": track},
+        steps=STEPS if lasting <= LONG else STEPS[:-1],
+        profile="quick" if (case, track) == ("near", "free") else "full",
     )
 
 
-def _beside(
-    case: str, legs: Pair, arc: ArcName, lasting: float, profile: Literal["quick", "full"]
-) -> Scene:
-    (i, j), to = legs, (BESIDE.x, BESIDE.y, BESIDE.heading)
-    return Scene(
-        f"capsule-plan/beside-curve-{case}",
-        f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad, the slider along C-A{i}, "
-        f"the {arc} arc and C-A{j}",
-        {**CHECK, "to": to, "track": "curve", "legs": legs, "arc": arc},
-        lasting,
-        STEPS,
-        SOURCE,
-        profile,
-    )
+_BESIDE = f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad"
 
 
 def _turned(angle: float) -> Scene:
     """The plan to BESIDE, where all of it is turned by `angle` [degrees]."""
     turn = math.radians(angle)
-    cos, sin = math.cos(turn), math.sin(turn)
-    x, y = cos * BESIDE.x - sin * BESIDE.y, sin * BESIDE.x + cos * BESIDE.y
-    return Scene(
-        f"capsule-plan/heading-{angle:03.0f}",
-        f"to {BESIDE.x:g}, {BESIDE.y:g} m and {BESIDE.heading:g} rad on a free plane, all of it "
-        f"turned by {angle:g} degrees",
-        {**CHECK, "start": (0.0, 0.0, turn), "to": (x, y, turn + BESIDE.heading)},
+    to = BESIDE.place * cmath.rect(1.0, turn)
+    return _scene(
+        f"heading-{angle:03.0f}",
+        f"{_BESIDE} on a free plane, all of it turned by {angle:g} degrees",
         TURNED,
-        STEPS,
-        SOURCE,
-    )
-
-
-def _mass_ratio(
-    case: str, summary: str, lasting: float, steps: tuple[float, ...], **values: Any
-) -> Scene:
-    return Scene(
-        f"capsule-plan/{case}",
-        summary,
-        {**CHECK, **values},
-        lasting,
-        steps,
-        SOURCE,
-        hard="mu is nearly 0 or 1: the actuator's reaction is all or nothing",
+        {"start": (0.0, 0.0, turn), "to": (to.real, to.imag, turn + BESIDE.heading)},
     )
 
 
 _TRACKS: tuple[TrackName, ...] = ("free", "curve")
+_ALL_OR_NOTHING = "mu is nearly 0 or 1: the actuator's reaction is all or nothing"
 SCENES = (
-    *(_scene(case, goal, track) for case, goal in POSES for track in _TRACKS),
-    *(_beside(*curve) for curve in CURVES),
+    *(_to_pose(case, goal, track) for case, goal in POSES for track in _TRACKS),
+    *(
+        _scene(
+            f"beside-curve-{case}",
+            f"{_BESIDE}, the slider along C-A{legs[0]}, the {arc} arc and C-A{legs[1]}",
+            lasting,
+            {"to": POSE, "track": "curve", "legs": legs, "arc": arc},
+            profile=profile,
+        )
+        for case, legs, arc, lasting, profile in CURVES
+    ),
     *(_turned(angle) for angle in (30.0, 45.0)),
-    _mass_ratio(
+    _scene(
         "light-slider",
         "m/M = 1e-3: to 0.01, 0.01 mm and 0.1 mrad",
         0.04,
-        step_sizes(1e-4, 5e-6),
-        slider_mass=1e-3,
-        acceleration=2e4,
-        to=(1e-5, 1e-5, 1e-4),
+        {"slider_mass": 1e-3, "acceleration": 2e4, "to": (1e-5, 1e-5, 1e-4)},
+        steps=step_sizes(1e-4, 5e-6),
+        hard=_ALL_OR_NOTHING,
     ),
-    _mass_ratio(
+    _scene(
         "heavy-slider",
         "m/M = 1e3: 0.1 m straight on",
         1.2,
-        STEPS,
-        slider_mass=1e3,
-        radius=0.08,
-        to=(0.1, 0.0, 0.0),
+        {"slider_mass": 1e3, "radius": 0.08, "to": (0.1, 0.0, 0.0)},
+        hard=_ALL_OR_NOTHING,
     ),
 )
 

@@ -13,7 +13,7 @@ from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, 
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
-from plumbob.models.tripod_capsule.plan import BESIDE, CURVES, planned
+from plumbob.models.tripod_capsule.plan import CURVES, POSE, planned
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
 from plumbob.reports.analyses.capsule_plan.pose_errors import open_runs, run_of
@@ -30,7 +30,6 @@ PIECES: tuple[tuple[Ends, tuple[LineSegment, ...]], ...] = (
     ((-3.0, -2.6), ((0.9, -0.02, 0.02), (2.4, 0.0, 0.04))),
 )
 SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
-POSE = (BESIDE.x, BESIDE.y, BESIDE.heading)
 SLIDER = ((0.05, 0.02), (-0.04, 0.06))  # [m]: places at the start and at the end
 POINTS = 400  # of a slider's path
 
