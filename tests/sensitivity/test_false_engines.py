@@ -33,7 +33,7 @@ TURNED = (
 ENGINES = tuple(  # MuJoCo, whose methods are most, last
     name
     for name, engine in reversed(list(engines().items()))
-    if installed(engine) and pairs(TURNED, methods(name))
+    if installed(engine) and engine.methods and pairs(TURNED, methods(name))
 )
 HIDDEN = (  # where a bound that is 10,000 times as wide hides a hundredth of friction
     ("capsule-coast/spin", "mujoco/euler+coulomb"),
