@@ -45,8 +45,9 @@ class Parabola(LinearResponse):
 
     def _terms(self, times: Array) -> tuple[Array, Array]:
         """The terms of eq. 1 and of its derivative, shape (6, n) each."""
-        rates, fall = np.array(self.system.rate)[:, None], np.zeros((3, 1))
-        fall[1] = -self.system.parameters["gravity"]
+        system, start = self.system, (self.system.position, self.system.rate)
+        fall = np.array(system.acceleration(0.0, *start, system.values))[:, None]
+        rates = np.array(system.rate)[:, None]
         thrown = np.concatenate([rates * times, rates + 0.0 * times])
         return thrown, np.concatenate([fall * np.square(times) / 2, fall * times])
 
