@@ -20,6 +20,7 @@ from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import Certificate, largest
 from plumbob.engines.audit.term_differences import (
     CONTACTS,
+    SAME_STEP,
     SINGLE,
     STEP,
     TERMS,
@@ -37,6 +38,9 @@ from plumbob.engines.study.provenance import version_of
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.entry_points import captured
 
+# Times what rounding of the state makes, measured up to 5: the arithmetic of a step rounds, too.
+BEYOND = 30.0
+MORE = "less than it shows in states, and more than rounding: perhaps the solver, or contacts"
 EXACT = 1e-10  # relative rounding of numbers that are not single
 DIVERGED = 1e10  # above it MuJoCo calls a number huge
 NOT_RIGHT = MappingProxyType(
@@ -175,7 +179,9 @@ def measured(engine: Engine, held: Held) -> EngineError:
     if runs.precision > EXACT:
         rounded = held.model.stepped(held.script, integrator, held.parts, single=True).states
         rounding = _apart(held, rounded, mujoco)
-        apart = apart or (Difference(SINGLE, runs.precision),)
+        by_rounding = _apart(held, states, mujoco) <= BEYOND * rounding
+        cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
+        apart = apart or (Difference(*cause),)
     result = EngineError(
         engine.name,
         version_of(engine),

@@ -77,6 +77,17 @@ def test_rounding_to_single_precision_is_predicted(motion: Held) -> None:
     assert np.isnan(measured(changed(), motion).rounding)
 
 
+def test_what_is_far_more_than_rounding_is_not_called_so(motion: Held) -> None:
+    """A step that is longer by 1e-3 has the same terms."""
+
+    def longer(model: Any) -> None:
+        model.opt.timestep *= 1.001
+
+    result = measured(changed(longer, single=True, precision=2.0**-24), motion)
+    assert result.apart > 30.0 * result.rounding
+    assert [difference.term for difference in result.differences] == ["acceleration"]
+
+
 BALL = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="ball" pos="0 0 0.11">
 <freejoint/><geom name="ball" size="0.1" {}/></body></worldbody></mujoco>"""
 
