@@ -6,7 +6,9 @@ With values g at the offsets x_k of the neighbours, the derivative at 0 is sum w
 
 (Fornberg 1988, Math. Comp. 51, 699). Of n = 9 offsets -4 ... 4 the error is O(h^8), and of the
 inner seven O(h^6): a multiple of their difference, with the rounding of g over h, is the
-uncertainty.
+uncertainty. Where g has errors of its own, unlike from one neighbour to the next, their size shows
+in what no polynomial of degree n - 3 explains: in the two combinations of n values that vanish for
+all of these, of every g together.
 """
 
 from __future__ import annotations
@@ -27,6 +29,11 @@ ABOVE = (0, 1, 2, 3, 4, 5, 6, 7, 8)
 BELOW = tuple(-k for k in ABOVE)
 FEWER = 2  # offsets of the stencil of lower order
 SURE = 4.0  # times the difference of the two, which shows roundings larger than one too
+# Standard deviations of an error whose own size is known from few combinations, which time and
+# observables have nearly in common.
+DEVIATIONS = 8.0
+USUAL = 0.75  # of the times have no larger ones
+TINY = 1e-300  # where a value is 0 and exact
 
 T = TypeVar("T")
 S = TypeVar("S")
@@ -75,18 +82,35 @@ class Neighbours(Generic[T]):
         fewer[nearest] = _weights(self.offsets[nearest])
         return _weights(self.offsets), fewer
 
-    def derivative(self, read: Callable[[T], Any], off: Array | float = 0.0) -> Derived:
-        """The derivative of what `read` gives, of doubles or of 34 digits, of any shape, with
-        errors of `off`."""
+    @cached_property
+    def _unexplained(self) -> Array:
+        """Combinations of values that vanish for polynomials, orthonormal, shape (FEWER, n)."""
+        count = len(self.offsets) - FEWER
+        powers = np.vander(self.offsets / np.abs(self.offsets).max(), count, increasing=True)
+        return np.asarray(np.linalg.svd(powers.T)[2][count:])
+
+    def derivative(self, read: Callable[[T], Any], errors: Array | None = None) -> Derived:
+        """The derivative of what `read` gives, of doubles or of 34 digits, of any shape; `errors`
+        are what its own are proportional to, from one value to another, with times in the last
+        axis."""
         values = [np.asarray(read(one)) for one in self.moved]
         base = np.asarray(read(self.here))
         all_of_them, fewer = self._weights
         differences = np.array([double(value - base) for value in values])
         found = np.tensordot(all_of_them, differences, 1)
         uncertain = SURE * np.abs(found - np.tensordot(fewer, differences, 1))
+        rounded = np.zeros(base.shape)
         if base.dtype == np.float64:  # in 34 digits nothing is left of a rounding
-            off = off + ULP * np.abs(values).max(axis=0)
-            uncertain += off * np.abs(all_of_them).sum()
+            rounded = ULP * np.abs(values).max(axis=0)
+            uncertain += rounded * np.abs(all_of_them).sum()
+        if errors is not None:
+            size = errors + rounded + TINY
+            left = np.tensordot(self._unexplained, differences, 1) / size
+            sizes = np.sqrt(np.mean(left**2, axis=tuple(range(left.ndim - 1))))
+            # A formula that changes in between shows at its time alone.
+            usual = np.quantile(sizes[sizes > 0.0], USUAL) if sizes.any() else 0.0
+            ratio = np.maximum(usual, sizes)
+            uncertain += DEVIATIONS * ratio * size * np.linalg.norm(all_of_them)
         return found, uncertain
 
 

@@ -25,9 +25,6 @@ from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensi
 NODES = 12  # of a polynomial for do/dt
 WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # its width over the length of the phase: near its end a
 # support's direction settles as a power of the time that is left
-# Calibrated: the part of a motion's uncertainty that differs from one neighbour to the next; nearly
-# all of it is that of a coarser computation. Held from both sides by tests/sensitivities.
-NOISE = 0.045
 LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
 
 
@@ -49,6 +46,11 @@ class Phased:
         """The observables of these names at `times`, shape (observables, n)."""
         observed = self.reference.observe(times)
         return np.stack([observed[name] for name in names])
+
+    def doubt(self, times: Array, names: Sequence[str]) -> Array:
+        """Their uncertainty, of the same shape."""
+        known = self.reference.uncertainty(times)
+        return np.stack([known[name] for name in names])
 
 
 def phased_gradients(motions: Sequence[Neighbours[Phased]], times: Array) -> list[Sensitivity]:
@@ -78,9 +80,10 @@ def _within(motions: Neighbours[Phased], names: Sequence[str], phase: int, times
     def tau(motion: Phased) -> Array:
         return motion.tau(phase, fraction, since)
 
-    known = here.reference.uncertainty(times)
-    off = NOISE * np.stack([known[name] for name in names])
-    values, uncertain = motions.derivative(lambda motion: motion.at(tau(motion), names), off)
+    # A motion with a formula has neighbours without: theirs are the larger ones.
+    ends = (motions.moved[0], here, motions.moved[-1])
+    errors = np.max([motion.doubt(tau(motion), names) for motion in ends], axis=0)
+    values, uncertain = motions.derivative(lambda motion: motion.at(tau(motion), names), errors)
     shift, unsure = motions.derivative(tau)
     if not shift.any():
         return values, uncertain

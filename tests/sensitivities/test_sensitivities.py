@@ -25,7 +25,7 @@ from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.sensitivities.recorded import FILE, nested, scene_of
 from plumbob.tests.support.derivatives import scaled
 
-SMOOTH = 1e-9  # of scale
+SMOOTH, SLIDING = 1e-9, 1e-8  # of scale
 RECORDED = json.loads(FILE.read_text("utf-8"))
 mpmath.mp.dps = 40
 
@@ -55,7 +55,8 @@ def test_recorded_derivatives(record: Mapping[str, Any]) -> None:
             values = np.array(text, dtype=float)
             number = record["parameters"][name]
             scale = scaled(values, observed[observable], number)
-            wrong = agrees(found[name], observable, values, scale, SMOOTH)
+            within = SLIDING if record["system"] == "capsule-coast" else SMOOTH
+            wrong = agrees(found[name], observable, values, scale, within)
             assert not wrong, (name, wrong)
 
 

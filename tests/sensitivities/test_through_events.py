@@ -39,7 +39,7 @@ def test_derivatives_through_events(name: str, by: tuple[str, ...]) -> None:
             off = np.abs(values - (more[observable] - less[observable]) / (2.0 * step)).max()
             unsure = found[parameter].uncertainty[observable].max()
             assert off <= DIFFERENCES * scale, (parameter, observable, off / scale)
-            assert unsure <= 2.0 * DIFFERENCES * scale, (parameter, observable, unsure / scale)
+            assert unsure <= 5.0 * DIFFERENCES * scale, (parameter, observable, unsure / scale)
 
 
 @pytest.mark.parametrize("name", ["capsule-coast/translation", "capsule-coast/rotation"])

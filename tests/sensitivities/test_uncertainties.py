@@ -1,0 +1,146 @@
+"""The stated uncertainty of exact derivatives is never exceeded, at random parameters: of systems
+with a formula, and of certified motions by two methods."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
+from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
+from plumbob.models.gradient import exact_gradient, numbers
+from plumbob.models.registry import case_of, scene
+from plumbob.models.scene import Case
+from plumbob.tests.support.derivatives import scaled
+from plumbob.tests.support.fixture_types import Patch
+
+SMOOTH = 1e-9  # of scale
+STEP, ROUNDED = mpmath.mpf(10) ** -13, 1e-15  # of a parameter, and of what a derivative is made of
+DIGITS = 40
+Formula = Callable[[Mapping[str, Any], Any], dict[str, Any]]
+
+
+def ball(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+    """A bouncing ball, from impact to impact."""
+    begun, speed, height = mpmath.mpf(0), mpmath.mpf(0), p["height"]
+    flight = mpmath.sqrt(2 * p["height"] / p["gravity"])
+    rebound = p["restitution"] * p["gravity"] * flight
+    while begun + flight <= time:
+        begun, speed, height = begun + flight, rebound, mpmath.mpf(0)
+        flight, rebound = 2 * speed / p["gravity"], p["restitution"] * speed
+    since = time - begun
+    return {"z": height + speed * since - p["gravity"] * since**2 / 2}
+
+
+def rolling(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+    """A ball that is thrown forward without spin, slides, and rolls."""
+    u, pull = p["radius"] * p["spin"], p["friction"] * p["gravity"]
+    rolls = 2 * (p["speed"] - u) / (7 * pull)
+    sliding = min(time, rolls)
+    x, v = p["speed"] * sliding - pull * sliding**2 / 2, p["speed"] - pull * sliding
+    spin = (u + 5 * pull * sliding / 2) / p["radius"]
+    return {"x": x + v * (time - sliding), "speed": v, "spin": spin}
+
+
+def coasting(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+    """The turn of a body that coasts along a line until it stops, and turns a little with it: with
+    the mass M, the load N_i and the place r_i about the centre of mass along the speed v of support
+    i, I w' = -f w sum(N_i r_i^2)/v, and v' = -f g."""
+    body, slider, held = p["body_mass"], p["slider_mass"], p["slider"]
+    total, fg = body + slider, p["friction"] * p["gravity"]
+    centre = [x * slider / total for x in held]
+    rows = mpmath.matrix([[1] * 3, *([arm[k] for arm in p["supports"]] for k in (0, 1))])
+    loads = mpmath.lu_solve(rows, mpmath.matrix([1, *centre]) * total * p["gravity"])
+    speed = mpmath.hypot(p["velocity_x"], p["velocity_y"])
+    ahead = [p["velocity_x"] / speed, p["velocity_y"] / speed]
+    along = [
+        sum((a - c) * d for a, c, d in zip(arm, centre, ahead, strict=True))
+        for arm in p["supports"]
+    ]
+    inertia = p["inertia"] + body * slider / total * (held[0] ** 2 + held[1] ** 2)
+    k = sum(n * r**2 for n, r in zip(loads, along, strict=True)) / (inertia * p["gravity"])
+    left = max(1 - time * fg / speed, 0)
+    return {"heading": p["heading_rate"] * speed / fg / (k + 1) * (1 - left ** (k + 1))}
+
+
+FORMULAS: Mapping[str, tuple[Formula, tuple[str, ...]]] = {
+    "bouncing-ball": (ball, ("height", "restitution", "gravity")),
+    "rolling-ball": (rolling, ("radius", "speed", "spin", "friction", "gravity")),
+    "capsule-coast/translation": (coasting, ("heading_rate",)),
+}
+
+
+def drawn(name: str, seed: int) -> Case:
+    """A scene with its numbers moved by up to a tenth."""
+    rng, posed = np.random.default_rng(seed), scene(name)
+
+    def moved(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(map(moved, value))
+        return value * float(rng.uniform(0.9, 1.1)) if isinstance(value, float) else value
+
+    changed = {n: v if n == "supports" else moved(v) for n, v in posed.parameters.items()}
+    return case_of(replace(posed, parameters=changed))
+
+
+def mp(value: Any) -> Any:
+    return tuple(map(mp, value)) if isinstance(value, tuple) else mpmath.mpf(value)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", FORMULAS)
+def test_differences_of_40_digits_are_within_the_uncertainty(name: str, seed: int) -> None:
+    formula, by = FORMULAS[name]
+    case = drawn(name, seed)
+    times = case.scene.duration * np.array([0.11, 0.23, 0.37, 0.51, 0.73, 0.97])
+    exact = {n: mp(v) for n, v in case.scene.parameters.items()}
+    observed = case.reference.observe(times)
+    with mpmath.workdps(DIGITS):
+        for parameter, found in exact_gradient(case, by, times).items():
+            sides = (exact | {parameter: exact[parameter] + s * STEP} for s in (1, -1))
+            more, less = ([formula(p, mpmath.mpf(t)) for t in times] for p in sides)
+            for observable in more[0]:
+                pairs = zip(more, less, strict=True)
+                slopes = [float((a[observable] - b[observable]) / (2 * STEP)) for a, b in pairs]
+                wanted = np.array(slopes)
+                off = np.abs(found.values[observable] - wanted)
+                unsure = found.uncertainty[observable]
+                assert (off <= unsure + ROUNDED * np.abs(wanted)).all(), (parameter, off / unsure)
+                scale = scaled(wanted, observed[observable], float(exact[parameter]))
+                # A time may lie beside a switch.
+                assert np.median(unsure) <= SMOOTH * scale, (parameter, unsure)
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize("name", ["slider-crank", "n-pendulum", "heavy-top"])
+def test_certified_motions_have_the_derivatives_of_their_differences(name: str) -> None:
+    """The variational equation against stencils of the motions, each within its uncertainty."""
+    case, start = drawn(name, 1), np.zeros(1)
+    times = case.scene.duration * np.array([0.2, 0.5])
+    named = [n for n, v in case.scene.parameters.items() if v]
+    found, observed = exact_gradient(case, named, times), case.reference.observe(times)
+    for number in (n for wanted in named for n in numbers(case, wanted)):
+        values = [number.value * (1.0 + 1e-3 * k) for k in CENTRAL]
+        motions = (case.system.reference(number.problem(value)) for value in values)
+        beside = Neighbours(tuple(Phased(m, start) for m in motions), np.array(values) - values[4])
+        (other,) = phased_gradients([beside], times)
+        one = found[number.name]
+        for observable in one.values:
+            wanted = other.values[observable]
+            off, unsure = np.abs(one.values[observable] - wanted), one.uncertainty[observable]
+            assert (off <= unsure + other.uncertainty[observable]).all(), (number.name, observable)
+            scale = scaled(wanted, observed[observable], number.value)
+            assert (unsure <= SMOOTH * scale).all(), (number.name, observable, unsure / scale)
+
+
+def test_an_uncertainty_of_the_motion_itself_alone_is_exceeded(monkeypatch: Patch) -> None:
+    """A body that coasts along a line has a formula, and its neighbours have none."""
+    right = Neighbours.derivative
+    monkeypatch.setattr(Neighbours, "derivative", lambda one, read, errors=None: right(one, read))
+    with pytest.raises(AssertionError):
+        test_differences_of_40_digits_are_within_the_uncertainty("capsule-coast/translation", 0)
