@@ -82,6 +82,7 @@ class Scheme:
     jointed_moment: float = 0.0
     """Moment of inertia about its centre of a body held by such a joint, over that about the joint;
     below a quarter."""
+    unit: float = 1.0  # in the last place of what a step computes with, in those of a double
 
     def __post_init__(self) -> None:
         euler, rate = self.integrator == EULER, self.joint_closing_rate

@@ -187,3 +187,12 @@ class OwnDerivative:
     way: str
     of: Callable[[Number, Method, float], Mapping[str, float]]
     precision: float = 0.0  # relative, a step: what its own differences leave, a bound
+
+
+@dataclass(frozen=True)
+class OwnFit:
+    """A fit of an engine's own: residuals of a place in the unit box, shape (p,) -> (m,), and the
+    place to start from -> the best place; raises Unsupported."""
+
+    way: str
+    of: Callable[[Callable[[Array], Array], Array], Array]

@@ -366,8 +366,9 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
     computed, cost = _timed(own, engine, runs, record.of)
-    tried = replace(_near(runs, record), computed=computed, truncation=0.0)
-    left = tried.remainder + own.precision * abs(computed) * record.at / step
+    near, unit = _near(runs, record), scheme_of(number.case, method).unit
+    tried = replace(near, computed=computed, truncation=0.0, rounding=near.rounding / unit)
+    left = tried.remainder + own.precision * unit * abs(computed) * record.at / step
     second = engine.ability(SecondRun)
     if method.control == "tolerance" and second is not None:
         other = _asked(own, number, *second.of(method), record.of)

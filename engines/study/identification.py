@@ -11,9 +11,10 @@ import numpy as np
 from plumbob.analytic.answer_cache import Same, exactly
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, NoAnswer, answering
+from plumbob.engines.abilities import OwnFit
 from plumbob.engines.box import Box, Side, box
 from plumbob.engines.box_search import Searched, lowest
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.request import Changes, RunRequest, work_of
@@ -60,6 +61,7 @@ class Identification:
     residual: float  # root mean square of the difference at the best fit, relative to the scales
     residual_at_true: float  # with the true parameters
     runs: int
+    way: str = "search"
 
     @property
     def alike(self) -> bool:
@@ -106,12 +108,13 @@ def identify(
     noise: float = 0.0,
     seed: int = 0,
     progress: Callable[[int, int, float], None] = lambda made, of, residual: None,
+    way: str = "search",
 ) -> Identification:
     """The place of a box whose run by `method` fits the exact motion of `true` best, in at most
     `budget` runs, one of them with the true values: the quantities of interest where each counts,
     or with `all_samples` over the whole run. `noise` is the standard deviation of what is added to
-    the exact values, relative to the quantities' scales. Raises ParameterError where nothing fits,
-    or too little is fitted."""
+    the exact values, relative to the quantities' scales; `way` names a fit of the engine's own in
+    place of the search. Raises ParameterError where nothing fits, or too little is fitted."""
     wanted = _fitted(true, all_samples)
     times = _times(true, method, step)
     ends = np.array([q.when == "end" for q in wanted])
@@ -128,19 +131,10 @@ def identify(
         run = _run(true if at is None else box.case(at), method, step)
         return _difference(true, run, times, wanted) - added
 
-    def misfit(at: Sequence[float]) -> float:
-        return min(_size(residuals(at)), FAILED)
-
-    truth = tuple(s.fraction(_true(true, s.name)) for s in box.sides)
-    inside = all(0.0 <= x <= 1.0 for x in truth)
-    searched = lowest(
-        misfit,
-        len(box.sides),
-        budget,
-        FAILED,
-        lambda made, cost: progress(made, budget, cost),
-        [truth] if inside else [],
-    )
+    if way == "search":
+        searched = _by_search(box, true, residuals, budget, progress)
+    else:
+        searched = _by_own(_own_fit(method, way), residuals, len(box.sides))
     if searched.place is None or searched.cost >= FAILED:
         raise ParameterError("within", [s.name for s in box.sides], "where a run ends")
     return Identification(
@@ -153,7 +147,56 @@ def identify(
         searched.cost,
         _size(residuals(None)),
         searched.runs,
+        way,
     )
+
+
+def _by_search(
+    box: Box,
+    true: Case,
+    residuals: Callable[[Sequence[float] | None], Array],
+    budget: int,
+    progress: Callable[[int, int, float], None],
+) -> Searched:
+    """The answer of a search, the true values among its first places where the box has them."""
+    truth = tuple(s.fraction(_true(true, s.name)) for s in box.sides)
+    return lowest(
+        lambda at: min(_size(residuals(at)), FAILED),
+        len(box.sides),
+        budget,
+        FAILED,
+        lambda made, cost: progress(made, budget, cost),
+        [truth] if all(0.0 <= x <= 1.0 for x in truth) else [],
+    )
+
+
+def _own_fit(method: Method, way: str) -> OwnFit:
+    """Raises ParameterError where the engine has none of this name."""
+    fits = [a for a in engine_of(method).abilities if isinstance(a, OwnFit)]
+    for fit in fits:
+        if fit.way == way:
+            return fit
+    names = ", ".join(["search", *(fit.way for fit in fits)])
+    raise ParameterError("way", way, f"one of {names} with {method.name}")
+
+
+def _by_own(fit: OwnFit, residuals: Callable[[Sequence[float] | None], Array], p: int) -> Searched:
+    """The answer of a fit of the engine's own from the middle of the box on; raises ParameterError
+    where it is not installed, or a run is lost."""
+    costs = list[float]()
+
+    def noted(place: Array) -> Array:
+        values = residuals([float(x) for x in np.clip(place, 0.0, 1.0)])
+        costs.append(_size(values))
+        return values
+
+    try:
+        with answering():
+            place = fit.of(noted, np.full(p, 0.5))
+            cost = _size(noted(place))
+    except (NoAnswer, Unsupported) as why:
+        raise ParameterError("way", fit.way, f"one that can fit here ({why})") from None
+    return Searched(tuple(map(float, place)), cost, len(costs), 0, "")
 
 
 def _fitted(case: Case, all_samples: bool) -> tuple[Quantity, ...]:

@@ -201,6 +201,7 @@ def _errors(
     forces = {o.name for o in case.system.observables if o.force}
     times, scheme = run.times.tobytes(), scheme_of(case, method)
     truth, doubt = exactly(Same(case.reference), times)
+    doubt = {name: scheme.unit * error for name, error in doubt.items()}
     names = [o.name for o in case.system.observables if o.name in run.observables]
     errors = {name: run.observables[name] - truth[name] for name in names}
     predicted = _by_series(case, scheme, step, run, errors, doubt)
@@ -209,7 +210,7 @@ def _errors(
         predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
     ):
         stepped = as_stepped(Same(case.errors), scheme, step, times)
-    roundings = stepped.uncertainty or {}
+    roundings = {name: scheme.unit * error for name, error in (stepped.uncertainty or {}).items()}
     controlled: Mapping[str, Controlled] = {}
     if scheme.integrator == ADAPTIVE:
         controlled = _controlled(case.reference, run, errors, doubt, confirming(case, method))

@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method, meant
@@ -26,10 +27,11 @@ INCOMPLETE = 3
 def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge derivatives; 1 where one is not as expected."""
     changed = values.changes(chosen.changes)
-    method = find_method(chosen.method)
+    methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
     with values.representable(changed, chosen):
         case = case_of(find_scene(chosen.scene, changed))
-        judged = _judged(chosen, method, _searches(chosen, case, method, changed))
+        searches = [s for method in methods for s in _searches(chosen, case, method, changed)]
+        judged = _judged(chosen, methods, searches)
     if chosen.json:
         values.print_json([of.record() for of in judged])
     else:
@@ -38,16 +40,16 @@ def command(chosen: argparse.Namespace) -> int:
         print(*lines(judged), sep="\n")
     if unexpected(judged):
         return 1
-    if not installed(engine_of(method)):
-        print(f"{engine_of(method).package} is not installed", file=sys.stderr)
-        return INCOMPLETE
-    return 0
+    missing = dict.fromkeys(e.package for m in methods if not installed(e := engine_of(m)))
+    for package in missing:
+        print(f"{package} is not installed", file=sys.stderr)
+    return INCOMPLETE if missing else 0
 
 
 def _searches(
     chosen: argparse.Namespace, case: Case, method: Method, changed: dict[str, object]
 ) -> list[GradientSearch]:
-    """A search for each parameter; raises ParameterError."""
+    """A search for each parameter and step; raises ParameterError."""
     from plumbob.models.gradient import numbers
 
     scene = case.scene
@@ -57,23 +59,24 @@ def _searches(
     by = chosen.by.split(",") if chosen.by else _usual(case)
     for name in by:
         next(numbers(case, name))
-    step, at = (
-        None if text is None else values.positive_number(name, text)
-        for name, text in (("step", chosen.step), ("at", chosen.at))
-    )
     search = GradientSearch(
         scene.name,
         method.name,
         tuple(dict.fromkeys(of)),
         "",
         tuple(dict.fromkeys(chosen.way or ())),
-        step,
-        tuple(values.positive_number("eps", e) for e in (chosen.eps or "").split(",") if e),
-        at,
+        None,
+        _positive("eps", chosen.eps),
+        next(iter(_positive("at", chosen.at)), None),
         _hashable(changed),
     )
     search.check(case)
-    return [replace(search, by=name) for name in dict.fromkeys(by)]
+    every = product(dict.fromkeys(by), _positive("step", chosen.step) or (None,))
+    return [replace(search, by=name, step=step) for name, step in every]
+
+
+def _positive(name: str, text: str | None) -> tuple[float, ...]:
+    return tuple(values.positive_number(name, part) for part in (text or "").split(",") if part)
 
 
 def _hashable(changed: dict[str, object]) -> tuple[tuple[str, object], ...]:
@@ -91,7 +94,7 @@ def _usual(case: Case) -> list[str]:
 
 
 def _judged(
-    chosen: argparse.Namespace, method: Method, searches: Sequence[GradientSearch]
+    chosen: argparse.Namespace, methods: Sequence[Method], searches: Sequence[GradientSearch]
 ) -> list[JudgedGradient]:
     """The derivatives, from a study of nothing else."""
     from plumbob.engines.study.runner import run_study
@@ -102,7 +105,7 @@ def _judged(
     with progress() as show:
         study = run_study(
             (),
-            (method,),
+            methods,
             jobs=jobs,
             progress=show,
             timed=False,

@@ -51,6 +51,7 @@ def command(chosen: argparse.Namespace) -> int:
             noise,
             values.count("seed", chosen.seed),
             lambda made, of, residual: show(f"residual so far {residual:.3g}", made, of),
+            chosen.way,
         )
     if chosen.json:
         values.print_json(records(fit))
@@ -80,6 +81,7 @@ def records(fit: Identification) -> list[dict[str, Any]]:
             "fitted": fit.fitted,
             "samples": fit.samples,
             "runs": fit.runs,
+            "way": fit.way,
         }
         for parameter in fit.parameters
     ]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
+
+import numpy as np
 
 from plumbob.engines.registry import limits_of
 from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
@@ -13,6 +15,8 @@ from plumbob.engines.study.results import Study
 from plumbob.reports.judge.expectations import expected
 
 GradientVerdict = Literal["predicted", "off-prediction", "pre-asymptotic", "unsupported"]
+
+RESOLVED = 10.0  # uncertainties of the exact derivative, below which an error shows no order
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,7 @@ class JudgedGradient:
     why: str = ""
     surprise: str = ""  # why the verdict is not as expected
     known: str = ""  # the reason of a known limit
+    order: float | None = None  # of its error beside those at other steps, where there are any
 
     @property
     def about(self) -> str:
@@ -72,6 +77,7 @@ class JudgedGradient:
             "eps": tried and tried.eps,
             "predicted_best_eps": of.predicted_best,
             "measured_best_eps": of.measured_best,
+            "order": self.order,
             "cost": of.cost,
             "verdict": self.verdict,
             "why": self.why,
@@ -127,8 +133,38 @@ def _verdict(of: Gradient, tried: Difference | None) -> tuple[GradientVerdict, s
 
 
 def study_gradients(study: Study) -> Iterator[JudgedGradient]:
-    """The derivatives that a study holds; none of a search whose engine is missing, or whose
-    process was lost."""
-    for request in study.extras:
-        if isinstance(request, GradientSearch) and (found := study.answer(request)):
-            yield from judged_gradients(request, found)
+    """The derivatives that a study holds, those at several steps with their order; none of a search
+    whose engine is missing, or whose process was lost."""
+    judged = [
+        of
+        for request in study.extras
+        if isinstance(request, GradientSearch) and (found := study.answer(request))
+        for of in judged_gradients(request, found)
+    ]
+    errors: dict[tuple[str, ...], dict[float, float]] = {}
+    for of in judged:
+        errors.setdefault(_pair(of), {}).setdefault(of.gradient.step, _of_runs(of))
+    return (replace(of, order=_order(errors[_pair(of)])) for of in judged)
+
+
+def _pair(of: JudgedGradient) -> tuple[str, ...]:
+    return of.scene, of.method, of.about
+
+
+def _of_runs(of: JudgedGradient) -> float:
+    """The error that the runs give a derivative, without that of the difference; NaN where it is
+    not known."""
+    tried, known = of.tried, of.gradient
+    if tried is None:
+        return math.nan
+    error = abs(tried.computed - known.exact - tried.truncation)
+    return error if error > RESOLVED * known.uncertainty else math.nan
+
+
+def _order(errors: Mapping[float, float]) -> float | None:
+    """The slope of log error against log step; None of one step."""
+    steps, sizes = np.log(list(errors)), np.log(list(errors.values()))
+    if len(steps) < 2 or not np.isfinite(sizes).all():
+        return None
+    x = steps - steps.mean()
+    return float(x @ sizes / (x @ x))

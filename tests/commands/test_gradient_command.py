@@ -32,3 +32,13 @@ def test_a_sabotaged_engine_is_exit_code_1(capsys: Capture, monkeypatch: Patch) 
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["gradient", CONE, "ode/euler", "--by", "gravity"]) == 1
     assert f"UNEXPECTED {CONE} ode/euler: central, theta by gravity" in capsys.readouterr().out
+
+
+def test_several_steps_show_the_order_of_several_methods(capsys: Capture) -> None:
+    words = ["--of", "theta", "--by", "theta", "--step", "4e-3,2e-3", "--eps", "1e-3", "--json"]
+    assert main(["gradient", CONE, "mujoco/euler", "ode/rk4", "--way", "central", *words]) == 0
+    records = json.loads(capsys.readouterr().out)
+    orders = {record["method"]: record["order"] for record in records}
+    assert [record["step"] for record in records] == [4e-3, 2e-3] * 2
+    assert 0.9 < orders["mujoco/euler"] < 1.2
+    assert 3.9 < orders["ode/rk4"] < 4.9

@@ -10,11 +10,16 @@ import pytest
 
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method
+from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import gradient as measuring
 from plumbob.engines.study.codec import from_json, to_json
+from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, best_eps, gradients
 from plumbob.engines.study.order import fit_order
 from plumbob.models.registry import case_of, scene
+from plumbob.models.registry import scenes as find_scenes
+from plumbob.reports.analyses.engines.gradients import BESIDE, SAMPLE
+from plumbob.reports.analyses.engines.gradients import requests as sampled
 from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
 from plumbob.tests.support.fixture_types import Patch
@@ -24,6 +29,7 @@ LINE, SWING, CONE = (
     "simple-pendulum/free-large",
     "cone-pendulum/rotating-base",
 )
+SOLVERS = {"ode/dop853", "heyoka/taylor"}
 SMOOTH = (
     (CONE, "mujoco/euler", "theta", "platform_rate"),
     (CONE, "mujoco/rk4", "theta", "theta_dot"),
@@ -166,3 +172,12 @@ def test_derivatives_are_stored_as_they_are() -> None:
     found = gradients(case_of(scene(CONE)), method("ode/rk4"), search)
     assert from_json(to_json(found), Gradients).records[0] == found.records[0]
     assert from_json(to_json(search), GradientSearch) == search
+
+
+def test_the_full_profile_asks_for_what_there_is() -> None:
+    scenes, methods = find_scenes("*", "full"), find_methods("*")
+    searches = sampled(StudyPlan("full", scenes, methods))
+    assert {search.scene for search in searches} >= {of[0] for of in BESIDE}
+    for search in searches:
+        search.check(case_of(scene(search.scene)))
+        assert (search.step is None) <= (search.method in {m for _, m, *_ in SAMPLE} | SOLVERS)

@@ -24,6 +24,7 @@ NO_STATE = "is a parameter of the model"
         (CONE, "drake/rk3", "theta", "autodiff", "discrete plants alone"),
         (SWING, "mjx/euler+float64", "length", "jacfwd", ""),
         (SWING, "mjx/euler+float64", "gravity", "jacrev", ""),
+        (SWING, "mjx/default", "gravity", "jacfwd", ""),
     ],
 )
 def test_an_own_way_has_the_error_of_its_step(

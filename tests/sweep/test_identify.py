@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 from collections.abc import Mapping
@@ -44,6 +45,26 @@ def test_friction_of_a_slide(
     within = 2e-3 if name == "mujoco/euler" else 1e-4
     assert found["identified"] == pytest.approx(friction, abs=within)
     assert found["residual"] <= found["residual_at_true"]
+
+
+@pytest.mark.parametrize(("name", "friction"), [("euler", 0.3976), ("euler+coulomb", 0.30003)])
+def test_mujocos_own_identification_has_the_same_bias(
+    capsys: pytest.CaptureFixture[str], name: str, friction: float
+) -> None:
+    sysid = importlib.import_module("mujoco.sysid")
+    words = (LINE, f"mujoco/{name}", "--parameter", "friction", "--way", "sysid")
+    if not hasattr(sysid, "optimize"):
+        assert main(["identify", *words]) == 2
+        assert "pip install 'mujoco[sysid]'" in capsys.readouterr().err
+        return
+    (found,) = records(capsys, *words)
+    assert found["identified"] == pytest.approx(friction, abs=1e-4)
+    assert found["way"] == "sysid"
+
+
+def test_a_way_to_fit_is_one_of_the_engine(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["identify", PENDULUM, "ode/rk4", "--parameter", "length", "--way", "sysid"]) == 2
+    assert "way = 'sysid': must be one of search with ode/rk4" in capsys.readouterr().err
 
 
 def test_a_falsified_truth_is_found(capsys: pytest.CaptureFixture[str]) -> None:

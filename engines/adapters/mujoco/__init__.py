@@ -16,6 +16,7 @@ from plumbob.engines.abilities import (
     FileChecks,
     ModelReader,
     OwnDerivative,
+    OwnFit,
     SchemeOfCase,
     SettingsToPaste,
     StepsOfFiles,
@@ -72,6 +73,7 @@ ENGINE = Engine(
         StepsOfFiles(later(f"{__name__}.settings_to_paste.rewritten")),
         ModelReader(later(f"{__name__}.model_fields.model_fields")),
         OwnDerivative("transition", later(f"{__name__}.transition.transition"), precision=1e-8),
+        OwnFit("sysid", later(f"{__name__}.sysid.fit")),
         UserModels(
             later(f"{__name__}.own_model.model.model_of_own"),
             later(f"{__name__}.own_model.user_contacts.own_contacts"),

@@ -30,15 +30,49 @@ SAMPLE = (
     (CONE, "mujoco/euler", "theta", "theta", 1e-5),
     (CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
+# In the full profile: a method of each engine at two steps, so that ways and orders are side by
+# side. Scene, observable, parameter, its difference, the largest step [s], and the end [s].
+BESIDE = (
+    (CONE, "theta", "theta", 1e-5, 4e-3, None),
+    (TURN, "theta", "theta", 1e-5, 1e-2, 2.0),
+    ("free-body/flip", "angular_velocity_x", "angular_velocity[0]", 1e-5, 1e-2, 2.0),
+    ("capsule-line/heading-000", "displacement", "w1", 4e-2, 1e-3, None),
+    (SLIDE, "displacement", "w1", 4e-2, 1e-3, None),
+    ("capsule-turn/pivot", "heading", "angular_acceleration", 5e-2, 1e-3, None),
+    ("capsule-coast/spin", "heading", "velocity_x", 4e-4, 1e-3, None),
+)
+WITHOUT_CONTACTS = (
+    *("mujoco/euler", "mujoco/rk4", "mjx/default", "mjx/euler+float64", "drake/default"),
+    *("pinocchio/aba+rk4", "ode/rk4", "ode/dop853", "heyoka/taylor", "pymunk/default"),
+    *("pymunk/torque", "pybullet/default", "dart/default", "exudyn/default"),
+)
+WITH_CONTACTS = (
+    *("mujoco/euler+coulomb", "drake/tamsi+stiction", "pymunk/feet", "dart/nsgs"),
+    *("pinocchio/aba+rk4", "pybullet/undamped+iterated", "exudyn/default"),
+)
+Sampled = tuple[str, str, str, str, float, float | None, float | None]
 BY = ("friction", "gravity")  # the first that a scene has, and its start
 
 
 def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
-    """The sample's derivatives, of its pairs that are planned."""
+    """The sample's derivatives, of its pairs that are planned, and in the full profile those that
+    stand side by side."""
+
+    def of_step(name: str) -> bool:
+        return plan.method(name).control == "step"
+
+    sample: list[Sampled] = [(*pair, None, None) for pair in SAMPLE]
+    if plan.profile != "quick":
+        sample += [
+            (scene, method, of, by, eps, step / part, at)
+            for scene, of, by, eps, step, at in BESIDE
+            for method in (WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS)
+            for part in (1, 2)
+        ]
     return [
-        GradientSearch(scene, method, (of,), by, eps=(eps,))
-        for scene, method, of, by, eps in SAMPLE
-        if plan.has(scene, method)
+        GradientSearch(scene, name, (of,), by, (), step if of_step(name) else None, (eps,), at)
+        for scene, name, of, by, eps, step, at in sample
+        if plan.has(scene, name)
     ]
 
 
