@@ -49,7 +49,7 @@ class Pinch(LinearResponse):
 
     @property
     def pull(self) -> Array:
-        """What friction holds, down and across [N], shape (2,)."""
+        """The load that friction holds, down and across [N], shape (2,)."""
         return np.array([self.mass * (self.gravity + self.lift), self.push])
 
     @property

@@ -29,7 +29,7 @@ SAMPLES = 9  # states along the certified motion
 
 @dataclass(frozen=True)
 class Held:
-    """What engines are held against."""
+    """The terms that engines are held against."""
 
     file: Path
     model: OwnModel

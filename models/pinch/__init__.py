@@ -23,7 +23,7 @@ def errors(pinch: Pinch) -> ErrorTheory:
 
 
 def facts(pinch: Pinch) -> Mapping[str, Any]:
-    """What friction holds [N], its part of the largest friction, and the least normal force [N]."""
+    """The load on friction [N], its part of the largest, and the least normal force [N]."""
     least = pinch.load / (2.0 * pinch.friction)
     return {"load": pinch.load, "fraction": pinch.fraction, "least_normal_force": least}
 

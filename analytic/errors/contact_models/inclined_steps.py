@@ -18,7 +18,7 @@ CORNERS = 4  # of the cube's face, which carry the same loads where it does not 
 
 
 def corner(cube: Incline) -> Held:
-    """What one of the corners holds."""
+    """The load on one of the corners."""
     pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
     part = cube.mass / CORNERS
     return Held(part * cube.press, cube.friction, part * pull, 1.0 / cube.mass, part)

@@ -18,7 +18,7 @@ TIP = 0.2  # chosen: the radius of a fingertip over the cube's edge
 
 
 def fingertip(pinch: Pinch) -> Held:
-    """What one of the fingers holds."""
+    """The load on one of the fingers."""
     weight = 1.0 / pinch.mass + 1.0 / pinch.finger_mass
     pull, part = pinch.pull / FINGERS, pinch.mass / FINGERS
     return Held(pinch.normal_force, pinch.friction, pull, weight, part)

@@ -1,4 +1,4 @@
-"""What soft contacts leave of rest: depths under a load, and the drift of what friction holds.
+"""Rest on soft contacts: depths under a load, and the drift of what friction holds.
 
 MuJoCo's regularised contact (its documentation, "Computation", constraint model) asks of each row
 of a contact, with impedance d, that the acceleration a along it and its force F satisfy

@@ -18,7 +18,7 @@ DEEPEST = 0.4  # chosen, of an edge: beyond a half, a contact pushes the cube th
 
 
 def corners(stack: Stack) -> list[Held]:
-    """What a corner of each cube's lower face carries, from the lowest to the top."""
+    """Loads on a corner of each cube's lower face, from the lowest to the top."""
     below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
     weights, parts = below + 1.0 / stack.masses, stack.masses / CORNERS
     loads = stack.normal_forces / CORNERS

@@ -32,7 +32,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
-    """What forces that `discrete` leaves out do, by the integral of the response to them."""
+    """The effect of forces that `discrete` leaves out, by the integral of the response to them."""
     if method.settings["integrator"] != "discrete":
         return {}
     linear = problem.started

@@ -40,8 +40,8 @@ def line(w1: float, w2: float, t1: float) -> Case:
 
 
 def seen(case: Case) -> Record:
-    """What is to be seen of a manoeuvre, and the part of each parameter in its uncertainty: the
-    exact derivative times what is known of it, added as squares."""
+    """The displacement by a manoeuvre, and the part of each parameter in its uncertainty: the exact
+    derivative times what is known of it, added as squares."""
     motion = case.problem.motion
     end = np.array([motion.t2])
     slopes = exact_gradient(case, list(KNOWN), end, ["displacement"])

@@ -186,7 +186,6 @@ def _common(
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study, records.study)
     shown = {answer.pasted.settings.method for answer in answers}
-    scenes = matrix.ordered(study.scenes)
     advice = {name: record.recommendations for name, record in records.scenes.items()}
     settings = [s for s in pasted(records.study.settings) if s.settings.method not in shown]
     recommendations = top_tables.recommendations(study, advice)
@@ -207,7 +206,7 @@ def _common(
         "settings": settings,
         "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, records.verdicts),
-        "matrices": matrix.matrices(study, every, scenes),
+        "matrices": matrix.matrices(study, every, matrix.ordered(study.scenes)),
         "signs": dict(matrix.SIGNS),
         "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
         "recommendations": recommendations,

@@ -54,7 +54,7 @@ def of_gravity(model: Any, data: Any, state: Array) -> Array:
 
 
 def suspects(model: Any) -> Iterator[tuple[str, Any]]:
-    """What an engine may drop of the compiled `model`, and the model without it."""
+    """The parts that an engine may drop of the compiled `model`, and the model without it."""
 
     def without(**fields: Any) -> Any:
         other = copy.copy(model)
