@@ -47,6 +47,12 @@ NOT_RUN = {
     "plumbob audit my.xml": "seconds of every core: tests/audit does it on small models",
     "plumbob audit my.xml theirs --jobs 2": "seconds a model: test_several_audits.py has its own",
     "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
+    "plumbob audit half_cheetah.xml --ctrl sines --engines all": (
+        "a file of another package: tests/peers/test_engines_of_audits.py has its own"
+    ),
+    "plumbob identify capsule-line/heading-030 mujoco/euler --parameter friction --way sysid": (
+        "packages that may be missing: tests/sweep/test_identify.py"
+    ),
     "plumbob audit my.xml --json > old.json": "seconds, and a shell's: test_audit_changes.py",
     "plumbob audit my.xml --against old.json --fail-above 5%": "the same with a file before",
     "plumbob audit --gym HalfCheetah-v5 --seed 3 --policy my_policies:act": "another package",

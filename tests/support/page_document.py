@@ -163,7 +163,7 @@ def resolve(command: str, folder: Path) -> None:
         several = isinstance(chosen.method, list)
         assert find_methods(",".join(chosen.method)) if several else find_method(chosen.method)
     for name in ("step", "error"):
-        if given.get(name) is not None:
-            values.positive_number(name, given[name])
+        for part in (given.get(name) or "").split(",") if given.get(name) else ():
+            values.positive_number(name, part)
     if "like" in given and chosen.like:
         assert (folder / chosen.like).is_file(), command
