@@ -53,15 +53,20 @@ class ErrorTheory(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class StepErrors:
-    """An `ErrorTheory` that gives the error for one step size."""
-
-    error: Callable[[Scheme, float, Array], Mapping[str, Array]]
+class WithoutSeries:
+    """An `ErrorTheory` of single step sizes, whose errors have no series in the step: where in its
+    step something stops or strikes decides, or nothing moves."""
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Empty."""
         return {}
+
+
+@dataclass(frozen=True)
+class StepErrors(WithoutSeries):
+    """An `ErrorTheory` that gives the error for one step size."""
+
+    error: Callable[[Scheme, float, Array], Mapping[str, Array]]
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `ErrorTheory`."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.scene import SMOOTH, Parameters, System
+from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System
 
 
 def field_names(model: type[Any]) -> tuple[str, ...]:
@@ -55,6 +56,20 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     )
 
 
+def contact_system(model: type[Any], mjcf: Path, theory: str, **about: Any) -> System:
+    """The same for a dataclass that is its own reference, of bodies in contact, which conserve
+    nothing; `theory`, MODULE.CLASS, is that of its steps' errors."""
+    return field_system(
+        model,
+        mjcf,
+        reference=lambda problem: problem,
+        errors=partial(_contact_errors, *theory.rsplit(".", 1)),
+        invariants=lambda problem, observed: {},
+        kind=ON_PLANE,
+        **about,
+    )
+
+
 def energy(problem: Any, observed: Mapping[str, Array]) -> Array:
     """Energy [J] of a problem with a `potential` energy [J] of its observables, shape (n,)."""
     kinetic = problem.motion.system.kinetic_energy(observed)
@@ -74,6 +89,12 @@ def energy_drift(problem: Any, observed: Mapping[str, Array]) -> Mapping[str, Ar
     scale = max(abs(energies[0]), getattr(problem, "lift", 0.0))
     scale = scale or float(np.abs(problem.potential(observed)).max())
     return {"energy": (energies - energies[0]) / scale} if scale else {}
+
+
+def _contact_errors(module: str, name: str, problem: Any) -> ErrorTheory:
+    """Theory of contacts, which asking for a scene does not load."""
+    theory: ErrorTheory = getattr(import_module(module), name)(problem)
+    return theory
 
 
 def _smooth_errors(problem: Any) -> ErrorTheory:

@@ -9,16 +9,8 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
-from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
-
-
-def errors(ball: BouncingBall) -> ErrorTheory:
-    """Theory of the errors of contacts on the ball."""
-    from plumbob.analytic.errors.contact_models.impacts import BouncingErrors
-
-    return BouncingErrors(ball)
+from plumbob.models.field_systems import contact_system, field_values
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 
 def facts(ball: BouncingBall) -> Mapping[str, Any]:
@@ -50,9 +42,10 @@ def _scene(case: str, summary: str, restitution: float, duration: float, **more:
     )
 
 
-SYSTEM = field_system(
+SYSTEM = contact_system(
     BouncingBall,
     Path(__file__).parent / "bouncing_ball.xml",
+    "plumbob.analytic.errors.contact_models.impacts.BouncingErrors",
     name="bouncing-ball",
     title="Bouncing ball",
     observables=(Observable("z", "m"),),
@@ -76,11 +69,7 @@ SYSTEM = field_system(
         ),
     ),
     default="half",
-    reference=lambda ball: ball,
-    errors=errors,
-    invariants=lambda ball, observed: {},  # impacts take energy
     facts=facts,
-    kind=ON_PLANE,
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

@@ -10,18 +10,10 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
-from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.field_systems import contact_system, field_values
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 FRICTION = 0.4
-
-
-def errors(cube: Incline) -> ErrorTheory:
-    """Theory of the errors of steps on the cube."""
-    from plumbob.analytic.errors.contact_models.inclined_steps import InclineErrors
-
-    return InclineErrors(cube)
 
 
 def facts(cube: Incline) -> Mapping[str, Any]:
@@ -59,9 +51,10 @@ def _scene(
     )
 
 
-SYSTEM = field_system(
+SYSTEM = contact_system(
     Incline,
     Path(__file__).parent / "incline.xml",
+    "plumbob.analytic.errors.contact_models.inclined_steps.InclineErrors",
     name="incline",
     title="Cube on an incline",
     observables=(Observable("x", "m"), Observable("speed", "m/s")),
@@ -81,11 +74,7 @@ SYSTEM = field_system(
         ),
     ),
     default="stops",
-    reference=lambda cube: cube,
-    errors=errors,
-    invariants=lambda cube, observed: {},  # friction takes energy
     facts=facts,
-    kind=ON_PLANE,
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

@@ -8,18 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
-from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.field_systems import contact_system, field_values
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 MASS, FRICTION, GRAVITY = 0.2, 0.6, 9.81
-
-
-def errors(pinch: Pinch) -> ErrorTheory:
-    """Theory of the errors of steps on the cube."""
-    from plumbob.analytic.errors.contact_models.pinch_steps import PinchErrors
-
-    return PinchErrors(pinch)
 
 
 def facts(pinch: Pinch) -> Mapping[str, Any]:
@@ -51,9 +43,10 @@ def _scene(
 
 
 _HARD = "friction used up but for a thousandth of it"
-SYSTEM = field_system(
+SYSTEM = contact_system(
     Pinch,
     Path(__file__).parent / "pinch.xml",
+    "plumbob.analytic.errors.contact_models.pinch_steps.PinchErrors",
     name="pinch",
     title="Cube between two fingers",
     observables=(Observable("slip", "m"), Observable("speed", "m/s")),
@@ -71,11 +64,7 @@ SYSTEM = field_system(
         ),
     ),
     default="0.9",
-    reference=lambda pinch: pinch,
-    errors=errors,
-    invariants=lambda pinch, observed: {},  # nothing moves
     facts=facts,
-    kind=ON_PLANE,
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

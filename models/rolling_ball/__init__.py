@@ -8,16 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.rolling_ball import RollingBall
-from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.scene import ON_PLANE, Observable, Scene, step_sizes
-
-
-def errors(ball: RollingBall) -> ErrorTheory:
-    """Theory of the errors of steps on the ball."""
-    from plumbob.analytic.errors.contact_models.slide_to_roll import RollingErrors
-
-    return RollingErrors(ball)
+from plumbob.models.field_systems import contact_system, field_values
+from plumbob.models.scene import Observable, Scene, step_sizes
 
 
 def facts(ball: RollingBall) -> Mapping[str, Any]:
@@ -48,9 +40,10 @@ def _scene(
     )
 
 
-SYSTEM = field_system(
+SYSTEM = contact_system(
     RollingBall,
     Path(__file__).parent / "rolling_ball.xml",
+    "plumbob.analytic.errors.contact_models.slide_to_roll.RollingErrors",
     name="rolling-ball",
     title="Rolling ball",
     observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
@@ -66,10 +59,6 @@ SYSTEM = field_system(
         ),
     ),
     default="slide-to-roll",
-    reference=lambda ball: ball,
-    errors=errors,
-    invariants=lambda ball, observed: {},  # friction takes energy
     facts=facts,
-    kind=ON_PLANE,
 )
 SYSTEMS = (SYSTEM,)

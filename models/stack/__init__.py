@@ -7,16 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.stack import Stack
-from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.field_systems import field_system, field_values
-from plumbob.models.scene import ON_PLANE, Case, Observable, Quantity, Scene, step_sizes
-
-
-def errors(stack: Stack) -> ErrorTheory:
-    """Theory of the errors of steps on the stack."""
-    from plumbob.analytic.errors.contact_models.stack_steps import StackErrors
-
-    return StackErrors(stack)
+from plumbob.models.field_systems import contact_system, field_values
+from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 
 def facts(stack: Stack) -> Mapping[str, Any]:
@@ -41,9 +33,10 @@ def _scene(case: str, summary: str, count: int, ratio: float, **more: Any) -> Sc
     )
 
 
-SYSTEM = field_system(
+SYSTEM = contact_system(
     Stack,
     Path(__file__).parent / "stack.xml",
+    "plumbob.analytic.errors.contact_models.stack_steps.StackErrors",
     name="stack",
     title="Stack of cubes",
     observables=(Observable("top", "m"),),
@@ -61,11 +54,7 @@ SYSTEM = field_system(
         ),
     ),
     default="equal",
-    reference=lambda stack: stack,
-    errors=errors,
-    invariants=lambda stack, observed: {},  # nothing moves
     facts=facts,
-    kind=ON_PLANE,
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

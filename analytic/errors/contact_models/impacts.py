@@ -10,7 +10,7 @@ documentation, "Computation", constraint model).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.analytic.tableau import along
-from plumbob.analytic.theory import SteppedErrors
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
 IMPEDANCE = 0.99  # d: the solver loses two digits, and gravity acts by 1 %
 RATE = 0.2  # chosen: of the spring, per step: a contact lasts for 16 steps
@@ -107,14 +107,10 @@ def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
 
 
 @dataclass(frozen=True)
-class BouncingErrors:
+class BouncingErrors(WithoutSeries):
     """The errors of contacts on a ball; empty for schemes that are not stepped here."""
 
     ball: BouncingBall
-
-    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: the moment of an impact within its step decides."""
-        return {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `plumbob.analytic.theory.ErrorTheory`. A rebound depends on where in its step the

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.incline import Incline
-from plumbob.analytic.theory import SteppedErrors
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
 CORNERS = 4  # of the cube's face, which carry the same loads where it does not turn
 
@@ -25,15 +24,11 @@ def corner(cube: Incline) -> Held:
 
 
 @dataclass(frozen=True)
-class InclineErrors:
+class InclineErrors(WithoutSeries):
     """The errors of steps on a cube; empty for schemes that are not stepped here, and of soft
     contacts on a cube that slides, whose contacts chatter."""
 
     cube: Incline
-
-    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: the place of the stop within its step decides."""
-        return {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `plumbob.analytic.theory.ErrorTheory`."""

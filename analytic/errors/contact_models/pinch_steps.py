@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from plumbob.analytic.errors.contact_models.soft_friction import Held, drifted
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.pinch import Pinch
-from plumbob.analytic.theory import SteppedErrors
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
 FINGERS = 2
 TIP = 0.2  # chosen: the radius of a fingertip over the cube's edge
@@ -25,15 +24,11 @@ def fingertip(pinch: Pinch) -> Held:
 
 
 @dataclass(frozen=True)
-class PinchErrors:
+class PinchErrors(WithoutSeries):
     """The errors of steps on a pinched body; empty for schemes that are not stepped here, and where
     a friction pyramid does not hold it or a contact is too deep."""
 
     pinch: Pinch
-
-    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: soft contacts drift at any step, and hard ones do not."""
-        return {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `plumbob.analytic.theory.ErrorTheory`."""

@@ -7,7 +7,6 @@ step, and only the sum of the speeds, the place, is not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,19 +15,15 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rolling_ball import RollingBall
-from plumbob.analytic.theory import SteppedErrors
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
 
 @dataclass(frozen=True)
-class RollingErrors:
+class RollingErrors(WithoutSeries):
     """The errors of steps on a ball; empty for schemes that are not stepped here, and with rolling
     friction, for which engines have other laws."""
 
     ball: RollingBall
-
-    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: the place of the switch within its step decides."""
-        return {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `plumbob.analytic.theory.ErrorTheory`."""

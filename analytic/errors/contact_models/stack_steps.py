@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.stack import Stack
-from plumbob.analytic.theory import SteppedErrors
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
 CORNERS = 4  # of a face, which carry the same loads
 DEEPEST = 0.4  # chosen, of an edge: beyond a half, a contact pushes the cube through
@@ -29,15 +28,11 @@ def corners(stack: Stack) -> list[Held]:
 
 
 @dataclass(frozen=True)
-class StackErrors:
+class StackErrors(WithoutSeries):
     """The errors of steps on a stack; empty for schemes that are not stepped here, and where a
     contact is too deep to push the right way."""
 
     stack: Stack
-
-    def series(self, scheme: Scheme, times: Array) -> Mapping[int, Mapping[str, Array]]:
-        """Empty: nothing moves."""
-        return {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `plumbob.analytic.theory.ErrorTheory`."""
