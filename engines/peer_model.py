@@ -63,10 +63,10 @@ class NotRead(Exception):
 
 
 def rotation(attitude: Array) -> Array:
-    """The matrix of a unit quaternion [w, x, y, z], shape (3, 3)."""
-    w, x, y, z = attitude
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + 2.0 * (w * cross + cross @ cross))
+    """The matrix of a quaternion [w, x, y, z], shape (3, 3)."""
+    from scipy.spatial.transform import Rotation  # not above: this module is loaded at each start
+
+    return Rotation.from_quat(attitude, scalar_first=True).as_matrix()
 
 
 @dataclass(frozen=True)

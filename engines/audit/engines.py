@@ -17,7 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import RunsFiles
 from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.reference import Certificate, largest
+from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.term_differences import (
     CONTACTS,
     SAME_STEP,
@@ -175,11 +175,11 @@ def measured(engine: Engine, held: Held) -> EngineError:
     apart = tuple(differences(engine.name, looks, held, runs.precision))
     states, why = _run(peer, held)
     mujoco = held.model.stepped(held.script, integrator, held.parts).states
-    rounding = math.nan
+    rounding, from_mujoco = math.nan, moved(held.model, states, mujoco)
     if runs.precision > EXACT:
         rounded = held.model.stepped(held.script, integrator, held.parts, single=True).states
-        rounding = _apart(held, rounded, mujoco)
-        by_rounding = _apart(held, states, mujoco) <= BEYOND * rounding
+        rounding = moved(held.model, rounded, mujoco)
+        by_rounding = from_mujoco <= BEYOND * rounding
         cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
         apart = apart or (Difference(*cause),)
     result = EngineError(
@@ -190,7 +190,7 @@ def measured(engine: Engine, held: Held) -> EngineError:
         float(held.errors(mujoco)[-1]),
         apart,
         rounding=rounding,
-        apart=_apart(held, states, mujoco),
+        apart=from_mujoco,
     )
     return _put_right(result, peer, held)
 
@@ -206,12 +206,6 @@ def _put_right(result: EngineError, peer: PeerModel, held: Held) -> EngineError:
     return replace(
         result, why=result.why or late or later, first_right=next(errors), all_right=next(errors)
     )
-
-
-def _apart(held: Held, states: Array, others: Array) -> float:
-    """[m] the largest distance of any body between two courses."""
-    here, there = held.model.positions(states), held.model.positions(others)
-    return float(largest(np.linalg.norm(here - there, axis=2))[-1])
 
 
 def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:

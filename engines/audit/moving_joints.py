@@ -9,10 +9,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
+from plumbob.engines.audit.step_errors import known
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import NotCertifiable
 
@@ -41,7 +40,7 @@ def free_slide(
     except NotCertifiable as why:
         return FreeSlide(why=str(why))
     reference = certified(whole, moved, BUDGET, clock)
-    index = int(np.flatnonzero(np.isfinite(reference.uncertainty))[-1])
+    index = known(reference)
     run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
     gone = [
         float((positions[index, body] - positions[0, body]) @ way)

@@ -340,8 +340,8 @@ def _compared(
     model: OwnModel, best: Integration, other: Integration, widths: tuple[float, ...]
 ) -> Certificate:
     """A reference from two computations: how far they are apart is its uncertainty."""
-    here, there = model.positions(best.states), model.positions(other.states)
-    apart = largest(np.linalg.norm(here - there, axis=2))
+    here = model.positions(best.states)
+    apart = distances(here, model.positions(other.states))
     rounding = np.finfo(float).eps * largest(np.abs(here).max(axis=2))
     apart[1:] = np.maximum(apart, rounding)[1:]
     coordinates = largest(np.abs(model.coordinates(best.states, other.states)))
@@ -371,6 +371,17 @@ def _joined(first: Certificate, then: Certificate) -> Certificate:
         uncertainty_coordinates=known(first.uncertainty_coordinates, then.uncertainty_coordinates),
         positions=np.concatenate([first.positions[:count], then.positions[count:]]),
     )
+
+
+def distances(here: Array, there: Array) -> Array:
+    """The largest distance [m] of any body so far between two courses of their positions [m], each
+    of shape (n, bodies, 3); infinite from where one is no number."""
+    return largest(np.linalg.norm(here - there, axis=2))
+
+
+def moved(model: OwnModel, before: Array, after: Array) -> float:
+    """The largest of them between two courses of states, shape (n, k)."""
+    return float(distances(model.positions(before), model.positions(after))[-1])
 
 
 def largest(values: Array) -> Array:

@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.reference import OUT_OF_TIME
-from plumbob.engines.audit.trims import moved
+from plumbob.engines.audit.reference import OUT_OF_TIME, moved
 from plumbob.engines.own_motion import Change, Element, OwnModel, Place, Script, StepMaps
 
 STATES = 5  # along the motion

@@ -3,14 +3,15 @@ certified motion: which differ, and why."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.reference import largest
+from plumbob.engines.audit.reference import distances
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.peer_model import PeerModel, Terms
 from plumbob.engines.study.model_reading import fields_of
@@ -25,6 +26,8 @@ RECOGNISED = 1e-4  # relative: a model without something has the engine's term
 MASS = "mass"
 NAMELESS = frozenset(["a body without a name"])
 SAMPLES = 9  # states along the certified motion
+Numbers = Mapping[tuple[str, str], tuple[Array, Array]]
+"""By field and body, those of the file and of the engine."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Held:
 
     def errors(self, states: Array) -> Array:
         """[m] of states at the ends of the periods, so far."""
-        return largest(np.linalg.norm(self.model.positions(states) - self.positions, axis=2))
+        return distances(self.model.positions(states), self.positions)
 
 
 @dataclass(frozen=True)
@@ -108,13 +111,13 @@ def differences(
 ) -> list[Difference]:
     """The terms that differ, in order."""
     overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
-    apart = list[Difference]()
+    apart, numbers = list[Difference](), cache(partial(_numbers, engine, held.file))
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
         off = max(look.size(there - here) for look, here, there in pairs)
         scale = max(look.size(x) for look, *both in pairs for x in both)
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
-            apart.append(Difference(term, off / scale, _cause(engine, term, looks, held)))
+            apart.append(Difference(term, off / scale, _cause(term, looks, held, numbers)))
     apart += _of_contacts(looks, held)
     return apart or list(_of_step(looks))
 
@@ -161,10 +164,10 @@ def force_of(terms: Terms) -> Array:
     return total
 
 
-def _cause(engine: str, term: str, looks: Sequence[Look], held: Held) -> str:
+def _cause(term: str, looks: Sequence[Look], held: Held, read: Callable[[], Numbers]) -> str:
     """Why a term differs, as far as a model without something has the engine's, or another
-    gravity."""
-    numbers = _numbers(engine, held.file)
+    gravity; `read` gives the numbers of bodies as both read them."""
+    numbers = read()
     masses = [there[0] / here[0] for (field, _), (here, there) in numbers.items() if field == MASS]
     times = masses[0] if masses and np.ptp(masses) < RECOGNISED * masses[0] else 1.0
     if term == "gravity" and (cause := _gravity(looks, held, times)):
@@ -200,7 +203,7 @@ def _gravity(looks: Sequence[Look], held: Held, times: float) -> str:
     return f"{_text(vector)} in place of {_text(gravity)} m/s^2"
 
 
-def _numbers(engine: str, file: Path) -> dict[tuple[str, str], tuple[Array, Array]]:
+def _numbers(engine: str, file: Path) -> Numbers:
     """Masses and moments of inertia of bodies, as MuJoCo and an engine read them."""
     here, there = (fields_of(name, file)[1] for name in ("mujoco", engine))
     return {
@@ -210,7 +213,7 @@ def _numbers(engine: str, file: Path) -> dict[tuple[str, str], tuple[Array, Arra
     }
 
 
-def _inertia(numbers: Mapping[tuple[str, str], tuple[Array, Array]]) -> str:
+def _inertia(numbers: Numbers) -> str:
     """The number of a body in which two readers differ most."""
     apart = {key: np.abs(there - here).max() / here.max() for key, (here, there) in numbers.items()}
     if not apart or max(apart.values()) < SAME:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
+from plumbob.engines.audit.reference import moved
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
 TENTH = 0.1  # of the step's own error: the largest accepted change of the motion
@@ -122,9 +122,3 @@ def tried(
         )
         for (changes, _), run, cost in zip(offered, runs[1:], costs, strict=False)
     )
-
-
-def moved(model: OwnModel, before: Array, after: Array) -> float:
-    """The largest distance [m] of any body between two courses of states, shape (k, n)."""
-    apart = np.linalg.norm(model.positions(before) - model.positions(after), axis=2)
-    return float(np.where(np.isfinite(apart), apart, np.inf).max())

@@ -166,5 +166,4 @@ def _order(errors: Mapping[float, float]) -> float | None:
     steps, sizes = np.log(list(errors)), np.log(list(errors.values()))
     if len(steps) < 2 or not np.isfinite(sizes).all():
         return None
-    x = steps - steps.mean()
-    return float(x @ sizes / (x @ x))
+    return float(np.polyfit(steps, sizes, 1)[0])

@@ -23,6 +23,12 @@ ACTING = (
 )
 
 
+def put(data: Any, state: Array) -> None:
+    """Give an mjData a state: qpos, qvel, act."""
+    nq, nv = data.qpos.size, data.qvel.size
+    data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (nq, nq + nv))
+
+
 class MujocoTerms:
     """The terms of the compiled `model` in any state."""
 
@@ -36,7 +42,7 @@ class MujocoTerms:
         """As `Terms` has them; "damping" is what an implicit step adds to the diagonal of the mass
         matrix, per step, and "acting" the constraints other than contacts that exert a force."""
         model, data = self.model, self.data
-        data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (model.nq, model.nq + model.nv))
+        put(data, state)
         data.ctrl[:] = control
         self.forward(model, data)
         inertia = np.zeros((model.nv, model.nv))
@@ -100,8 +106,7 @@ class PortedModel:
     def begin(self, state: Array) -> None:
         """Start from a state."""
         mujoco.mj_resetData(self.model, self.data)
-        sizes = self.model.nq, self.model.nq + self.model.nv
-        self.data.qpos[:], self.data.qvel[:], self.data.act[:] = np.split(state, sizes)
+        put(self.data, state)
 
     def advance(self, control: Array, force: Array | None, steps: int) -> Array:
         """Take steps under a control and a force; the state at their end."""

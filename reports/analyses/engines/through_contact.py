@@ -52,10 +52,7 @@ FRICTIONS = np.linspace(0.25, 0.35, 33)  # of the curves
 TANGENTS = (0.271875, 0.3, 0.328125)  # of them, where the derivatives are drawn
 EPS = 3e-3  # of a parameter, or of its unit where that is 0: from one neighbour to the next
 NEIGHBOURS = 4  # on either side, and as many derivatives
-RIGHT, FALLS = (
-    0.1,
-    2.0,
-)  # an error that converges: at most, and from one step to the next by so much
+RIGHT, FALLS = 0.1, 2.0  # an error that converges: at most, and from step to step by so much
 RESOLVED = 1e-3  # at least, where the first order has 4; or no larger than this at the smaller step
 SMOOTH = 0.25  # of the mean error: the scatter of one that is smooth
 

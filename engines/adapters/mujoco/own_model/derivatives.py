@@ -11,7 +11,8 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, put
+from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
+from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable, Script
 
 NUDGE = 1e-6  # of a state's number and of a control, for MuJoCo's own central differences

@@ -17,6 +17,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.field import converging
 from plumbob.engines.adapters.mujoco.own_model.left_out import apply
 from plumbob.engines.adapters.mujoco.own_model.places import place
+from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import Change, Place, Script
 
 # [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
@@ -36,12 +37,6 @@ _BAD = (
 def kind(integrator: str) -> Any:
     """MuJoCo's number of an integrator."""
     return getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
-
-
-def put(data: Any, state: Array) -> None:
-    """Give an mjData a state: qpos, qvel, act."""
-    nq, nv = data.qpos.size, data.qvel.size
-    data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (nq, nq + nv))
 
 
 def diverged(data: Any) -> bool:
