@@ -15,8 +15,9 @@ from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
+from plumbob.reports.view.audit.page import page_of
 from plumbob.reports.view.finding_text import written as worded
-from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.page import written
 from plumbob.reports.view.tables import lines as worded_lines
 from plumbob.reports.view.terminal import aligned
 
@@ -144,19 +145,7 @@ def workflow_commands(row: Row) -> Iterator[str]:
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
     (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
-    text = filled(
-        "audit.html.jinja",
-        finding=finding,
-        href=lambda page: page,
-        mark="",
-        picture="",
-        replay=None,
-        code="",
-        card=[],
-        versions="",
-        lasted=f"{seconds:.3g}",
-        command=command,
-    )
+    text = page_of(finding, command, seconds, href=lambda page: page)
     return written(text, folder, PAGE)
 
 

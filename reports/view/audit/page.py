@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 from zlib import crc32
 
 from plumbob.engines.audit.audit import Audit
@@ -61,19 +62,25 @@ def page(
     """The page of an audit as HTML; `drawn` is a PNG of the model, `replay` its motion."""
     table = answer.tables[0]
     cells = tuple((name, Cell(text.text, "text")) for name, text in table.rows)
-    return filled(
-        "audit.html.jinja",
-        finding=replace(answer, tables=(replace(table, rows=cells), *answer.tables[1:])),
+    return page_of(
+        replace(answer, tables=(replace(table, rows=cells), *answer.tables[1:])),
+        command,
+        audit.seconds,
         mark=mark_of(audit.name),
         picture="" if drawn is None else base64.b64encode(drawn).decode("ascii"),
         versions=", ".join(f"{name} {version}" for name, version in versions().items()),
-        lasted=f"{audit.seconds:.3g}",
         seconds=notation.seconds,
         replay=replay,
-        command=command,
         code=audit.snippet if isinstance(audit, ContactAudit) else "",
         card=() if isinstance(audit, ContactAudit) else card(audit),
     )
+
+
+def page_of(finding: Finding, command: str, lasted: float, **about: Any) -> str:
+    """The page of audits that took `lasted` [s]; with nothing but what is given `about` them."""
+    nothing = {"mark": "", "picture": "", "versions": "", "replay": None, "code": "", "card": ()}
+    values = {"finding": finding, "command": command, "lasted": f"{lasted:.3g}", **nothing}
+    return filled("audit.html.jinja", **{**values, **about})
 
 
 def card(audit: Audit) -> list[str]:
