@@ -6,15 +6,12 @@ import math
 from dataclasses import astuple, replace
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from mpmath import mp
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.four_bar import FourBar
-from plumbob.engines.adapters.mujoco.slider_crank import LOOP
-from plumbob.engines.registry import engine_of, method
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
@@ -43,12 +40,8 @@ def passed(bars: FourBar, angle: Any) -> Any:
 
 @pytest.mark.parametrize("bars", [BARS, DRAG_LINK], ids=["crank-rocker", "drag-link"])
 def test_40_digits(bars: FourBar) -> None:
-    time = 0.1
-    exact, doubt = (f(np.array([time])) for f in (bars.motion.observe, bars.motion.uncertainty))
-    with mp.workdps(40):
-        late = passed(bars, mp.mpf(float(exact["angle"][0]))) - mp.mpf(time)
-    error = abs(float(late)) * exact["angle_dot"][0]
-    assert error < doubt["angle"][0] < 2e-13
+    error, doubt = links.error_at(0.1, bars, passed)
+    assert error < doubt < 2e-13
 
 
 def test_links_keep_their_lengths() -> None:
@@ -71,19 +64,10 @@ def test_the_transmission_angle_is_the_smallest_between_coupler_and_rocker() -> 
 
 
 def test_the_soft_loop_pulls_as_mujoco_s_does() -> None:
-    how = method("mujoco/rk4")
-    simulation: Any = engine_of(how).prepare(TURNING, how, 1e-3)
-    model, data = simulation.model, simulation.data
-    system = BARS.soft(LOOP, 1e-3)
     for gap in (0.0, 1e-5):  # [rad] of the rocker
-        state = system.start
-        state[2] += gap
-        data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
-        data.qpos[2] += gap
-        mujoco.mj_forward(model, data)
-        ours = np.asarray(system.slope(0.0, state))[3:]
+        joints, ours = links.loop_accelerations(TURNING, gap)
         # the solver's Hessian costs four digits: a condition of 1/(1 - d)
-        np.testing.assert_allclose(np.cumsum(data.qacc), ours, 1e-10, 1e-8)
+        np.testing.assert_allclose(np.cumsum(joints), ours, 1e-10, 1e-8)
 
 
 def test_a_change_point_is_refused_and_so_is_a_crank_that_stops() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import astuple, replace
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from mpmath import mp
@@ -13,8 +12,6 @@ from mpmath import mp
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.slider_crank import SliderCrank
-from plumbob.engines.adapters.mujoco.slider_crank import LOOP
-from plumbob.engines.registry import engine_of, method
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
@@ -39,12 +36,8 @@ def passed(crank: SliderCrank, angle: Any) -> Any:
     "crank", [CRANK, replace(CRANK, rod=0.21, gravity=1.6, slider_mass=3.0)], ids=["scene", "short"]
 )
 def test_40_digits(crank: SliderCrank) -> None:
-    time = 0.25
-    exact, doubt = (f(np.array([time])) for f in (crank.motion.observe, crank.motion.uncertainty))
-    with mp.workdps(40):
-        late = passed(crank, mp.mpf(float(exact["angle"][0]))) - mp.mpf(time)
-    error = abs(float(late)) * exact["angle_dot"][0]
-    assert error < doubt["angle"][0] < 2e-13
+    error, doubt = links.error_at(0.25, crank, passed)
+    assert error < doubt < 2e-13
 
 
 def test_the_slider_is_where_the_angle_puts_it() -> None:
@@ -64,17 +57,8 @@ def test_the_slider_is_where_the_angle_puts_it() -> None:
 
 
 def test_the_soft_loop_pulls_as_mujoco_s_does() -> None:
-    simulation: Any = engine_of(method("mujoco/rk4")).prepare(TURNING, method("mujoco/rk4"), 1e-3)
-    model, data = simulation.model, simulation.data
-    system = CRANK.soft(LOOP, 1e-3)
     for gap in (0.0, 1e-5):  # [m]
-        state = system.start
-        state[2] += gap
-        data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
-        data.qpos[2] += gap
-        mujoco.mj_forward(model, data)
-        crank, rod, slider = data.qacc
-        ours = np.asarray(system.slope(0.0, state))[3:]
+        (crank, rod, slider), ours = links.loop_accelerations(TURNING, gap)
         # the solver's Hessian costs four digits: a condition of 1/(1 - d)
         np.testing.assert_allclose([crank, crank + rod, slider], ours, 1e-10)
 

@@ -1,11 +1,19 @@
-"""When a crank of uniform links passes an angle: an integral of the energy, in mpmath's digits."""
+"""Cranks of uniform links: when they pass an angle, by an integral of the energy in mpmath's
+digits, and how their soft loops pull, beside MuJoCo's."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import mujoco
+import numpy as np
 from mpmath import mp
+
+from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.slider_crank import LOOP
+from plumbob.engines.registry import engine_of, method
+from plumbob.models.scene import Case
 
 Places = Callable[[Any], Sequence[tuple[Any, ...]]]
 
@@ -38,3 +46,28 @@ def passed(
         return mp.sqrt(half / (total - height))
 
     return mp.quad(slowness, mp.linspace(*ends, 3))
+
+
+def error_at(time: float, problem: Any, passed: Callable[[Any, Any], Any]) -> tuple[float, float]:
+    """Error of a crank's angle [rad] at a `time` [s], by the time at which it has `passed` it, with
+    40 digits; and its uncertainty."""
+    exact, doubt = (
+        f(np.array([time])) for f in (problem.motion.observe, problem.motion.uncertainty)
+    )
+    with mp.workdps(40):
+        late = passed(problem, mp.mpf(float(exact["angle"][0]))) - mp.mpf(time)
+    return abs(float(late)) * exact["angle_dot"][0], doubt["angle"][0]
+
+
+def loop_accelerations(case: Case, gap: float) -> tuple[Array, Array]:
+    """Accelerations of the joints in MuJoCo, and of the coordinates of the soft system, at the
+    start with the third coordinate off by `gap`."""
+    how = method("mujoco/rk4")
+    simulation: Any = engine_of(how).prepare(case, how, 1e-3)
+    model, data, system = simulation.model, simulation.data, case.problem.soft(LOOP, 1e-3)
+    state = system.start
+    state[2] += gap
+    data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
+    data.qpos[2] += gap
+    mujoco.mj_forward(model, data)
+    return data.qacc.copy(), np.asarray(system.slope(0.0, state))[3:]
