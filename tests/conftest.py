@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
@@ -20,11 +18,6 @@ from plumbob.tests.contracts.tree import layer_modules
 from plumbob.tests.sharing.shared import share
 from plumbob.tests.support.browser import driven
 from plumbob.tests.support.schemas import held
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
-
-    from plumbob.tests.validation.measured_once import Shared
 
 # Machines differ in speed, so no deadline; the same examples every time, so that failures repeat.
 settings.register_profile(
@@ -66,14 +59,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def browser():
     """Chromium under playwright, which can be started once a process and no more."""
     with driven() as found:
         yield found
 
 
 @pytest.fixture(scope="session")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+def shared(tmp_path_factory):
     """What the processes of this run have measured; not for a test that replaces a function."""
     from plumbob.tests.validation.measured_once import Shared
 
@@ -84,14 +77,14 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _shares(tmp_path_factory: pytest.TempPathFactory) -> None:
+def _shares(tmp_path_factory):
     """The processes of one run share what is expensive to make."""
     if "PYTEST_XDIST_WORKER" in os.environ:
         share(tmp_path_factory.getbasetemp().parent / "shared")
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _json_keeps_to_its_schema() -> Iterator[None]:
+def _json_keeps_to_its_schema():
     """Whatever a test has printed with --json is held against the command's schema."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(values, "print_json", held(values.print_json))
@@ -99,7 +92,7 @@ def _json_keeps_to_its_schema() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _same_examples(request: pytest.FixtureRequest) -> None:
+def _same_examples(request):
     """hypothesis also tries the constants of the modules that are loaded: all of ours, so that what
     it tries depends neither on the order of tests nor on the process they run in."""
     if any(item.get_closest_marker("hypothesis") for item in request.session.items):
@@ -109,26 +102,26 @@ def _same_examples(request: pytest.FixtureRequest) -> None:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _one_name_a_module() -> Iterator[None]:
+def _one_name_a_module():
     """Fail at the end of a run in which a module of ours was imported under a second name."""
     yield
     assert second_copies(sys.modules, Path(__file__).parents[1]) == []
 
 
 @pytest.fixture
-def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
+def monkeypatch(monkeypatch):
     """pytest's own; with a formula or an adapter that is replaced, and when it is back, what was
     worked out by it is forgotten."""
     usual, replaced = monkeypatch.setattr, []
 
-    def forgetting(target: Any, *rest: Any, **more: Any) -> None:
+    def forgetting(target, *rest, **more):
         usual(target, *rest, **more)
         module = getattr(target, "__module__", getattr(target, "__name__", target))
         if str(module).startswith(WORKED_OUT):
             replaced.append(module)
             _forget()
 
-    monkeypatch.setattr = forgetting  # type: ignore[method-assign]
+    monkeypatch.setattr = forgetting
     yield monkeypatch
     monkeypatch.undo()
     if replaced:

@@ -56,7 +56,7 @@ def arm(actuator: str) -> MujocoModel:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ACTUATORS)
-def test_certified_where_small_steps_tend(name: str) -> None:
+def test_certified_where_small_steps_tend(name):
     own = arm(ACTUATORS[name])
     motion = script(own, "sines", DURATION)
     found = certified(own, motion, BUDGET)
@@ -69,7 +69,7 @@ def test_certified_where_small_steps_tend(name: str) -> None:
         assert np.abs(coarse - found.positions).max() > 4 * NEAR  # a field with the step is seen
 
 
-def test_a_force_that_looks_ahead_moves_as_one_that_does_not() -> None:
+def test_a_force_that_looks_ahead_moves_as_one_that_does_not():
     """To the last bit: continuously there is no next step to look at."""
     ahead = ACTUATORS["a filter that looks ahead"]
     here, there = (
@@ -79,7 +79,7 @@ def test_a_force_that_looks_ahead_moves_as_one_that_does_not() -> None:
     assert np.array_equal(here, there)
 
 
-def test_a_setpoint_arrives_when_its_rate_says() -> None:
+def test_a_setpoint_arrives_when_its_rate_says():
     """From 0 to 0.3 at 20 a second: after 15 ms, and it stays there to the last bit."""
     own = arm(ACTUATORS["a dcmotor with a slew rate"])
     field = own.field()
@@ -94,7 +94,7 @@ def test_a_setpoint_arrives_when_its_rate_says() -> None:
 
 
 @pytest.mark.parametrize("controls", ["-1 1", "-1 0"])
-def test_a_plugins_slew_limit_is_refused(controls: str) -> None:
+def test_a_plugins_slew_limit_is_refused(controls):
     """Its first step sets the setpoint at once, however short it is: no motion is continuous."""
     slew = '<config key="slewmax" value="3"/>'
     with pytest.raises(NotCertifiable, match="a plugin with a slew limit"):
@@ -119,7 +119,7 @@ class EndsSoon(ContinuousField):
 
 
 @pytest.mark.long
-def test_nothing_moves_is_said_of_a_whole_motion_alone() -> None:
+def test_nothing_moves_is_said_of_a_whole_motion_alone():
     resting = ARM.replace('"0.002"', '"0.002" gravity="0 0 0"').format("")
     own = own_model(compiled(resting), "arm")
     still = audit_of(own, duration=0.2)

@@ -34,7 +34,7 @@ from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendu
 
 
 @pytest.fixture(name="found", scope="module")
-def _found() -> Audit:
+def _found():
     model = ready(pendulum())
     return audited(model, script(model, duration=0.4), "rest", 20.0, time.process_time)
 
@@ -48,9 +48,8 @@ def choosing(found: Audit, *chosen: Cheapest) -> str:
     return to_do(replace(found, found=replace(found.found, cheapest=chosen)))
 
 
-def test_the_option_said_does_what_was_measured(found: Audit) -> None:
+def test_the_option_said_does_what_was_measured(found):
     """Each attribute is there in the file, and takes the value that it is said to."""
-    assert found.found is not None
     (said,) = re.findall(r"for 1 mm: in <option> (.*?) \(×", to_do(found))
     text = PENDULUM.format(integrator="Euler")
     for name, then, now in re.findall(r'(\w+)="(\S+)" in place of (\S+)', said):
@@ -67,7 +66,7 @@ def times(value: float) -> Ratio:
     return Ratio(value, 0.9 * value, 1.1 * value)
 
 
-def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
+def test_what_is_advised_depends_on_the_error(found):
     assert 1e-3 < found.error < 1e-2
     near = Cheapest(1e-3, "rk4", 0.005, 1e-4, times(2.0))
     same = Cheapest(1e-2, "euler", 0.02, 9e-3, times(0.5))
@@ -83,7 +82,6 @@ def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
     assert choosing(replace(found, clamped={"geom_solref": 2})).endswith(
         "; before another step, raise geom_solref to 20 ms in the file"
     )
-    assert found.found is not None
     capped = replace(found.found, own=replace(found.found.own, remarks=("at its cap",)))
     assert "give the solver more iterations" in to_do(replace(found, found=capped))
     ended = replace(found.reference, why=f"{OUT_OF_TIME} at 0.25 s")
@@ -106,9 +104,7 @@ def test_what_is_advised_depends_on_the_error(found: Audit) -> None:
         (".02 1", 'energy="disable"', 9.0, False),  # nothing touches
     ],
 )
-def test_refsafe_is_advised_where_it_makes_a_difference(
-    solref: str, flags: str, height: float, unguarded: bool
-) -> None:
+def test_refsafe_is_advised_where_it_makes_a_difference(solref, flags, height, unguarded):
     own = own_model(ball(height, solref=solref, flags=flags), "ball")
     motion = script(own, duration=0.2)
     assert own.softened(motion, "euler", 1) == unguarded  # 20 ms
@@ -125,12 +121,10 @@ def run(step: float, error: float, cost: float, integrator: str = "euler") -> St
     return StepError(integrator, step, 1, errors, np.zeros(2), "rod", 0.0, cost=costs)
 
 
-def test_a_step_is_cheapest_only_where_every_smaller_one_is_as_good(found: Audit) -> None:
+def test_a_step_is_cheapest_only_where_every_smaller_one_is_as_good(found):
     known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
     steps = [run(4.0, 5e-4, 1.0), run(2.0, 3e-3, 2.0), run(1.0, 8e-4, 4.0), run(0.5, 4e-4, 8.0)]
     best = cheapest(steps, steps[1], known, 1, 1e-3)
-    assert best is not None
-    assert best.cost is not None
     assert replace(best, cost=None) == Cheapest(1e-3, "euler", 1.0, 8e-4, None)
     spread = 1.0 + math.hypot(0.1, 0.1)  # of both: independent of each other
     assert (best.cost.low, best.cost.value, best.cost.high) == pytest.approx(
@@ -145,15 +139,13 @@ def test_a_step_is_cheapest_only_where_every_smaller_one_is_as_good(found: Audit
 
 
 @pytest.mark.parametrize("cost", [0.81, 0.99, 1.0, 1.01, 1.24])
-def test_where_costs_are_alike_the_choice_is_kept(found: Audit, cost: float) -> None:
+def test_where_costs_are_alike_the_choice_is_kept(found, cost):
     """A difference that scatters from call to call decides nothing; a clear one does."""
     known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
     own = run(1.0, 8e-4, 1.0)
     best = cheapest([run(2.0, 8e-4, cost, "rk4"), own], own, known, 1, 1e-3)
-    assert best is not None
     assert (best.integrator, best.cost) == ("euler", Ratio(1.0, 1.0, 1.0))
     best = cheapest([run(2.0, 8e-4, 0.79, "rk4"), own], own, known, 1, 1e-3)
-    assert best is not None
     assert best.integrator == "rk4"
 
 
@@ -171,25 +163,23 @@ class Clocked(MujocoModel):
         )
 
 
-def test_costs_are_warm_and_beside_reference_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_costs_are_warm_and_beside_reference_steps(monkeypatch):
     """A time that is taken once, and cold, decides nothing, whatever the length of a run."""
     monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
     own = recast(Clocked, own_model(pendulum(), "rod"))
     motion = script(own, duration=0.1)
     found = compared(own, motion, certified(own, motion, 20.0), 20.0)
     for step in found.steps:
-        assert step.cost is not None
         pace = 4000.0 if step.integrator == "rk4" else 1000.0
         assert step.cost.ns_per_step == pytest.approx(pace)
         assert step.ns_per_second == pytest.approx(pace / step.step)
         assert step.cost.low <= step.cost.ns_per_step <= step.cost.high
     near = found.cheapest[-1]
-    assert near.cost is not None
     pace = 4.0 if near.integrator == "rk4" else 1.0
     assert near.cost.value == pytest.approx(pace * 0.01 / near.step)
 
 
-def test_timed_periods_are_spread_over_the_motion() -> None:
+def test_timed_periods_are_spread_over_the_motion():
     """A short motion is repeated, of a long one some periods are taken, begun where it was."""
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
@@ -208,7 +198,7 @@ def test_timed_periods_are_spread_over_the_motion() -> None:
     assert ended.stepped(1.0).steps == 2 * 5 * 2  # up to where the motion is known
 
 
-def test_the_worst_body_is_the_one_that_is_furthest_off() -> None:
+def test_the_worst_body_is_the_one_that_is_furthest_off():
     """A rod on a rod: the second one has the larger error."""
     text = PENDULUM.format(integrator="Euler").replace(
         "</body>", '<body name="tip" pos=".5 0 0"><geom size=".02" pos=".2 0 0"/></body></body>'
@@ -229,9 +219,7 @@ def test_the_worst_body_is_the_one_that_is_furthest_off() -> None:
         ((math.inf, math.inf), "no step of it holds, down to 5 ms"),
     ],
 )
-def test_halving_says_what_the_reference_tells(
-    found: Audit, errors: tuple[float, ...], said: str
-) -> None:
+def test_halving_says_what_the_reference_tells(found, errors, said):
     """An error of 5.5 mm that is known to 0.7 mm is not within what the reference resolves."""
     assert found.found is not None
     steps = tuple(run(0.01 / 2**k, error, 1.0) for k, error in enumerate(errors))
@@ -240,11 +228,10 @@ def test_halving_says_what_the_reference_tells(
     assert dict(rows(answered(replace(found, reference=known, found=short))))["halving"] == said
 
 
-def test_an_order_is_that_of_errors_that_the_reference_resolves(found: Audit) -> None:
+def test_an_order_is_that_of_errors_that_the_reference_resolves(found):
     """Errors of second order above what is known; below that they go up and down."""
     known = replace(found.reference, uncertainty=np.array([0.0, 1e-6]))
     steps = [run(2.0**-k, 4.0**-k, 1.0) for k in range(8)]
     steps += [run(2.0**-k, 4e-6, 1.0) for k in range(9, 12)]
     order = observed_order(steps, known, 1)
-    assert order is not None
     assert (order.low, order.slope, order.high) == pytest.approx((2.0, 2.0, 2.0))

@@ -20,14 +20,14 @@ LIMITED = """<mujoco><option timestep="0.002"/><compiler angle="radian"/><worldb
 
 
 @pytest.fixture
-def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def few_steps(monkeypatch):
     """Audits at the own step and a half of it: balances are those of the own step."""
     monkeypatch.setattr(step_errors, "HALVINGS", 1)
 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("few_steps")
-def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
+def test_energy_error_of_a_fall_is_that_of_the_step():
     """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""
     energy, momentum = audit_of(FALLING.format("Euler"), duration=0.4).balances
     assert (energy.name, momentum.name) == ("energy", "momentum")
@@ -41,7 +41,7 @@ def test_energy_error_of_a_fall_is_that_of_the_step() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("few_steps")
-def test_penetration_is_beside_the_continuous_one() -> None:
+def test_penetration_is_beside_the_continuous_one():
     found = audit_of(ball(0.11), duration=0.2)
     depth = {b.name: b for b in found.balances}["penetration"]
     assert 0.0 < depth.apart < depth.own
@@ -49,7 +49,7 @@ def test_penetration_is_beside_the_continuous_one() -> None:
     assert depth.continuous == pytest.approx(lowest, abs=1e-9)
 
 
-def test_slip_is_the_speed_across_the_normal() -> None:
+def test_slip_is_the_speed_across_the_normal():
     """A body that slides: its speed falls by f g t, and its feet slip at that."""
     text = texts()["four-footed box"].replace(
         "</mujoco>",
@@ -67,6 +67,6 @@ def test_slip_is_the_speed_across_the_normal() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("few_steps")
-def test_limits_that_are_exceeded_are_reported() -> None:
+def test_limits_that_are_exceeded_are_reported():
     names = {b.name: b for b in audit_of(LIMITED, duration=0.5).balances}
     assert names["limits exceeded"].own > 1e-4

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -61,15 +60,13 @@ AUDIT: dict[str, Any] = {
         ({"fields": {}}, "field opt.timestep", None),
     ],
 )
-def test_what_moves_beyond_what_is_known(
-    new: dict[str, Any], what: str | None, growth: float | None
-) -> None:
+def test_what_moves_beyond_what_is_known(new, what, growth):
     rows = changes(AUDIT, AUDIT | new)
     assert [row.what for row in rows] == ([] if what is None else [what])
     assert [row.growth for row in rows] == pytest.approx([] if what is None else [growth])
 
 
-def test_fields_tell_a_change_from_rounding() -> None:
+def test_fields_tell_a_change_from_rounding():
     """Written out or as a digest, a relative change by 1e-6 is seen, by 1e-14 not."""
     geoms = "".join(f'<geom name="g{i}" size=".1" mass="{{mass}}"/>' for i in range(20))
     text = f'<mujoco><worldbody><body name="b"><freejoint/>{geoms}</body></worldbody></mujoco>'
@@ -86,9 +83,7 @@ def test_fields_tell_a_change_from_rounding() -> None:
     assert fields(rounded)["geom_size"] != fields(before)["geom_size"]
 
 
-def test_an_edit_is_named_and_fails_where_asked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
     file, old = tmp_path / "rod.xml", tmp_path / "old.json"
     file.write_text(ROD)
     quick = ["audit", str(file), "--duration", "0.1", "--budget", "5"]
@@ -113,9 +108,7 @@ def test_an_edit_is_named_and_fails_where_asked(
     assert "field dof_damping 0 -> 0.1" in out
 
 
-def test_several_find_their_own_and_what_is_no_audit_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsys):
     for name in ("a", "b"):
         (tmp_path / f"{name}.xml").write_text(ROD)
     old = tmp_path / "old.json"

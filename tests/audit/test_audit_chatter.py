@@ -58,7 +58,7 @@ def apart(found: Audit) -> np.ndarray:
 
 @pytest.mark.long
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
-def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> None:
+def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone):
     found = foot(cone)
     assert "contacts chatter" in found.reference.not_smooth
     assert len(found.reference.widths) == 3
@@ -70,13 +70,13 @@ def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone: str) -> No
 
 
 @pytest.mark.long
-def test_another_friction_is_not_certified_there() -> None:
+def test_another_friction_is_not_certified_there():
     found = foot("pyramidal", 1.001 * FRICTION)
     assert apart(found)[-1] > 5 * found.uncertainty
 
 
 @pytest.mark.long
-def test_wrong_weights_within_the_layer_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_weights_within_the_layer_are_seen(monkeypatch):
     """With the loads of contacts that act from the start of the layer on, the limit is another."""
     monkeypatch.setattr(
         field_module, "product", lambda states, repeat: product((True, True), repeat=repeat)
@@ -86,7 +86,7 @@ def test_wrong_weights_within_the_layer_are_seen(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("power", [*POWERS, 0.4, 1.0])
-def test_what_layers_leave_open_is_the_way_to_their_limit(power: float) -> None:
+def test_what_layers_leave_open_is_the_way_to_their_limit(power):
     """Of motions at a distance from it that goes as a power of the width."""
     distances = np.array(WIDTHS) ** power
     apart = [np.array([0.0, one, np.inf]) for one in -np.diff(distances)]
@@ -99,12 +99,12 @@ def test_what_layers_leave_open_is_the_way_to_their_limit(power: float) -> None:
         assert left[1] > apart[-1][1]  # by more than the narrowest two differ by
 
 
-def test_layers_that_tell_no_power_leave_as_much_open_as_the_least() -> None:
+def test_layers_that_tell_no_power_leave_as_much_open_as_the_least():
     """Two widths alone; three whose differences do not fall; one that is small by chance."""
     wide, narrow, last = WIDTHS
     one = np.ones(1)
 
-    def left(wide: float, narrow: float, power: float) -> float:
+    def left(wide, narrow, power):
         return float(last**power / (wide**power - narrow**power))
 
     assert left_open(WIDTHS[1:], [one]) == pytest.approx(left(narrow, last, POWERS[0]))
@@ -112,9 +112,7 @@ def test_layers_that_tell_no_power_leave_as_much_open_as_the_least() -> None:
     assert left_open(WIDTHS, [one, 0.0 * one]) == pytest.approx(left(wide, narrow, POWERS[1]))
 
 
-def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(monkeypatch):
     own = own_model(compiled(POLE), "pole")
     motion = script(own, duration=0.1)
     sharp = certified(own, motion, 60.0)

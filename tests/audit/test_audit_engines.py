@@ -5,21 +5,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from plumbob.engines.audit.engines import measured
-from plumbob.engines.audit.term_differences import Held
 from plumbob.engines.study.model_reading import EVERY_FIELD_TEXT
 from plumbob.reports.cli import main
 from plumbob.tests.support.engines_beside import changed, held
 
 
 @pytest.fixture(scope="module")
-def motion(tmp_path_factory: pytest.TempPathFactory) -> Held:
+def motion(tmp_path_factory):
     """Of a model that has every field, under a control, without its floor and friction loss."""
     file = tmp_path_factory.mktemp("model") / "my.xml"
     text = EVERY_FIELD_TEXT.replace('frictionloss="0.05"', "")
@@ -48,19 +46,16 @@ def _sets(name: str, factor: float) -> Callable[[Any], None]:
         ("actuator_gainprm", 0.0, "actuator", "actuators dropped"),
     ],
 )
-def test_a_change_is_the_first_term_and_its_force_puts_it_right(
-    motion: Held, field: str, factor: float, term: str, cause: str
-) -> None:
+def test_a_change_is_the_first_term_and_its_force_puts_it_right(motion, field, factor, term, cause):
     """Put right, what is left is the step's own error, to rounding."""
     result = measured(changed(_sets(field, factor)), motion)
-    assert result.first is not None
     assert (result.first.term, result.first.cause) == (term, cause)
     assert result.all_right == pytest.approx(result.step_error, rel=1e-6)
     assert result.part_explained is not None
     assert result.error > 1.0001 * result.step_error or result.error < 0.9999 * result.step_error
 
 
-def test_a_change_that_no_reader_would_make_is_none(motion: Held) -> None:
+def test_a_change_that_no_reader_would_make_is_none(motion):
     """The tolerance is what single precision leaves in a reader's numbers."""
     for factor in (1.0, 1.0 + 1e-6):
         result = measured(changed(_sets("body_inertia", factor)), motion)
@@ -68,7 +63,7 @@ def test_a_change_that_no_reader_would_make_is_none(motion: Held) -> None:
         assert result.error == pytest.approx(result.step_error, rel=1e-4)
 
 
-def test_rounding_to_single_precision_is_predicted(motion: Held) -> None:
+def test_rounding_to_single_precision_is_predicted(motion):
     result = measured(changed(single=True, precision=2.0**-24), motion)
     assert [difference.term for difference in result.differences] == ["single precision"]
     assert result.apart == result.rounding
@@ -77,10 +72,10 @@ def test_rounding_to_single_precision_is_predicted(motion: Held) -> None:
     assert np.isnan(measured(changed(), motion).rounding)
 
 
-def test_what_is_far_more_than_rounding_is_not_called_so(motion: Held) -> None:
+def test_what_is_far_more_than_rounding_is_not_called_so(motion):
     """A step that is longer by 1e-3 has the same terms."""
 
-    def longer(model: Any) -> None:
+    def longer(model):
         model.opt.timestep *= 1.001
 
     result = measured(changed(longer, single=True, precision=2.0**-24), motion)
@@ -99,20 +94,15 @@ BALL = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body name="ball" 
         ("geom_solref", "acceleration", "contacts"),
     ],
 )
-def test_contacts_that_are_missing_or_others_are_not_put_right(
-    tmp_path: Path, field: str, term: str, cause: str
-) -> None:
+def test_contacts_that_are_missing_or_others_are_not_put_right(tmp_path, field, term, cause):
     (file := tmp_path / "ball.xml").write_text(BALL.format(""), "utf-8")
     result = measured(changed(_sets(field, 0)), held(file, duration=0.08))
-    assert result.first is not None
     assert (result.first.term, result.first.cause) == (term, cause)
     assert result.part_explained is None
     assert "solver's" in result.reason
 
 
-def test_engines_in_the_command(
-    motion: Held, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_engines_in_the_command(motion, tmp_path, capsys):
     """One without a reader of files costs a line with the reason."""
     command = ["audit", str(motion.file), "--duration", "0.02", "--budget", "2"]
     assert main([*command, "--engines", "ode,mujoco", "--json", "--out", str(tmp_path)]) == 0
@@ -130,9 +120,7 @@ def test_engines_in_the_command(
     ("options", "name"),
     [(["--engines", "nosuch"], "engine"), (["--contacts", "--engines", "drake"], "engines")],
 )
-def test_engines_that_there_are_not_are_bad_input(
-    motion: Held, options: list[str], name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_engines_that_there_are_not_are_bad_input(motion, options, name, capsys):
     assert main(["audit", str(motion.file), *options]) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"plumbob: {name} = ")

@@ -18,7 +18,7 @@ DOUBLE = """<mujoco><option timestep="{}" integrator="{}"/><worldbody>
   </body></body></worldbody></mujoco>"""
 
 
-def test_starts_are_near_and_repeat() -> None:
+def test_starts_are_near_and_repeat():
     model = ready(ball())
     starts = model.starts(STARTS, 1e-3)
     assert np.array_equal(starts, model.starts(STARTS, 1e-3))
@@ -27,21 +27,19 @@ def test_starts_are_near_and_repeat() -> None:
 
 
 @pytest.mark.long
-def test_large_step_stands_out_and_an_accurate_one_does_not() -> None:
+def test_large_step_stands_out_and_an_accurate_one_does_not():
     means = {}
     for step, integrator in ((0.02, "Euler"), (0.005, "RK4")):
         model = ready(compiled(DOUBLE.format(step, integrator)))
         motion = script(model, duration=1.0, period=0.02)
         means[integrator] = likely(model, motion, round(0.02 / step), 30.0)
     large, accurate = means["Euler"], means["RK4"]
-    assert large is not None
-    assert accurate is not None
     assert large.most[1] > STANDS_OUT
     k = int(np.argmax(np.abs(np.array(large.own) - large.finer)))
     assert abs(large.own[k] - large.finer[k]) > 100 * abs(accurate.own[k] - accurate.finer[k])
 
 
-def test_starts_beside_each_other_give_the_same_means() -> None:
+def test_starts_beside_each_other_give_the_same_means():
     model = ready(ball())
     motion = script(model, duration=0.04)
     with ThreadPoolExecutor(1) as executor:

@@ -25,12 +25,12 @@ ROUNDED = 64 * np.finfo(float).eps  # of an angle of a few radians, after some t
 
 
 @pytest.mark.parametrize("name", QUICK)
-def test_errors_agree_with_those_of_the_study(name: str) -> None:
+def test_errors_agree_with_those_of_the_study(name):
     method, step, duration, period = QUICK[name]
     assert check(name, method, step, duration, period) < 1e-6
 
 
-def test_errors_agree_on_every_scene_without_contacts(request: pytest.FixtureRequest) -> None:
+def test_errors_agree_on_every_scene_without_contacts(request):
     families = scenes("cone-pendulum/*,simple-pendulum/*,linear-pendulum/*")
     chosen = [scene for scene in families if "/forced" not in scene.name]  # driven within a step
     assert len(chosen) > 50
@@ -75,7 +75,7 @@ def certificate_of(scene: AuditedScene, reference: Certificate, name: str) -> Ar
 
 
 @pytest.mark.parametrize("step", [0.002, 0.001])
-def test_sliding_capsule_tends_to_the_limit_of_its_own_contacts(step: float) -> None:
+def test_sliding_capsule_tends_to_the_limit_of_its_own_contacts(step):
     """Friction that is damping at the rate b below the speed mu g/b lets a body slide mu g/(2 b^2)
     further than Coulomb's: v_0/b less v_0^2/(2 mu g) at v_0 = mu g/b."""
     duration = 0.2

@@ -43,9 +43,7 @@ ON_RAILS = """
 
 
 @pytest.mark.long
-def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_tolerances_are_refined_where_they_do_not_resolve_the_error(monkeypatch):
     found = audit_of(ARM, duration=0.4)
     assert found.until == pytest.approx(0.4)
     assert found.resolved
@@ -57,7 +55,7 @@ def test_tolerances_are_refined_where_they_do_not_resolve_the_error(
 
 
 @pytest.mark.long
-def test_integrators_in_processes_give_the_same_errors(capsys: pytest.CaptureFixture[str]) -> None:
+def test_integrators_in_processes_give_the_same_errors(capsys):
     model = compiled(ARM)
     one, two = (plumbob.audit(model, duration=0.1, budget=60.0, jobs=jobs) for jobs in (1, 2))
     assert one.found is not None
@@ -81,9 +79,7 @@ def same_bits(one: Certificate, other: Certificate) -> bool:
 
 
 @pytest.mark.parametrize("chatter", [0, 20])
-def test_a_confirmation_beside_its_reference_has_the_same_bits(
-    chatter: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_confirmation_beside_its_reference_has_the_same_bits(chatter, monkeypatch):
     """Of a ball that bounces, sharp or, where its contacts are taken for chatter, over layers."""
     monkeypatch.setattr(reference_module, "CHATTER", chatter)
     own = own_model(ball(0.13), "ball")
@@ -96,13 +92,13 @@ def test_a_confirmation_beside_its_reference_has_the_same_bits(
     assert (alone.why, alone.widths) == (beside.why, beside.widths)
 
 
-def test_a_gap_of_zero_is_said() -> None:
+def test_a_gap_of_zero_is_said():
     found = audit_of(ON_RAILS.format(height=0.5), keyframe="moving", duration=0.4)
     assert found.found is None
     assert "floor – ball have a gap of zero, and rounding decides" in found.reference.why
 
 
-def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
+def test_a_gap_that_a_speed_changes_is_left_to_the_solver():
     """The ball at its gap of zero ten times over, but free to fall."""
     held = ON_RAILS.format(height=0.5)
     free = held.replace('<joint type="slide" axis="0 1 0"/>', '<joint type="slide"/>')
@@ -119,13 +115,13 @@ def test_a_gap_that_a_speed_changes_is_left_to_the_solver() -> None:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("gap", [1e-6, -1e-4])
-def test_a_gap_that_is_not_zero_is_certified(gap: float) -> None:
+def test_a_gap_that_is_not_zero_is_certified(gap):
     found = audit_of(ON_RAILS.format(height=0.5 + gap), keyframe="moving", duration=0.4)
     assert found.until == pytest.approx(0.4)
 
 
 @pytest.mark.long
-def test_a_body_at_rest_at_a_gap_of_zero_is_certified() -> None:
+def test_a_body_at_rest_at_a_gap_of_zero_is_certified():
     """Nothing moves, whether or not they touch; and a free body soon does more than touch."""
     assert audit_of(ON_RAILS.format(height=0.5), duration=0.4).error == 0.0
     free = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body pos="0 0 .1"><freejoint/>

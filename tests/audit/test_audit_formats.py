@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import mujoco
 import pytest
@@ -36,11 +35,11 @@ ROBOT = f"""<robot name="r"><link name="base"/><link name="arm">{INERTIAL}</link
 <axis xyz="0 1 0"/>{TAKEN[2]}</joint>{LEFT["transmissions"]}{LEFT["gazebo"]}</robot>"""
 
 
-def test_what_is_said_to_be_dropped_of_urdf_is_and_nothing_else(tmp_path: Path) -> None:
+def test_what_is_said_to_be_dropped_of_urdf_is_and_nothing_else(tmp_path):
     """Without it the compiled model is the same; without what is taken over it is another."""
     file = tmp_path / "r.urdf"
 
-    def read(text: str) -> tuple[object, str]:
+    def read(text):
         file.write_text(text)
         (note,) = notes(file)
         return fields(mujoco.MjModel.from_xml_path(str(file))), note
@@ -59,9 +58,7 @@ def test_what_is_said_to_be_dropped_of_urdf_is_and_nothing_else(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("suffix", [".urdf", ".mjb"])
-def test_a_robot_of_another_format_is_audited_as_its_compiled_model(
-    suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_robot_of_another_format_is_audited_as_its_compiled_model(suffix, tmp_path, capsys):
     text = re.sub("<mimic[^>]*>", "", ROBOT)
     file = tmp_path / f"robot{suffix}"
     (tmp_path / "robot.urdf").write_text(text)

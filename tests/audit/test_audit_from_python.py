@@ -28,7 +28,7 @@ Result = MotionResult | ContactResult
 
 
 @pytest.fixture(name="results", scope="module")
-def _results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Result]:
+def _results(tmp_path_factory):
     file = tmp_path_factory.mktemp("robots") / "rod.xml"
     file.write_text(ROD, "utf-8")
     return {
@@ -41,7 +41,7 @@ BOTH = pytest.mark.parametrize("name", ["rod.xml", "model"])
 
 
 @BOTH
-def test_a_line_a_text_and_a_card_say_the_same(results: dict[str, Result], name: str) -> None:
+def test_a_line_a_text_and_a_card_say_the_same(results, name):
     result = results[name]
     text, html = result.text(), unescape(result._repr_html_()).replace("\u00a0", " ")
     assert re.fullmatch(f"<audit of {name}: .+>", repr(result))
@@ -55,7 +55,7 @@ def test_a_line_a_text_and_a_card_say_the_same(results: dict[str, Result], name:
 
 
 @BOTH
-def test_plots_are_the_figures_of_the_page(results: dict[str, Result], name: str) -> None:
+def test_plots_are_the_figures_of_the_page(results, name):
     result = results[name]
     figures = answered(result).figures
     assert result.plot() == result.plot(figures[0].title)
@@ -70,7 +70,7 @@ def test_plots_are_the_figures_of_the_page(results: dict[str, Result], name: str
 
 
 @BOTH
-def test_what_is_documented_is_there(results: dict[str, Result], name: str) -> None:
+def test_what_is_documented_is_there(results, name):
     result = results[name]
     for attribute in re.findall(r"`([a-z_.]+\b)", type(result).__doc__ or ""):
         run = attribute in ("step", "distances", "drift", "turning")
@@ -81,7 +81,6 @@ def test_what_is_documented_is_there(results: dict[str, Result], name: str) -> N
         assert result.own[0].distances.shape == result.errors(result.own[0]).shape == (16,)
         return
     assert isinstance(result, MotionResult)
-    assert result.found is not None
     periods, actuators = result.script.controls.shape
     assert (periods, actuators) == (5, 1)
     assert result.reference.positions.shape == (periods + 1, len(result.pose), 3)
@@ -93,9 +92,7 @@ def test_what_is_documented_is_there(results: dict[str, Result], name: str) -> N
     }
 
 
-def test_plain_data_are_what_the_command_prints(
-    results: dict[str, Result], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_plain_data_are_what_the_command_prints(results, capsys):
     """Whatever is not timed is the same."""
     data = results["rod.xml"].to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
@@ -109,7 +106,7 @@ def test_plain_data_are_what_the_command_prints(
     assert set(printed) == set(data)
 
 
-def test_without_an_answer_the_line_says_why(results: dict[str, Result]) -> None:
+def test_without_an_answer_the_line_says_why(results):
     motion, contacts = results["rod.xml"], results["model"]
     assert isinstance(motion, MotionResult)
     assert isinstance(contacts, ContactResult)
@@ -129,7 +126,7 @@ def test_without_an_answer_the_line_says_why(results: dict[str, Result]) -> None
         ({"jobs": "two"}, "jobs = 'two': must be a finite number"),
     ],
 )
-def test_wrong_arguments_name_what_is_wanted(given: dict[str, object], line: str) -> None:
+def test_wrong_arguments_name_what_is_wanted(given, line):
     with pytest.raises(ParameterError) as caught:
-        plumbob.audit(mujoco.MjModel.from_xml_string(ROD), **given)  # type: ignore[arg-type]
+        plumbob.audit(mujoco.MjModel.from_xml_string(ROD), **given)
     assert str(caught.value).startswith(line)

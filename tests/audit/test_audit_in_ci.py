@@ -36,7 +36,7 @@ def _run(command: str, folder: Path, **env: str) -> subprocess.CompletedProcess[
 
 
 @pytest.mark.long
-def test_the_actions_step_fails_on_the_line_that_a_change_sets(tmp_path: Path) -> None:
+def test_the_actions_step_fails_on_the_line_that_a_change_sets(tmp_path):
     """Ten times the step: the error exceeds what passes, on the third line of the file."""
     action = (ROOT / ".github/actions/audit/action.yml").read_text("utf-8")
     (script,) = re.findall(r"run: \|\n((?: {8}.*\n)+)", action)
@@ -54,7 +54,7 @@ def test_the_actions_step_fails_on_the_line_that_a_change_sets(tmp_path: Path) -
     assert (tmp_path / "plumbob-audit" / "audit-rod.html").is_file()
 
 
-def test_the_hooks_command_takes_files(tmp_path: Path) -> None:
+def test_the_hooks_command_takes_files(tmp_path):
     hooks = (ROOT / ".pre-commit-hooks.yaml").read_text("utf-8")
     (entry,) = re.findall(r"entry: (.*)", hooks)
     (pattern,) = re.findall(r"files: (.*)", hooks)
@@ -63,7 +63,7 @@ def test_the_hooks_command_takes_files(tmp_path: Path) -> None:
     assert _run(f"{entry} bad.xml", tmp_path).returncode == 2
 
 
-def test_what_is_annotated(tmp_path: Path) -> None:
+def test_what_is_annotated(tmp_path):
     """Each line that sets something, or the first; what would end a command is escaped."""
     file = tmp_path / "m.xml"
     file.write_text('<mujoco>\n<option integrator="RK4"/>\n<geom solref = ".02 1"/>\n</mujoco>')

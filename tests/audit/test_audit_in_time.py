@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -37,9 +36,7 @@ def clock() -> Callable[[], float]:
 
 
 @pytest.mark.parametrize(("budget", "least"), [(0.1, 0.06), (0.2, 0.1)])
-def test_what_is_certified_when_time_runs_out_is_kept(
-    budget: float, least: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_certified_when_time_runs_out_is_kept(budget, least, monkeypatch):
     """A ball bounces, its contacts taken for chatter: layers end where their time does."""
     monkeypatch.setattr(reference_module, "CHATTER", 0)
     own = own_model(ball(0.13), "ball")
@@ -49,7 +46,7 @@ def test_what_is_certified_when_time_runs_out_is_kept(
     assert "the time given for it ended" in found.why
 
 
-def test_two_references_are_joined_where_the_first_is_known() -> None:
+def test_two_references_are_joined_where_the_first_is_known():
     own = own_model(pendulum(), "rod")
     whole = certified(own, script(own, duration=0.2), 20.0, time.process_time)
     unknown = np.where(np.arange(11) > 5, np.inf, 1e-3 * np.arange(11))
@@ -58,7 +55,7 @@ def test_two_references_are_joined_where_the_first_is_known() -> None:
     assert joined.uncertainty.tolist() == [0.0, 0.0, 0.0, *unknown[3:]]
 
 
-def test_the_own_step_is_run_whatever_the_time() -> None:
+def test_the_own_step_is_run_whatever_the_time():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
     known = certified(own, motion, 20.0, time.process_time)
@@ -69,14 +66,14 @@ def test_the_own_step_is_run_whatever_the_time() -> None:
     assert "the time given for it ended" in found.reference.why
 
 
-def test_trims_end_with_their_time() -> None:
+def test_trims_end_with_their_time():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
     assert trims(own, motion, 2, 10, 1.0, 0.0, clock()).each == ()
     assert len(trims(own, motion, 2, 10, 1.0, 0.003, clock()).each) == 2
 
 
-def test_all_that_is_left_out_is_said_once() -> None:
+def test_all_that_is_left_out_is_said_once():
     many, few, off = (
         Change("iterations above 20", (("iterations", (), 20),)),
         Change("iterations above 5", (("iterations", (), 5),)),
@@ -86,7 +83,7 @@ def test_all_that_is_left_out_is_said_once() -> None:
     assert strictest([many, few, off, warm]) == (few, off, warm)
 
 
-def test_steps_that_do_not_tend_to_a_reference_are_said_to() -> None:
+def test_steps_that_do_not_tend_to_a_reference_are_said_to():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.1)
     known = certified(own, motion, 20.0, time.process_time)
@@ -102,7 +99,7 @@ def test_steps_that_do_not_tend_to_a_reference_are_said_to() -> None:
     assert few.endswith("; the time was enough for 2 runs only")
 
 
-def test_a_solver_at_its_cap_is_said() -> None:
+def test_a_solver_at_its_cap_is_said():
     model = ball(0.0995)
     model.opt.solver, model.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 1
     own = own_model(model, "ball")
@@ -114,15 +111,13 @@ def test_a_solver_at_its_cap_is_said() -> None:
     assert own.stepped(script(own, duration=0.1), "euler", 20).remarks == ()
 
 
-def test_a_start_that_is_hardly_meant_is_said() -> None:
+def test_a_start_that_is_hardly_meant_is_said():
     assert own_model(ball(0.0995), "ball").notes == ()
     (note,) = own_model(ball(0.05), "ball").notes
     assert note == "it starts with contacts 0.05 m deep: is that posture meant?"
 
 
-def test_a_model_that_diverges_prints_nothing_and_writes_no_log(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_that_diverges_prints_nothing_and_writes_no_log(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     text = """<mujoco><option timestep=".02"/>
       <worldbody><body><joint axis="0 1 0" stiffness="1e6"/><geom size=".05" pos=".2 0 0"/></body>
@@ -136,7 +131,7 @@ def test_a_model_that_diverges_prints_nothing_and_writes_no_log(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_candidate_that_diverges_is_dropped_at_once() -> None:
+def test_a_candidate_that_diverges_is_dropped_at_once():
     """RK4 on stiff joints: steps from numbers that are none would take a hundred times as long."""
     joints = '<joint axis="0 1 0" stiffness="1e7"/><joint type="slide" stiffness="1e7"/>'
     rods = "".join(
@@ -155,7 +150,7 @@ def test_a_candidate_that_diverges_is_dropped_at_once() -> None:
 
 
 @pytest.mark.long
-def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path: Path) -> None:
+def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path):
     """Elasticity of a flex is not integrated implicitly."""
     path = tmp_path / "cloth.xml"
     path.write_text(
@@ -165,7 +160,6 @@ def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path: Path) -> Non
         "utf-8",
     )
     found = plumbob.audit(path, duration=0.1, budget=10.0)
-    assert found.found is not None
     assert {s.integrator for s in found.found.steps} == {"euler", "rk4"}
     assert "implicitfast is not tried: MuJoCo refuses it" in dict(rows(answered(found)))["model"]
     model = mujoco.MjModel.from_xml_path(str(path))
@@ -175,7 +169,7 @@ def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path: Path) -> Non
 
 
 @pytest.mark.long
-def test_of_a_step_that_diverges_nothing_is_compared() -> None:
+def test_of_a_step_that_diverges_nothing_is_compared():
     """No ratio of costs, no balance and no trim: RK4 where damping has to be implicit."""
     text = """<mujoco><option timestep=".01" integrator="RK4"/><worldbody><body>
       <joint axis="0 1 0" damping="30"/><geom size=".1" pos=".1 0 0"/></body></worldbody>

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
-from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
 from plumbob.reports.cli import main
@@ -26,12 +25,12 @@ from plumbob.tests.support.page_document import plotted_inside
 
 
 @pytest.fixture(name="found", scope="module")
-def _found() -> Audit:
+def _found():
     return audit_of(ball(0.12), duration=0.2)
 
 
 @pytest.mark.long
-def test_page_says_what_the_text_says(found: Audit) -> None:
+def test_page_says_what_the_text_says(found):
     answer = answered(found)
     text = page(answer, found, "plumbob audit ball.xml --out <folder>")
     shown = unescape(text)
@@ -43,7 +42,7 @@ def test_page_says_what_the_text_says(found: Audit) -> None:
 
 
 @pytest.mark.long
-def test_the_card_says_the_error_the_choice_and_the_certificate(found: Audit) -> None:
+def test_the_card_says_the_error_the_choice_and_the_certificate(found):
     """Its lines are MJCF that sets what the row of what to do says."""
     said, *change = card(found)
     lines = dict(rows(answered(found)))
@@ -60,20 +59,19 @@ def test_the_card_says_the_error_the_choice_and_the_certificate(found: Audit) ->
 
 
 @pytest.mark.long
-def test_a_bar_in_a_name_ends_no_cell(found: Audit) -> None:
+def test_a_bar_in_a_name_ends_no_cell(found):
     answer = answered(replace(found, slides="a | b", notes=("c|d",)))
     assert dict(rows(answer))["more"].startswith("a | b rests on a plane")
     assert dict(rows(answer))["model"].endswith("; c|d")
 
 
 @pytest.mark.long
-def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
+def test_figures_are_drawn_from_the_audit(found):
     answer = answered(found)
     text = page(answer, found, "")
     assert len(plotted_inside(text)) == text.count('src="data:image/svg+xml,') == 3
     timeline = answer.figures[-1]
     assert [t["name"] for t in timeline.traces] == ["floor – geom 1"]
-    assert found.touching is not None
     lasting = found.touching.intervals("floor – geom 1")
     assert lasting[0, 0] == pytest.approx(0.064, abs=1.5e-3)  # it falls 2 cm first
     assert lasting[-1, 1] == pytest.approx(0.2)
@@ -83,7 +81,7 @@ def test_figures_are_drawn_from_the_audit(found: Audit) -> None:
     assert f"{ends / 0.2:.3g} begin or cease to in a second" in timeline.caption
 
 
-def test_contacts_are_looked_for_at_each_own_step() -> None:
+def test_contacts_are_looked_for_at_each_own_step():
     looks = np.asarray(0.1 * np.arange(5), dtype=float)
     touching = Touching(looks, {"a – b": np.array([False, True, True, False, True])})
     assert touching.intervals("a – b") == pytest.approx(np.array([[0.1, 0.3], [0.4, 0.5]]))
@@ -95,7 +93,7 @@ def test_contacts_are_looked_for_at_each_own_step() -> None:
 
 
 @pytest.mark.long
-def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:
+def test_a_picture_is_on_the_page_where_there_is_one(found):
     answer = answered(found)
     assert "No picture of the model" in page(answer, found, "")
     text = page(answer, found, "", b"drawn")
@@ -103,7 +101,7 @@ def test_a_picture_is_on_the_page_where_there_is_one(found: Audit) -> None:
     assert f'src="data:image/png;base64,{base64.b64encode(b"drawn").decode()}"' in text
 
 
-def test_pictures_are_pngs_of_their_pixels() -> None:
+def test_pictures_are_pngs_of_their_pixels():
     pixels = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
     content = picture_module.png(pixels)
     assert content.startswith(b"\x89PNG\r\n\x1a\n")
@@ -116,16 +114,14 @@ def test_pictures_are_pngs_of_their_pixels() -> None:
     )
 
 
-def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch):
     model = ball(0.12)
     monkeypatch.setattr("sys.executable", "/bin/false")
     assert picture_module.picture(model, model.qpos0) is None
 
 
 @pytest.mark.long
-def test_command_writes_the_page_and_names_the_model_as_it_was_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_writes_the_page_and_names_the_model_as_it_was_given(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("arm").mkdir()
     Path("arm/rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
@@ -143,7 +139,7 @@ def test_command_writes_the_page_and_names_the_model_as_it_was_given(
 
 
 @pytest.mark.long
-def test_pages_of_files_of_one_name_are_two(found: Audit, tmp_path: Path) -> None:
+def test_pages_of_files_of_one_name_are_two(found, tmp_path):
     """A page is written over that of the same file alone, from whatever folder it is audited."""
     names = []
     for robot in ("panda", "ur5e", "panda"):

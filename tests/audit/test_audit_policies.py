@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
 import mujoco
 import numpy as np
 import pytest
@@ -25,7 +22,7 @@ def holding(time: float, qpos: Array, qvel: Array) -> Array:
 
 @pytest.mark.long
 @pytest.mark.parametrize("held", [1, 4])
-def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held: int) -> None:
+def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held):
     model = mujoco.MjModel.from_xml_string(ROD)
     data, controls = mujoco.MjData(model), []
     for _ in range(40 // held):
@@ -38,7 +35,6 @@ def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held: int) -> None:
     assert found.script.period == pytest.approx(held * 0.005)
     assert found.control.startswith("policy, recorded")
     assert found.until == pytest.approx(0.2)
-    assert found.error is not None
     assert found.error > 1e-5  # of the step, which is resolved
 
 
@@ -50,15 +46,13 @@ def test_what_is_replayed_is_the_users_own_loop_to_the_bit(held: int) -> None:
         (lambda time: 0.0, "returns 1 finite numbers (TypeError: "),
     ],
 )
-def test_a_policy_that_cannot_be_called_is_one_line(policy: Any, reason: str) -> None:
+def test_a_policy_that_cannot_be_called_is_one_line(policy, reason):
     with pytest.raises(ParameterError) as caught:
         audit(mujoco.MjModel.from_xml_string(ROD), policy=policy, duration=0.02)
     assert reason in str(caught.value)
 
 
-def test_on_the_command_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rod.xml").write_text(ROD)
     (tmp_path / "holding_rod.py").write_text("def act(time, qpos, qvel):\n    return -qpos\n")

@@ -6,7 +6,6 @@ import json
 import os
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -44,9 +43,7 @@ def one_line(words: list[str], reason: str, capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(("reason", "text", "words"), BY_REASON)
-def test_refused_by_name(
-    reason: str, text: str, words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_refused_by_name(reason, text, words, tmp_path, capsys):
     path = tmp_path / "my.xml"
     path.write_text(text, "utf-8")
     mujoco.MjModel.from_xml_path(str(path))
@@ -57,9 +54,7 @@ def test_refused_by_name(
     ("words", "reason"),
     [*OPTIONS, (["--speed", "1"], "speed = '1': must be given with --contacts")],
 )
-def test_bad_options_of_contacts_are_one_line(
-    words: list[str], reason: str, files: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_options_of_contacts_are_one_line(words, reason, files, capsys):
     Path("my.xml").write_text(BOX, "utf-8")
     before = sorted(files.iterdir())
     contacts = ["--contacts"] if (words, reason) in OPTIONS else []
@@ -67,7 +62,7 @@ def test_bad_options_of_contacts_are_one_line(
     assert sorted(files.iterdir()) == before
 
 
-def test_callback_is_refused() -> None:
+def test_callback_is_refused():
     model = pendulum()
     mujoco.set_mjcb_control(lambda model, data: None)
     try:
@@ -90,12 +85,12 @@ class WithPluginState:
         return getattr(self.model, name)
 
 
-def test_a_plugin_with_a_state_of_its_own_is_refused() -> None:
+def test_a_plugin_with_a_state_of_its_own_is_refused():
     with pytest.raises(NotCertifiable, match="a plugin with a state of its own"):
         refused(WithPluginState(pendulum()))
 
 
-def test_too_many_contacts_in_the_layer_are_not_blended() -> None:
+def test_too_many_contacts_in_the_layer_are_not_blended():
     """A box of a hair's depth has four contacts within the layer, two such have eight."""
     box = '<body pos="{} 0 .0999999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     plane = '<geom type="plane" size="5 5 1"/>'
@@ -109,7 +104,7 @@ def test_too_many_contacts_in_the_layer_are_not_blended() -> None:
             own.field(1e-5)(0.0, own.state)
 
 
-def test_solver_at_its_cap_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_solver_at_its_cap_is_not_believed(monkeypatch):
     monkeypatch.setattr(field_module, "ITERATIONS", 1)
     own = own_model(ball(0.0995), "ball")
     found = certified(own, script(own, duration=0.1), 10.0)
@@ -118,7 +113,7 @@ def test_solver_at_its_cap_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.fixture(name="files")
-def _files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def _files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = PENDULUM.format(integrator="Euler")
     models = {"my.xml": text, "secret.xml": text, "no_step.xml": text.replace('"0.01"', '"nan"')}
@@ -142,16 +137,14 @@ TRIED = [case for case in HOSTILE if os.geteuid() or case != "a file without per
 
 
 @pytest.mark.parametrize("case", TRIED)
-def test_hostile_input_is_one_line(
-    case: str, files: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_hostile_input_is_one_line(case, files, capsys):
     before = sorted(files.rglob("*"))
     one_line(HOSTILE[case], "", capsys)
     assert sorted(files.rglob("*")) == before
 
 
 @pytest.mark.long
-def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_exit_codes_and_json(files, capsys):
     short = ["audit", "my.xml", "--duration", "0.2", "--budget", "20"]
     assert main([*short, "--absolute", "0.1"]) == 0
     text = capsys.readouterr()
@@ -161,7 +154,7 @@ def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) ->
     assert main([*short, "--absolute", "1e-9", "--json"]) == 1
     printed = capsys.readouterr()
     assert "m off" in printed.err
-    data: dict[str, Any] = json.loads(printed.out)
+    data = json.loads(printed.out)
     assert {
         "model",
         "integrator",
@@ -194,7 +187,7 @@ def test_exit_codes_and_json(files: Path, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.long
-def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
+def test_controls_from_a_file_and_an_array_agree(files):
     values = 0.3 * np.sin(np.arange(10))[:, None]
     np.savetxt("ctrl.csv", values, delimiter=",", fmt="%.17g")
     np.savez("ctrl.npz", ctrl=values)
@@ -216,7 +209,7 @@ def test_controls_from_a_file_and_an_array_agree(files: Path) -> None:
 
 
 @pytest.mark.long
-def test_users_model_is_not_changed_anywhere() -> None:
+def test_users_model_is_not_changed_anywhere():
     model = ball(0.12, solref=".0001 1")
     size = mujoco.mj_sizeModel(model)
     before, after = np.zeros(size, np.uint8), np.zeros(size, np.uint8)
@@ -227,7 +220,7 @@ def test_users_model_is_not_changed_anywhere() -> None:
     assert found.clamped == {"geom_solref": 2}
 
 
-def test_no_reference_is_an_answer(capsys: pytest.CaptureFixture[str], files: Path) -> None:
+def test_no_reference_is_an_answer(capsys, files):
     """Exit code 0, also where the answer is "no reference, because ..."."""
     code = main(["audit", "my.xml", "--budget", "1e-9"])
     printed = capsys.readouterr()
@@ -237,13 +230,13 @@ def test_no_reference_is_an_answer(capsys: pytest.CaptureFixture[str], files: Pa
 
 @pytest.mark.parametrize("model", [pendulum, pendulum().opt, None, b"<mujoco/>"])
 @pytest.mark.parametrize("audit", [plumbob.audit, plumbob.audit_contacts])
-def test_of_what_is_no_model_it_says_what_is_wanted(audit: Any, model: object) -> None:
+def test_of_what_is_no_model_it_says_what_is_wanted(audit, model):
     wanted = r"must be a path to a MuJoCo model file, a mujoco\.MjModel, a mujoco\.MjSpec, or"
     with pytest.raises(ParameterError, match=f"model = '{type(model).__name__}': {wanted}"):
         audit(model)
 
 
 @pytest.mark.parametrize("control", [None, pendulum, object(), 1.0, [["one"]]])
-def test_of_what_is_no_control_it_says_what_is_wanted(control: Any) -> None:
+def test_of_what_is_no_control_it_says_what_is_wanted(control):
     with pytest.raises(ParameterError, match=r"ctrl = .* of shape \(periods, 1\)"):
         plumbob.audit(pendulum(), control)

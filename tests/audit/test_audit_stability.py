@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -99,7 +98,7 @@ def course(text: str, duration: float = 0.3) -> Course:
 @pytest.mark.parametrize(
     ("integrator", "times"), [("euler", 2.0), ("rk4", math.sqrt(8.0)), ("implicitfast", 2.0)]
 )
-def test_an_oscillator_goes_where_theory_says(integrator: str, times: float) -> None:
+def test_an_oscillator_goes_where_theory_says(integrator, times):
     """Semi-implicit Euler beyond h omega = 2, RK4 beyond the root of 8."""
     limit = limited(course(arm()), integrator)
     assert limit.confirmed
@@ -130,23 +129,19 @@ CABLE = (
         (FILTER, "", "euler", "activation of actuator drive", 0.002),
     ],
 )
-def test_what_goes_first_has_its_name(
-    more: str, joint: str, integrator: str, first: str, limit: float
-) -> None:
+def test_what_goes_first_has_its_name(more, joint, integrator, first, limit):
     found = limited(course(arm(more, joint, step=0.0006)), integrator)
     assert found.largest_step == pytest.approx(limit, rel=WITHIN)
     assert found.confirmed
     assert found.first == first
 
 
-def test_a_wrong_eigenvector_names_another_joint(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_eigenvector_names_another_joint(monkeypatch):
     on = course(arm())
     limit = limited(on, "euler")
-    assert limit.largest_step is not None
     at, step = on.points[0], ABOVE * limit.largest_step
     jacobian = at.maps("euler", step, DIFFERENCES[0])
     mode = first_mode(jacobian, at.rates, step)
-    assert mode is not None
     assert at.maps.place(mode.participation).name == "joint elbow"
     factors, vectors = np.linalg.eig(jacobian)
     k = int(np.argmin(np.abs(np.angle(factors))))
@@ -155,7 +150,7 @@ def test_a_wrong_eigenvector_names_another_joint(monkeypatch: pytest.MonkeyPatch
     assert named(on, limit).startswith("joint shoulder")
 
 
-def test_growth_of_the_motion_itself_is_no_instability() -> None:
+def test_growth_of_the_motion_itself_is_no_instability():
     """A pole on its end falls e-fold in a tenth of a second, at any step."""
     on = course(POLE, 2.0)
     at, step = on.points[0], on.model.step
@@ -168,25 +163,23 @@ def test_growth_of_the_motion_itself_is_no_instability() -> None:
     assert not stability(on.model, on.script, on.states).unstable
 
 
-def test_a_limit_from_the_start_alone_misses_the_contact() -> None:
+def test_a_limit_from_the_start_alone_misses_the_contact():
     on = course(DROP)
     first = limited(replace(on, states=on.states[:1]), "euler")
     assert first.predicted is None
     limit = limited(on, "euler")
-    assert limit.largest_step is not None
     assert limit.largest_step == limit.predicted
     assert limit.confirmed
     assert limit.first == "joint fall, contact floor – ball"
 
 
 @pytest.mark.parametrize(("text", "at"), [(POLE, 0.05), (DROP, 1e-4)])
-def test_a_state_of_rest_is_left_as_it_is(text: str, at: float) -> None:
+def test_a_state_of_rest_is_left_as_it_is(text, at):
     """A pole on its end, which falls from anywhere else, and a ball that lies on the floor."""
     on = course(text, 0.04)
     maps = on.model.step_maps(np.array([-at, 0.0]), on.script.controls[0])
     for step in (on.model.step, 3.0 * on.model.step):
         rest = maps.at_rest("euler", step)
-        assert rest is not None
         nudged = on.model.nudged(
             replace(on.script, start=rest.state), 0, "euler", step, LEAST * step
         )
@@ -197,7 +190,7 @@ def test_a_state_of_rest_is_left_as_it_is(text: str, at: float) -> None:
         assert place == pytest.approx(0.0, abs=1e-8) if text is POLE else place < -5e-5
 
 
-def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
     """Where Jacobians show no limit, or one that is too high, nudged runs tell where it is."""
     on = course(arm())
     for factor in (1.4, math.inf):
@@ -211,7 +204,7 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch: pytest.Mo
         assert limit.why.startswith("by nudged runs")
 
 
-def test_a_limit_that_no_run_confirms_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_limit_that_no_run_confirms_is_none(monkeypatch):
     on = course(arm(more=""))
     for name in ("unstable", "decidedly_unstable"):
         monkeypatch.setattr(stability_module, name, lambda at, of, step: step > 0.004)
@@ -219,34 +212,28 @@ def test_a_limit_that_no_run_confirms_is_none(monkeypatch: pytest.MonkeyPatch) -
     assert (limit.largest_step, limit.confirmed) == (None, True)
 
 
-def test_where_smaller_steps_diverge_the_limit_is_below_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     """Some between them and the limit hold: an island, not a limit."""
     on = course(arm())
     limit, low, high = limited(on, "euler"), 0.0030, 0.0034
     assert tried_below(on, limit) == limit
     rate = Course.rate
 
-    def islands(self: Course, integrator: str, step: float, duration: float) -> float:
+    def islands(self, integrator, step, duration):
         return math.inf if low < step < high else rate(self, integrator, step, duration)
 
     monkeypatch.setattr(Course, "rate", islands)
     lower = tried_below(on, limit)
     assert lower.confirmed
-    assert lower.largest_step is not None
     assert low / SPREAD**2 < lower.largest_step < low
     assert lower.why.startswith("by nudged runs")
 
 
 @pytest.mark.parametrize(("integrator", "holds", "moves"), [("rk4", 0.0040, 0.0046)])
-def test_a_ball_that_does_not_come_to_rest_chatters(
-    integrator: str, holds: float, moves: float
-) -> None:
+def test_a_ball_that_does_not_come_to_rest_chatters(integrator, holds, moves):
     on = course(DROP)
     limit = tried_below(on, limited(on, integrator))
     assert limit.reach == math.inf
-    assert limit.chatters is not None
     assert holds < limit.chatters < moves
     rates = [on.rate(integrator, step, MOST * moves) for step in (holds, moves)]
     assert rates[0] < SETTLED < rates[1]
@@ -255,12 +242,11 @@ def test_a_ball_that_does_not_come_to_rest_chatters(
 
 
 @pytest.mark.long
-def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
+def test_a_remedy_that_is_followed_gives_what_it_claims():
     on = course(arm())
     found = stability(on.model, on.script, on.states)
     (remedy,) = found.remedies
     assert remedy.name == "armature 0.02"
-    assert found.own.largest_step is not None
     assert remedy.limit.largest_step == pytest.approx(
         math.sqrt(2.0) * found.own.largest_step, rel=WITHIN
     )
@@ -276,7 +262,7 @@ def test_a_remedy_that_is_followed_gives_what_it_claims() -> None:
     assert remedy.moved == pytest.approx(apart.max(), rel=0.01)
 
 
-def test_a_remedy_of_one_of_two_equal_joints_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_remedy_of_one_of_two_equal_joints_is_none(monkeypatch):
     """Whatever runs say: the other one is as stiff."""
     begin, end = (arm().index(tag) for tag in ('<body pos=".2', "</body></body>"))
     forearm = arm()[begin : end + len("</body>")]
@@ -293,7 +279,7 @@ def test_a_remedy_of_one_of_two_equal_joints_is_none(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.long
-def test_implicit_damping_and_kv_are_remedies_where_they_help() -> None:
+def test_implicit_damping_and_kv_are_remedies_where_they_help():
     damped = course(arm("", 'damping="20"', 0.0005, flag='eulerdamp="disable"'))
     found = stability(damped.model, damped.script, damped.states)
     assert found.own.largest_step == pytest.approx(2.0 * INERTIA / 20.0, rel=WITHIN)
@@ -305,7 +291,7 @@ def test_implicit_damping_and_kv_are_remedies_where_they_help() -> None:
     assert names == ["kv 9", "armature 0.02"]
 
 
-def test_what_the_time_does_not_allow_is_not_claimed() -> None:
+def test_what_the_time_does_not_allow_is_not_claimed():
     on = course(arm())
     found = stability(on.model, on.script, on.states, budget=0.0)
     assert found.own.confirmed
@@ -314,7 +300,7 @@ def test_what_the_time_does_not_allow_is_not_claimed() -> None:
 
 
 @pytest.mark.long
-def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unstable_step_is_said_first(tmp_path, capsys):
     file = tmp_path / "arm.xml"
     file.write_text(arm(step=0.005), "utf-8")
     command = ["audit", str(file), "--keyframe", "0", "--duration", "0.2", "--budget", "4"]
@@ -338,7 +324,7 @@ def test_an_unstable_step_is_said_first(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.long
-def test_a_limit_beyond_what_was_tried_is_said_as_that() -> None:
+def test_a_limit_beyond_what_was_tried_is_said_as_that():
     said = dict(rows(answered(audit_of(arm(""), duration=0.1, budget=4.0))))["stable"]
     assert said.startswith("beyond 10 ms along this motion (your 1 ms: ×10); rk4, implicit,")
     assert said.endswith("implicit, implicitfast: beyond 10 ms")

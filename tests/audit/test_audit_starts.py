@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -25,7 +24,7 @@ def start(model: object, **given: object) -> tuple[float, float]:
     return float(state[0]), float(state[1])
 
 
-def test_a_start_is_what_is_asked_for() -> None:
+def test_a_start_is_what_is_asked_for():
     model = mujoco.MjModel.from_xml_string(ROD)
     data = mujoco.MjData(model)
     data.qpos[0], data.qvel[0] = 0.5, -2.0
@@ -51,13 +50,13 @@ def test_a_start_is_what_is_asked_for() -> None:
         ({"qvel": "fast"}, "qvel = 'fast': must be a list of numbers"),
     ],
 )
-def test_a_start_that_cannot_be_is_one_line(given: dict[str, object], line: str) -> None:
+def test_a_start_that_cannot_be_is_one_line(given, line):
     with pytest.raises(ParameterError) as caught:
         start(mujoco.MjModel.from_xml_string(ROD), **given)
     assert line in str(caught.value)
 
 
-def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_on_the_command_line(tmp_path, capsys):
     """A rod that starts upright and at rest stays there; one that moves does not."""
     file = tmp_path / "rod.xml"
     file.write_text(ROD)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -21,7 +20,7 @@ QUICK = ["--duration", "0.1", "--budget", "5"]
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """Two rods of one name, one with ten times the step; a broken file; one that includes another;
     and one that is no model."""
     for place, step in (("fine", 1e-3), ("coarse", 1e-2)):
@@ -34,7 +33,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_which_files_are_meant(folder: Path) -> None:
+def test_which_files_are_meant(folder):
     """A single file is none of several; a folder gives what no other file there includes."""
     rod = str(folder / "fine" / "rod.xml")
     assert model_files([rod]) is None
@@ -52,7 +51,7 @@ def test_which_files_are_meant(folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_broken_model_costs_its_row(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_broken_model_costs_its_row(folder, capsys):
     out = folder / "out"
     given = [str(folder / name) for name in ("broken.xml", "fine", "coarse")]
     assert main(["audit", *given, *QUICK, "--jobs", "2", "--out", str(out)]) == 2
@@ -72,7 +71,7 @@ def test_a_broken_model_costs_its_row(folder: Path, capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.long
-def test_what_diverges_comes_first(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_diverges_comes_first(folder, capsys):
     """Damping of 300 N m s on 1.06 kg m² is ten times too much for RK4 at 100 ms."""
     stiff = ROD.format(step=0.1).replace("timestep", 'integrator="RK4" timestep')
     file = folder / "stiff.xml"
@@ -84,10 +83,8 @@ def test_what_diverges_comes_first(folder: Path, capsys: pytest.CaptureFixture[s
     assert second.split()[0] == "coarse/rod.xml"
 
 
-def test_an_interrupt_keeps_what_is_done(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(files: list[Path], *rest: object) -> Iterator[Row]:
+def test_an_interrupt_keeps_what_is_done(folder, capsys, monkeypatch):
+    def interrupted(files, *rest):
         yield Row(str(files[0]), 0.5, 0.01, "this", 0, {})
         raise KeyboardInterrupt
 
@@ -97,9 +94,7 @@ def test_an_interrupt_keeps_what_is_done(
 
 
 @pytest.mark.long
-def test_json_is_a_list_of_what_one_audit_gives(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_is_a_list_of_what_one_audit_gives(folder, capsys):
     fine, coarse = (str(folder / place / "rod.xml") for place in ("fine", "coarse"))
     assert main(["audit", fine, *QUICK, "--json"]) == 0
     alone = json.loads(capsys.readouterr().out)
@@ -113,9 +108,7 @@ def test_json_is_a_list_of_what_one_audit_gives(
     assert [one["path"] for one in json.loads(capsys.readouterr().out)] == [fine]
 
 
-def test_junit_has_a_case_for_each_model(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_junit_has_a_case_for_each_model(folder, capsys, monkeypatch):
     """Passing, missing what is asked for, without a reference, and refused."""
     of = {
         "a.xml": Row("a.xml", 0.1, 0.01, "keep", 0, {"error": 0.1, "uncertainty": math.inf}),
@@ -144,7 +137,7 @@ def test_junit_has_a_case_for_each_model(
     assert "0.3 m off" in capsys.readouterr().err
 
 
-def test_a_reference_that_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_reference_that_is_asked_for(folder, capsys):
     junit = folder / "junit.xml"
     for name, budget, code, outcome in (
         ("fine/rod.xml", "5", 0, None),
@@ -178,16 +171,14 @@ FINE = replace(SMALL, error=1e-6, data={"resolved": False, "uncertainty": 2e-6})
         ([SMALL, refused("d.xml", "no model")], True, "3.5 cm, worst of 2 models", "red"),
     ],
 )
-def test_a_badge_says_the_largest_error(
-    rows: list[Row], bounded: bool, message: str, color: str, tmp_path: Path
-) -> None:
+def test_a_badge_says_the_largest_error(rows, bounded, message, color, tmp_path):
     write_badge(tmp_path / "badge.json", rows, bounded)
     badge = json.loads((tmp_path / "badge.json").read_text("utf-8"))
     label = {"schemaVersion": 1, "label": "simulation error"}
     assert badge == {**label, "message": message, "color": color}
 
 
-def test_the_command_writes_the_badge(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_the_badge(folder, capsys):
     badge, rod = folder / "new" / "badge.json", str(folder / "fine" / "rod.xml")
     for model, code, color in ((rod, 0, "brightgreen"), (str(folder / "broken.xml"), 2, "red")):
         words = [model, *QUICK, "--absolute", "0.01", "--badge", str(badge)]
@@ -198,6 +189,6 @@ def test_the_command_writes_the_badge(folder: Path, capsys: pytest.CaptureFixtur
     assert capsys.readouterr().err.startswith(f"plumbob: badge = '{folder}': must be a new file")
 
 
-def test_one_line_for_what_cannot_be(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_line_for_what_cannot_be(folder, capsys):
     assert main(["audit", str(folder), "--write-trimmed", str(folder / "new.xml")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

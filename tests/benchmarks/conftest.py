@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -24,12 +24,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture
-def hold(pytestconfig: pytest.Config) -> Hold:
+def hold(pytestconfig):
     """Keep a ratio by its name and turns, and hold it to its limits."""
 
-    def held(
-        name: str, values: Sequence[float], most: float = math.inf, least: float = 0.0
-    ) -> None:
+    def held(name, values, most=math.inf, least=0.0):
         found = ratio(name, values, most, least)
         pytestconfig.stash.setdefault(RATIOS, []).append(found)
         assert holds(found), f"{name}: {found.median:.3g}, {limit(found)}"

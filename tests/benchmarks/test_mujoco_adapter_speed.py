@@ -16,7 +16,6 @@ from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import meant
-from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
@@ -45,7 +44,7 @@ def adapted(simulation: MujocoSimulation) -> float:
 
 
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4"])
-def test_adapter_costs_little(name: str, hold: Hold) -> None:
+def test_adapter_costs_little(name, hold):
     # Measured: 0.97 to 1.03, as recording is done in C.
     simulation = compiled(SYSTEM.case(scene()), METHODS[name], 1e-4)
     turns = in_turn(lambda: adapted(simulation), lambda: bare(simulation), 41)
@@ -53,7 +52,7 @@ def test_adapter_costs_little(name: str, hold: Hold) -> None:
 
 
 @pytest.mark.parametrize("name", [m.name for m in METHODS.values() if meant(m, scene())])
-def test_trimming_saves_and_changes_nothing(name: str, hold: Hold) -> None:
+def test_trimming_saves_and_changes_nothing(name, hold):
     # Measured: 0.61 to 0.71 on every integrator. 0.9 would mean that a stage is enabled again.
     found = [trimming(SYSTEM.case(scene()), METHODS[name]) for _ in range(5)]
     assert all(one.identical for one in found)

@@ -19,7 +19,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.cost import reference_step
-from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.high_precision import orbit_of
@@ -84,7 +83,7 @@ def sampled() -> float:
 
 
 @pytest.mark.parametrize("tolerance", [1e-16, 0.0])
-def test_a_million_times_against_heyoka(tolerance: float, hold: Hold) -> None:
+def test_a_million_times_against_heyoka(tolerance, hold):
     # Measured: 4 to 8.
     grid = heyoka_grid(tolerance)
     assert worst_error(PENDULUM.motion.table.angle(TIMES)) <= 3e-13
@@ -92,8 +91,8 @@ def test_a_million_times_against_heyoka(tolerance: float, hold: Hold) -> None:
     hold(f"10^6 samples: heyoka at {tolerance:g} over the closed form", turns, least=3)
 
 
-def test_a_million_times_against_dop853(hold: Hold) -> None:
-    def integrated() -> float:
+def test_a_million_times_against_dop853(hold):
+    def integrated():
         span, state = (0.0, 50.0), [0.0, 37.0]
         return seconds(
             lambda: solve_ivp(right_side, span, state, "DOP853", TIMES, rtol=1e-13, atol=1e-13)
@@ -103,7 +102,7 @@ def test_a_million_times_against_dop853(hold: Hold) -> None:
     hold("10^6 samples: scipy's DOP853 over the closed form", turns, least=100)
 
 
-def test_a_late_time_costs_what_an_early_one_does(hold: Hold) -> None:
+def test_a_late_time_costs_what_an_early_one_does(hold):
     table = PENDULUM.motion.table
     turns = in_turn(
         lambda: seconds(lambda: table.angle(1e9 + TIMES / 50.0)),
@@ -112,7 +111,7 @@ def test_a_late_time_costs_what_an_early_one_does(hold: Hold) -> None:
     hold("10^6 samples: after 10^9 s over the first second", turns, most=1.2)
 
 
-def test_building_the_solution_takes_some_hundred_steps(hold: Hold) -> None:
+def test_building_the_solution_takes_some_hundred_steps(hold):
     # Each turn is the smallest of many: the machine is shared, and interruptions only add.
     solved()
     rule = reference_step()
@@ -120,14 +119,14 @@ def test_building_the_solution_takes_some_hundred_steps(hold: Hold) -> None:
     hold("building a closed form over MuJoCo's empty step", turns, most=1000)
 
 
-def test_a_certified_motion_against_dop853(hold: Hold) -> None:
+def test_a_certified_motion_against_dop853(hold):
     # Measured: 1.6. Two integrations and the linearisation, to 2e-10 rad, beside one to 1e-9 rad.
     system = double_pendulum()
 
-    def certified() -> float:
+    def certified():
         return seconds(lambda: CertifiedMotion(system).uncertainty(np.array([10.0])))
 
-    def integrated() -> float:
+    def integrated():
         ends, start = (0.0, 10.0), system.start
         return seconds(
             lambda: solve_ivp(system.slope, ends, start, "DOP853", rtol=1e-13, atol=1e-13)

@@ -12,7 +12,6 @@ import statistics
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -21,7 +20,6 @@ from plumbob.engines.study import store
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
-from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.benchmark_runs import in_turn
 
@@ -44,7 +42,7 @@ def _computed(who: int = resource.RUSAGE_SELF) -> float:
 
 
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
-def test_the_error_half_on_two_processes(hold: Hold) -> None:
+def test_the_error_half_on_two_processes(hold):
     _study(pattern="mujoco/euler,pymunk/default,ode/lsoda,heyoka")  # what one process loads, once
     begin = _computed()
     alone = _study().seconds["errors"]
@@ -62,7 +60,7 @@ def test_the_error_half_on_two_processes(hold: Hold) -> None:
         assert alone / both >= SAVED
 
 
-def test_costs_do_not_depend_on_a_second_process() -> None:
+def test_costs_do_not_depend_on_a_second_process():
     one, two = (_study(jobs, timed=True, pattern=COSTED) for jobs in (1, 2))
     apart, ratios = [], []
     for key, first in one.costs.items():
@@ -97,7 +95,7 @@ def _processor(*words: str) -> float:
     return _computed(resource.RUSAGE_CHILDREN) - begin
 
 
-def test_recommend_answers_in_a_few_starts_of_python(tmp_path: Path, hold: Hold) -> None:
+def test_recommend_answers_in_a_few_starts_of_python(tmp_path, hold):
     (scene, *_), here = scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
     store.save(run_study([scene], here), tmp_path / store.FILE)
     asked = ("recommend", scene.name, "--error", "1e-1", "--out", str(tmp_path), "--stored")
@@ -107,7 +105,7 @@ def test_recommend_answers_in_a_few_starts_of_python(tmp_path: Path, hold: Hold)
     hold("recommend of a stored study over importing numpy", turns, most=STARTS)
 
 
-def test_report_draws_a_study_in_a_few_starts_of_python(tmp_path: Path, hold: Hold) -> None:
+def test_report_draws_a_study_in_a_few_starts_of_python(tmp_path, hold):
     """The whole quick profile, invented: nothing is worked out, and so what is measured is what
     reading and writing take."""
     store.save(whole_profile.shown().common["study"], tmp_path / store.FILE)

@@ -17,7 +17,6 @@ from plumbob.analytic.systems.slider_path import arc_stroke, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import Segments
 from plumbob.engines.study.cost import reference_step
-from plumbob.tests.benchmarks.conftest import Hold
 from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import COAST
@@ -46,17 +45,17 @@ def in_steps(action: Callable[[], object], turns: int = 11) -> tuple[float, ...]
 
 
 @pytest.mark.parametrize("epsilon", [0.3, 0.1, 0.03, 0.01, 0.001])
-def test_a_turn_to_rest_is_quick(epsilon: float, hold: Hold) -> None:
+def test_a_turn_to_rest_is_quick(epsilon, hold):
     turn = turn_of(CHECK, 0.12, epsilon)
     turns = in_steps(lambda: three_point_motion(CHECK, turn.path).segments)
     hold(f"exact turn, epsilon {epsilon:g}, over an empty step", turns, most=MOST)
 
 
-def test_a_residual_motion_is_quicker(hold: Hold) -> None:
+def test_a_residual_motion_is_quicker(hold):
     hold("exact spin over an empty step", in_steps(_coasted), most=0.5 * MOST)
 
 
-def test_smoothed_friction_costs_many_times_as_much(hold: Hold) -> None:
+def test_smoothed_friction_costs_many_times_as_much(hold):
     rest = COAST.motion().rest_time
     turns = in_turn(
         lambda: cost(lambda: smoothed_motion(COAST.capsule, COAST.path, COAST.state, rest, 1e-8)),
@@ -66,14 +65,14 @@ def test_smoothed_friction_costs_many_times_as_much(hold: Hold) -> None:
     hold("smoothed friction over the exact spin", turns, least=5)
 
 
-def test_evaluating_a_motion_is_cheap(hold: Hold) -> None:
+def test_evaluating_a_motion_is_cheap(hold):
     motion = three_point_motion(CHECK, turn_of(CHECK, 0.12, 0.1).path)
     times = np.linspace(0.0, motion.rest_time, 10_000)
     turns = in_steps(lambda: motion.at(times))
     hold("10^4 samples of a turn over an empty step", turns, most=MOST)
 
 
-def test_repeated_turns_cost_the_same_each_and_stay_exact(hold: Hold) -> None:
+def test_repeated_turns_cost_the_same_each_and_stay_exact(hold):
     """Back and forth fifty times, each to rest: times add up, errors hardly accumulate."""
     drive, half = 4000.0, 0.015
     out, back = arc_stroke(0.12, 0.0, drive, half), arc_stroke(0.12, drive * half**2, -drive, half)
@@ -92,7 +91,7 @@ def test_repeated_turns_cost_the_same_each_and_stay_exact(hold: Hold) -> None:
     hold("fifty exact turns over five", turns, most=15)
 
 
-def test_what_is_kept_is_not_timed(hold: Hold) -> None:
+def test_what_is_kept_is_not_timed(hold):
     """The cost of a motion that is worked out is far above that of one that is kept."""
     turns = in_turn(lambda: cost(_coasted), lambda: _kept(_coasted), 5)
     hold("exact spin over one that is kept", turns, least=10)

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import (
     Arc,
-    Capsule,
     Segment,
     direction_to,
     lowest_normal_forces,
@@ -29,7 +28,7 @@ angles = st.floats(-7.0, 7.0)
 
 
 @given(capsules(), places, places)
-def test_normal_forces_balance_both_weights(capsule: Capsule, x: float, y: float) -> None:
+def test_normal_forces_balance_both_weights(capsule, x, y):
     """Sum of forces, and of moments about C: weights of M at C and m at Q."""
     forces = normal_forces(capsule, np.array([[x, y], [0.0, 0.0]]))
     arms = np.asarray(capsule.supports)
@@ -41,9 +40,7 @@ def test_normal_forces_balance_both_weights(capsule: Capsule, x: float, y: float
 
 
 @given(capsules(), angles, places, places)
-def test_friction_balances_about_every_line_through_c(
-    capsule: Capsule, heading: float, along: float, across: float
-) -> None:
+def test_friction_balances_about_every_line_through_c(capsule, heading, along, across):
     unit = np.array([math.cos(heading), math.sin(heading)])
     spots = np.array([along * unit, along * unit + across * np.array([-unit[1], unit[0]])])
     pressed = normal_forces(capsule, spots) @ np.asarray(capsule.supports)
@@ -54,7 +51,7 @@ def test_friction_balances_about_every_line_through_c(
     np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
 
 
-def test_the_moment_would_show_a_wrong_load() -> None:
+def test_the_moment_would_show_a_wrong_load():
     """Sensitivity: with two supports' loads swapped, the moments at 50 degrees do not balance."""
     x, y = math.cos(math.radians(50.0)), math.sin(math.radians(50.0))
     one, two, three = CHECK.supports
@@ -67,9 +64,7 @@ def test_the_moment_would_show_a_wrong_load() -> None:
 
 
 @given(capsules(), st.floats(0.1, 5.0), angles, angles)
-def test_lowest_normal_forces_are_exact(
-    capsule: Capsule, radius: float, start: float, end: float
-) -> None:
+def test_lowest_normal_forces_are_exact(capsule, radius, start, end):
     """Nowhere on the path is a force lower, and the path does pass where it is lowest."""
     part = np.linspace(0.0, 1.0, 501)[:, None]
     turned = start + (end - start) * part
@@ -86,7 +81,7 @@ def test_lowest_normal_forces_are_exact(
         assert gaps.max() <= np.linalg.norm(spots[1] - spots[0]) + 1e-14
 
 
-def test_validity_names_the_support_that_lifts() -> None:
+def test_validity_names_the_support_that_lifts():
     assert validity(CHECK, (LINE.segment,)) == ()
     # The turn of physics takes Q out of the triangle, and every support stays loaded.
     around = (Arc(0.12, 0.0, 7.0),)
@@ -95,7 +90,7 @@ def test_validity_names_the_support_that_lifts() -> None:
     assert (assumed.com_inside, assumed.slider_inside) == (True, False)
 
 
-def test_edge_of_the_triangle() -> None:
+def test_edge_of_the_triangle():
     """The combined centre just inside an edge is valid, beyond the edge it is not."""
     edge = -0.1 / CHECK.mass_ratio
     near, beyond = ((Segment((0.0, 0.0), (edge * part, 0.0)),) for part in (1 - 1e-12, 1.0001))
@@ -105,10 +100,10 @@ def test_edge_of_the_triangle() -> None:
     assert validity(CHECK, near) == ()
     (breach,) = validity(CHECK, beyond)
     assert breach.name == "normal_force_1"
-    assert breach.value < 0.0  # type: ignore[operator]
+    assert breach.value < 0.0
 
 
-def test_direction_to_a_support() -> None:
+def test_direction_to_a_support():
     assert direction_to(CHECK, 1) == 0.0
     assert math.tan(direction_to(CHECK, 2)) == pytest.approx(-1.5, rel=1e-15)
     for support in (0, 4):

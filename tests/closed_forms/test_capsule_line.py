@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -72,7 +71,7 @@ def agrees(line: LineManoeuvre, names: tuple[str, ...] = ("displacement", "strok
 
 
 @pytest.mark.parametrize("heading", [direction_to(CHECK, i) for i in (1, 2, 3)] + [0.9, 2.1, 3.9])
-def test_check_values(heading: float) -> None:
+def test_check_values(heading):
     assert agrees(replace(LINE, direction=heading), ("displacement", "stroke", "t2", "t_star"))
 
 
@@ -80,14 +79,14 @@ def test_check_values(heading: float) -> None:
     ("changes", "unlike"),
     [({"friction": 0.3 * (1 + 1e-4)}, "displacement"), ({"slider_mass": 0.3001}, "displacement")],
 )
-def test_sensitivity(changes: dict[str, Any], unlike: str) -> None:
+def test_sensitivity(changes, unlike):
     """The stroke is set by w1, w2, t1 alone, the displacement is not."""
     wrong = replace(LINE, capsule=replace(CHECK, **changes))
     assert not agrees(wrong, (unlike,))
     assert agrees(wrong, ("stroke",))
 
 
-def test_sensitivity_of_the_condition_number() -> None:
+def test_sensitivity_of_the_condition_number():
     """The largest relative change of the displacement over that of the parameters."""
     small, total = 1e-7, 0.0
     for name in ("body_mass", "slider_mass", "friction", "gravity", "w1", "w2", "t1"):
@@ -100,7 +99,7 @@ def test_sensitivity_of_the_condition_number() -> None:
 
 
 @given(lines())
-def test_closed_form_has_one_rounding(line: LineManoeuvre) -> None:
+def test_closed_form_has_one_rounding(line):
     with mpmath.workdps(40):
         exact = integrate(parameters(line), mpmath.mpf(2 * line.t2))
         for name in ("displacement", "stroke", "t2", "t_star"):
@@ -110,9 +109,7 @@ def test_closed_form_has_one_rounding(line: LineManoeuvre) -> None:
 
 @settings(max_examples=60)
 @given(lines(), st.lists(st.floats(1e-9, 1.2), min_size=1, max_size=4), st.integers(0, 255))
-def test_histories_within_their_uncertainty(
-    line: LineManoeuvre, parts: list[float], signs: int
-) -> None:
+def test_histories_within_their_uncertainty(line, parts, signs):
     """With every parameter and time changed by one rounding, in its own direction."""
     times = np.array([0.0, line.t1, line.t_star, line.t2, *(p * line.t2 for p in parts)])
     reference = LineReference(line)
@@ -128,7 +125,7 @@ def test_histories_within_their_uncertainty(
                 assert abs(found[name][i] - exact[name]) <= slack[name][i], name
 
 
-def test_uncertainty_is_small() -> None:
+def test_uncertainty_is_small():
     """An excessive bound would pass the test above."""
     times = np.linspace(0.0, 0.2, 50)
     observed = LineReference(LINE).observe(times)
@@ -137,7 +134,7 @@ def test_uncertainty_is_small() -> None:
 
 
 @given(lines())
-def test_equations_of_motion(line: LineManoeuvre) -> None:
+def test_equations_of_motion(line):
     """Eqs. 2, 7 and the balance of momentum; every force is constant between two switches."""
     c, edges = line.capsule, np.array([0.0, line.t1, line.t_star, line.t2, 2 * line.t2])
     inside = 0.5 * (edges[1:] + edges[:-1])
@@ -158,7 +155,7 @@ def test_equations_of_motion(line: LineManoeuvre) -> None:
 
 
 @given(lines(friction=0.0))
-def test_without_friction_the_combined_centre_stays(line: LineManoeuvre) -> None:
+def test_without_friction_the_combined_centre_stays(line):
     """Eq. 15's upper bound on w2 then has no effect, because the body stops with the slider."""
     times = np.linspace(0.0, 1.5 * line.t2, 40)
     centre = line.body_displacement(times) + line.capsule.mass_ratio * line.strokes(times)
@@ -166,7 +163,7 @@ def test_without_friction_the_combined_centre_stays(line: LineManoeuvre) -> None
     assert line.t_star == line.t2
 
 
-def test_printed_velocity_contradicts_the_stopping_time() -> None:
+def test_printed_velocity_contradicts_the_stopping_time():
     times = np.linspace(0.0, LINE.t2, 400)
     printed, own = printed_body_velocity(LINE, times), LINE.body_velocity(times)
     pushing = times < LINE.t1
@@ -175,7 +172,7 @@ def test_printed_velocity_contradicts_the_stopping_time() -> None:
     assert printed[times > LINE.t_star].max() < -0.1
 
 
-def test_a_time_that_rounding_puts_before_rest_is_at_rest() -> None:
+def test_a_time_that_rounding_puts_before_rest_is_at_rest():
     # a step that begins there is one at rest: its friction is what holds the body
     times = np.array([math.nextafter(LINE.t_star, 0.0), LINE.t_star])
     early, there = LINE.friction_force(times)
@@ -184,7 +181,7 @@ def test_a_time_that_rounding_puts_before_rest_is_at_rest() -> None:
 
 
 @pytest.mark.parametrize("excess", [1e-6, 1e-12])
-def test_push_just_above_its_threshold(excess: float) -> None:
+def test_push_just_above_its_threshold(excess):
     """w1 = f g/mu (1 + excess) leaves an exact difference, and a condition number that says so."""
     line = replace(LINE, w1=LIMIT * (1 + excess))
     # w1, f and g count once each, m and M by 1 - mu; roundings of w1 itself are 1e-16/excess.

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule, Point
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.tests.support.plane_motions import pivoting
 from plumbob.tests.support.random_capsules import CHECK, capsules
@@ -44,9 +44,7 @@ BALANCED: Point = (CENTRE[0] / ROUND_ABOUT.mass_ratio, CENTRE[1] / ROUND_ABOUT.m
         (CHECK, (0.5, 0.05), pivoting(CHECK, (0.5, 0.05), 1, -1.5)),
     ],
 )
-def test_closed_form_is_where_smoothing_tends(
-    capsule: Capsule, slider: Point, motion: ResidualMotion
-) -> None:
+def test_closed_form_is_where_smoothing_tends(capsule, slider, motion):
     time = 0.7 * motion.duration
     start, wanted = np.array([motion.observe(np.array([0.0, time]))[name] for name in STATE]).T
     found = smoothed_pose(capsule, fixed(slider), start, time, delta=1e-6).pose
@@ -56,7 +54,7 @@ def test_closed_form_is_where_smoothing_tends(
 @pytest.mark.parametrize(
     "wrong", [replace(CHECK, friction=0.3 * (1 + 1e-4)), moved_support(CHECK, 1e-4)]
 )
-def test_sensitivity(wrong: Capsule) -> None:
+def test_sensitivity(wrong):
     """f off by 1e-4, or one support moved by 1e-4 of its arm, exceed the accuracy of smoothing."""
     right, off = (pivoting(capsule, (0.6, 0.0), 1, 2.0) for capsule in (CHECK, wrong))
     time = np.array([0.7 * right.duration])
@@ -64,7 +62,7 @@ def test_sensitivity(wrong: Capsule) -> None:
 
 
 @given(capsules(), st.floats(0.01, 3.0), st.floats(-7.0, 7.0))
-def test_stopping_distance(capsule: Capsule, speed: float, direction: float) -> None:
+def test_stopping_distance(capsule, speed, direction):
     """v0^2/(2 f g) along the direction, wherever Q is, in 40 digits."""
     motion = translation(capsule, (0.1, -0.05), speed, direction)
     times = np.array([motion.duration])
@@ -77,7 +75,7 @@ def test_stopping_distance(capsule: Capsule, speed: float, direction: float) -> 
     assert (end["velocity_x"][0], end["heading"][0]) == (0.0, 0.0)
 
 
-def test_spin_about_the_body_centre() -> None:
+def test_spin_about_the_body_centre():
     """Supports at one distance R from C, and not equilateral: f (M + m) g R against J alone."""
     a, b, c = ((ARM * math.cos(a), ARM * math.sin(a)) for a in (0.1, 2.4, 4.0))
     motion = spin(Capsule(1.0, 0.3, 0.02, (a, b, c), 0.3, 9.81), (0.0, 0.0), -6.0)
@@ -92,7 +90,7 @@ def test_spin_about_the_body_centre() -> None:
 @pytest.mark.parametrize(
     "motion", [spin(ROUND_ABOUT, BALANCED, 5.0), pivoting(CHECK, (0.6, 0), 1, 2)]
 )
-def test_velocities_are_those_of_the_places(motion: ResidualMotion) -> None:
+def test_velocities_are_those_of_the_places(motion):
     """Central differences over 1e-6 s of a motion of a few rad/s: 1e-10 of rounding."""
     times, small = np.linspace(0.1, 0.9, 9) * motion.duration, 1e-6
     later, sooner, now = (motion.observe(times + shift) for shift in (small, -small, 0.0))

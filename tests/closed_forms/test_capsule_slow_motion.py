@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.analytic.systems.capsule import Capsule, normal_forces, validity
+from plumbob.analytic.systems.capsule import normal_forces, validity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
 from plumbob.analytic.systems.slider_path import straight
@@ -28,9 +28,7 @@ angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)
 
 
 @given(capsules(), angles, spans, angles, st.floats(0.0, 6.0))
-def test_a_body_rests_up_to_the_threshold_and_no_further(
-    capsule: Capsule, place: float, span: float, pull: float, distance: float
-) -> None:
+def test_a_body_rests_up_to_the_threshold_and_no_further(capsule, place, span, pull, distance):
     """Friction balances a force through the combined centre if no rotation about any point gains
     energy: the work of the force is at most the dissipation, with equality in the limit of a
     translation."""
@@ -49,9 +47,7 @@ def test_a_body_rests_up_to_the_threshold_and_no_further(
 
 
 @given(spans, st.floats(0.05, 1.0), angles, st.booleans())
-def test_slow_stroke_is_the_motion_of_its_acceleration(
-    length: float, fraction: float, heading: float, there_and_back: bool
-) -> None:
+def test_slow_stroke_is_the_motion_of_its_acceleration(length, fraction, heading, there_and_back):
     assume(abs(length) > 1e-6)
     slow = SlowStroke(CHECK, length, fraction, heading, -0.05, there_and_back)
     count = 4 if there_and_back else 2
@@ -73,7 +69,7 @@ def test_slow_stroke_is_the_motion_of_its_acceleration(
     np.testing.assert_array_equal(held["stroke"], places)
 
 
-def test_tilted_gravity_pulls_as_specified() -> None:
+def test_tilted_gravity_pulls_as_specified():
     pull = tilted_gravity(CHECK, 0.9, 0.7)
     assert math.hypot(*pull) == pytest.approx(9.81, rel=1e-15)
     assert math.hypot(pull[0], pull[1]) / -pull[2] == pytest.approx(0.9 * 0.3, rel=1e-15)
@@ -87,7 +83,7 @@ def test_tilted_gravity_pulls_as_specified() -> None:
     assert held["displacement"][1] == 0.0
 
 
-def test_a_repeated_motion_repeats_itself() -> None:
+def test_a_repeated_motion_repeats_itself():
     repeated = RepeatedLine(LINE, 1000, fraction=0.9, pause=0.01)
     assert repeated.displacement == pytest.approx(-5.5917, rel=1e-14)
     times = np.linspace(0.0, repeated.period, 500, endpoint=False)
@@ -109,7 +105,7 @@ def test_a_repeated_motion_repeats_itself() -> None:
     np.testing.assert_allclose(lead, 0.5 * first["stroke_rate"], rtol=1e-12, atol=1e-7)
 
 
-def test_slow_return_goes_back_over_the_same_path() -> None:
+def test_slow_return_goes_back_over_the_same_path():
     back = slow_return(LINE, 0.5)
     assert back.segment.start == LINE.segment.end
     np.testing.assert_allclose(back.segment.end, LINE.segment.start, atol=1e-17)
@@ -125,9 +121,7 @@ def test_slow_return_goes_back_over_the_same_path() -> None:
     ],
     ids=lambda motion: motion.kind,
 )
-def test_rounding_allowances_are_small(
-    motion: SlowStroke | TiltedHold | ResidualMotion,
-) -> None:
+def test_rounding_allowances_are_small(motion):
     """An excessive bound would pass all the other tests."""
     times = np.linspace(0.0, 0.5, 200)
     observed = motion.observe(times)
@@ -136,7 +130,7 @@ def test_rounding_allowances_are_small(
 
 
 @pytest.mark.parametrize("number", range(6))
-def test_the_holding_limit_is_where_the_exact_motion_begins(number: int) -> None:
+def test_the_holding_limit_is_where_the_exact_motion_begins(number):
     """On any path, not along lines through C alone: a thousandth more moves the body."""
     rng = np.random.default_rng([3, number])
     place, direction = complex(*rng.uniform(-0.08, 0.08, 2)), rng.uniform(0.0, 2.0 * math.pi)
@@ -148,7 +142,7 @@ def test_the_holding_limit_is_where_the_exact_motion_begins(number: int) -> None
         assert (three_point_motion(CHECK, path).events[0].mode != "rest") == moves
 
 
-def test_through_c_the_holding_limit_is_that_of_the_source() -> None:
+def test_through_c_the_holding_limit_is_that_of_the_source():
     for direction in (0.0, 0.7, 4.0):
         limit = holding_limit(CHECK, cmath.rect(0.05, direction), direction)
         assert limit == pytest.approx(CHECK.holding_acceleration, rel=1e-12)

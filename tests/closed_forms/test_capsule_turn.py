@@ -37,7 +37,7 @@ def exact(case: Scene) -> PlaneReference:
 
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
-def test_a_turn_says_its_angles(epsilon: float) -> None:
+def test_a_turn_says_its_angles(epsilon):
     """The source's angle, also corrected: the error is 0.888 epsilon^4 and, at rest, 2.37 epsilon^4
     ln(1/epsilon) with a remainder of the same power; below 1e-10 nothing is predicted."""
     case = scene(f"capsule-turn/{epsilon}")
@@ -52,7 +52,7 @@ def test_a_turn_says_its_angles(epsilon: float) -> None:
 
 
 @pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
-def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
+def test_samples_fall_on_the_slider_s_stop(case):
     """Every step has a whole number of steps in a half time and in the scene, and of the samples
     that are kept one is at 2 tau, where the source's formula holds; repeated turns are too many."""
     tau = case.parameters["half_time"]
@@ -63,7 +63,7 @@ def test_samples_fall_on_the_slider_s_stop(case: Scene) -> None:
             assert round(stop) in sampled(round(steps))
 
 
-def test_consecutive_turns_are_the_whole_motion() -> None:
+def test_consecutive_turns_are_the_whole_motion():
     """Against the same turns followed as one path; the difference is the error of both motions."""
     repeated = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
     motion = three_point_motion(CHECK, repeated.path)
@@ -75,22 +75,22 @@ def test_consecutive_turns_are_the_whole_motion() -> None:
     assert repeated.error.heading[0] >= 3 * repeated.single.error.heading[0]
 
 
-def test_a_repeated_motion_needs_its_pauses() -> None:
+def test_a_repeated_motion_needs_its_pauses():
     with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
         RepeatedTurn(WHOLE, 2, 0.0)
 
 
 @pytest.mark.parametrize("friction", [0.0, 1e-308, 1e-17])
 def test_friction_that_no_double_shows_is_refused_before_anything_is_worked_out(
-    friction: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    friction, monkeypatch
+):
     monkeypatch.setattr(f"{RepeatedTurn.__module__}.three_point_motion", None)
     slippery = RepeatedTurn(replace(WHOLE, capsule=replace(CHECK, friction=friction)))
     with pytest.raises(ParameterError, match=r"^friction = .* greater than .*e-15"):
         _ = slippery.single
 
 
-def test_friction_that_changes_the_last_digit_of_the_largest_rate_ends_a_turn() -> None:
+def test_friction_that_changes_the_last_digit_of_the_largest_rate_ends_a_turn():
     least, slippery = (
         replace(WHOLE, capsule=replace(CHECK, friction=part * WHOLE.least_friction))
         for part in (1.0, 2.0)
@@ -101,7 +101,7 @@ def test_friction_that_changes_the_last_digit_of_the_largest_rate_ends_a_turn() 
     assert math.isfinite(RepeatedTurn(slippery).single.rest_time)
 
 
-def test_a_reference_is_in_the_axes_of_its_start() -> None:
+def test_a_reference_is_in_the_axes_of_its_start():
     path = turn_of(CHECK, 0.12, 0.3).path
     times = np.linspace(0.0, 0.2, 9)
     plain = PlaneReference(three_point_motion(CHECK, path))
@@ -112,13 +112,13 @@ def test_a_reference_is_in_the_axes_of_its_start() -> None:
     np.testing.assert_allclose(predicted[0]["x"], predicted[1]["x"], rtol=0, atol=1e-13)
 
 
-def test_what_a_reference_keeps_belongs_to_its_times_and_stays() -> None:
+def test_what_a_reference_keeps_belongs_to_its_times_and_stays():
     times = np.linspace(0.0, 0.2, 9)
     reference = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3)))
     first = reference.observe(times)
     with pytest.raises(ValueError, match="read-only"):
         first["x"][0] = 1.0
-    first.pop("x")  # type: ignore[attr-defined]
+    first.pop("x")
     other, fresh = reference.observe(0.5 * times), PlaneReference(reference.motion)
     np.testing.assert_equal(dict(other), dict(fresh.observe(0.5 * times)))
     np.testing.assert_equal(dict(reference.observe(times)), dict(fresh.observe(times)))
@@ -135,9 +135,7 @@ def test_what_a_reference_keeps_belongs_to_its_times_and_stays() -> None:
         ("capsule-turn/0.3", EULER, "heading", 121.6),
     ],
 )
-def test_the_error_of_steps_is_of_first_order(
-    name: str, scheme: Scheme, observable: str, coefficient: float
-) -> None:
+def test_the_error_of_steps_is_of_first_order(name, scheme, observable, coefficient):
     """Coefficients, from halved steps: the remainder is of second order, and a sawtooth."""
     case = scene(name)
     reference, steps = exact(case), [case.duration / n for n in (1000, 2000)]
@@ -146,7 +144,7 @@ def test_the_error_of_steps_is_of_first_order(
     assert 2.0 * ends[1] - ends[0] == pytest.approx(coefficient, rel=0.03)
 
 
-def test_nothing_is_predicted_of_an_unknown_scheme_or_a_run_too_long() -> None:
+def test_nothing_is_predicted_of_an_unknown_scheme_or_a_run_too_long():
     reference, grid = exact(scene("capsule-turn/0.3")), np.array([0.0, 0.2])
     assert plane_errors(reference, Scheme("verlet"), 1e-3, grid) == {}
     assert plane_errors(reference, POSITION_FIRST, 1e-7, grid) == {}

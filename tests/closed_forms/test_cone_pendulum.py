@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import gmpy2
 import numpy as np
@@ -67,13 +66,13 @@ EQUILIBRIA = (
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_number_of_the_source(name: str) -> None:
+def test_number_of_the_source(name):
     found, expected = NUMBERS[name]
     assert found == pytest.approx(expected, rel=SEVENTEEN)
 
 
 @pytest.mark.parametrize(("found", "expected"), list(zip(AT_REST, EQUILIBRIA, strict=True)))
-def test_equilibrium_of_the_source(found: Any, expected: tuple[float, float, str, float]) -> None:
+def test_equilibrium_of_the_source(found, expected):
     theta, potential, kind, rate = expected
     assert found.theta == pytest.approx(theta, rel=SEVENTEEN)
     assert found.potential == pytest.approx(potential, rel=SEVENTEEN)
@@ -82,7 +81,7 @@ def test_equilibrium_of_the_source(found: Any, expected: tuple[float, float, str
 
 
 @pytest.mark.parametrize("name", ["density", "height", "apex_angle", "platform_rate", "gravity"])
-def test_a_change_of_1e_11_is_detected(name: str) -> None:
+def test_a_change_of_1e_11_is_detected(name):
     given = dict(density=8000.0, height=0.3, apex_angle=STEEL_APEX, platform_rate=26.0, gravity=9.8)
     given[name] *= 1 + 1e-11
     body = cone(*(given[key] for key in ("density", "height", "apex_angle")))
@@ -92,7 +91,7 @@ def test_a_change_of_1e_11_is_detected(name: str) -> None:
     assert found != pytest.approx(wanted, rel=SEVENTEEN)
 
 
-def test_printed_hamiltonian_is_another_problem() -> None:
+def test_printed_hamiltonian_is_another_problem():
     """Eq. 9 departs from the motion of its Lagrangian, eq. 7, by radians in 0.5 s."""
     theta = PRINTED.state(np.array([0.5]))[0][0]
     assert abs(theta - NUMBERS["theta(0.5)"][1]) > 6.0
@@ -100,7 +99,7 @@ def test_printed_hamiltonian_is_another_problem() -> None:
     assert still == pytest.approx(at(RESTING, 0.5, 0), rel=1e-15)  # the same without rotation
 
 
-def test_general_body_turns_by_its_i_y() -> None:
+def test_general_body_turns_by_its_i_y():
     """The source's I_x in place of I_y is correct for a symmetric body only."""
     moments = {"inertia_y": STEEL.inertia_y + 0.03}
     pendulum = replace(TURNING, body=replace(STEEL, **moments))
@@ -108,7 +107,7 @@ def test_general_body_turns_by_its_i_y() -> None:
     assert at(TURNING, 0.5, 0) == pytest.approx(19.655093, abs=5e-7)
 
 
-def test_coefficients_are_those_of_the_independent_derivation() -> None:
+def test_coefficients_are_those_of_the_independent_derivation():
     """The closed form and 40-digit quadrature start from the same doubles."""
     for _, pendulum in pendulums(110, seed=7):
         v, orbit = pendulum.potential, orbit_of(pendulum)
@@ -117,7 +116,7 @@ def test_coefficients_are_those_of_the_independent_derivation() -> None:
             assert abs(exact - expected) <= abs(expected) * mpfr(2) ** -109
 
 
-def test_equilibria_against_40_digits() -> None:
+def test_equilibria_against_40_digits():
     for _, pendulum in pendulums(110, seed=8):
         orbit = orbit_of(pendulum)
         turn = 2 * gmpy2.const_pi()
@@ -136,23 +135,23 @@ def test_equilibria_against_40_digits() -> None:
         (1.01, ["centre", "saddle", "centre", "saddle"]),
     ],
 )
-def test_pitchfork(rate: float, kinds: list[str]) -> None:
+def test_pitchfork(rate, kinds):
     level = replace(TURNING, pivot_y=0.0, platform_rate=rate * TURNING.pitchfork_rate)
     assert [e.kind for e in level.equilibria] == kinds
 
 
-def test_at_the_pitchfork_rounding_decides() -> None:
+def test_at_the_pitchfork_rounding_decides():
     """One equilibrium at 0, or three within 1e-7."""
     level = replace(TURNING, pivot_y=0.0, platform_rate=TURNING.pitchfork_rate)
     near = {abs(e.theta) <= 1e-7: e.kind for e in level.equilibria}
     assert near == {True: "degenerate", False: "saddle"}
 
 
-def test_there_is_no_pitchfork_for_a_flat_body() -> None:
+def test_there_is_no_pitchfork_for_a_flat_body():
     assert replace(TURNING, body=cone(8000.0, 0.3, math.radians(150.0))).pitchfork_rate == math.inf
 
 
-def test_started_gives_the_excess_as_a_speed() -> None:
+def test_started_gives_the_excess_as_a_speed():
     given = replace(TURNING, theta=0.3, theta_dot=-1.0, excess=2.0)
     assert given.started.excess is None
     assert double(given.started.motion.energy - given.motion.energy) == pytest.approx(0, abs=1e-12)

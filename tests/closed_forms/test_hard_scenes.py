@@ -16,7 +16,7 @@ from plumbob.tests.closed_forms.test_capsule_line import ONE_ROUNDING, integrate
 from plumbob.tests.support.high_precision import orbit_of
 
 
-def test_a_platform_at_1e4_rad_per_s_against_40_digits() -> None:
+def test_a_platform_at_1e4_rad_per_s_against_40_digits():
     pendulum = case_of(find_scene("cone-pendulum/faster-platform")).problem
     reference, times = pendulum.reference, np.array([1e-4, 1.1e-3, 5e-3])
     seen, allowed = reference.observe(times), reference.uncertainty(times)
@@ -28,7 +28,7 @@ def test_a_platform_at_1e4_rad_per_s_against_40_digits() -> None:
     assert (allowed["theta"] / np.abs(seen["theta"]) < 1e-13).all()
 
 
-def test_a_slider_of_1e_6_against_40_digits() -> None:
+def test_a_slider_of_1e_6_against_40_digits():
     line = case_of(find_scene("capsule-line/lightest-slider")).problem.motion
     with mpmath.workdps(40):
         exact = integrate(parameters(line), mpmath.mpf(2 * line.t2))
@@ -38,7 +38,7 @@ def test_a_slider_of_1e_6_against_40_digits() -> None:
 
 
 @pytest.mark.parametrize("rate", [1e2, 1e3, 1e4])
-def test_two_methods_follow_a_heavily_damped_pendulum(rate: float) -> None:
+def test_two_methods_follow_a_heavily_damped_pendulum(rate):
     """Beyond the milliseconds in which the speed is lost, weight and damping all but cancel."""
     problem = replace(
         case_of(find_scene("simple-pendulum/overdamped")).problem, damping_rate=rate, theta_dot=2.0

@@ -95,13 +95,13 @@ def _worst(
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("name", OSCILLATORS)
-def test_the_closed_form_is_accurate_to_double_precision(name: str) -> None:
+def test_the_closed_form_is_accurate_to_double_precision(name):
     moving, at_rest = (0.7, -0.4), (0.0, 0.0)
     assert worst(OSCILLATORS[name], TIMES, moving, at_rest) < ROUNDING
 
 
 @pytest.mark.parametrize("name", ["forced", "near resonance", "free with drag"])
-def test_a_short_time_loses_nothing(name: str) -> None:
+def test_a_short_time_loses_nothing(name):
     # from rest the answer is 1e-13 of the terms that a naive formula subtracts
     assert worst(OSCILLATORS[name], np.array([1e-7, 3e-7]), (0.0, 0.0)) < ROUNDING
 
@@ -123,9 +123,7 @@ normal = st.floats(-3.0, 3.0).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
     ),
     start=st.tuples(normal, normal),
 )
-def test_any_oscillator_is_accurate_to_double_precision(
-    oscillator: LinearOscillator, start: tuple[float, float]
-) -> None:
+def test_any_oscillator_is_accurate_to_double_precision(oscillator, start):
     # early times too: after many decay times the rounding of the argument of exp counts
     times = np.concatenate([10.0 ** np.linspace(-2.0, 0.3, 5), np.linspace(0.0, 20.0, 4)])
     assert worst(oscillator, times, start) < ROUNDING
@@ -140,7 +138,7 @@ def test_any_oscillator_is_accurate_to_double_precision(
         ("critical", "stiffness", 9e-9),
     ],
 )
-def test_a_coefficient_error_of_1e_9_is_detected(name: str, field: str, off: float) -> None:
+def test_a_coefficient_error_of_1e_9_is_detected(name, field, off):
     right = OSCILLATORS[name]
     wrong = replace(right, **{field: getattr(right, field) + off})
     x, y = (oscillator.motion(0.7, -0.4, TIMES)[0] for oscillator in (wrong, right))
@@ -148,7 +146,7 @@ def test_a_coefficient_error_of_1e_9_is_detected(name: str, field: str, off: flo
 
 
 @pytest.mark.parametrize("name", ["underdamped", "forced", "resonance", "overdamped"])
-def test_the_taylor_series_agrees_with_the_closed_form(name: str) -> None:
+def test_the_taylor_series_agrees_with_the_closed_form(name):
     oscillator = OSCILLATORS[name]
     motion = DrivenMotion(oscillator.rotor, 0.7, -0.4, 50.0)
     _, gaps = motion.disagreement
@@ -157,7 +155,7 @@ def test_the_taylor_series_agrees_with_the_closed_form(name: str) -> None:
     assert gaps["theta"][-1] <= allowed < 1e-12
 
 
-def test_times_may_have_any_shape() -> None:
+def test_times_may_have_any_shape():
     times = np.linspace(0.0, 1.0, 6)
     square, flat = (OSCILLATORS["forced"].motion(1.0, 0.0, t) for t in (times.reshape(2, 3), times))
     np.testing.assert_array_equal(square, np.reshape(flat, (2, 2, 3)))

@@ -35,7 +35,7 @@ SEPARATRICES = {
 
 
 @pytest.mark.parametrize("case", SEPARATRICES)
-def test_separatrix(case: str) -> None:
+def test_separatrix(case):
     pendulum = replace(SEPARATRICES[case], excess=0.0)
     motion, orbit = pendulum.motion, orbit_of(pendulum)
     assert (motion.regime, motion.period, motion.mean_rate) == ("separatrix", math.inf, 0.0)
@@ -71,7 +71,7 @@ RESTS = {
 
 
 @pytest.mark.parametrize("case", RESTS)
-def test_rest(case: str) -> None:
+def test_rest(case):
     motion = RESTS[case]
     assert motion.regime == "rest"
     assert motion.action == 0.0
@@ -85,7 +85,7 @@ def test_rest(case: str) -> None:
 
 
 @pytest.mark.parametrize("theta", [3.0, -3.0, 20.0, -100.0])
-def test_angle_from_the_top_is_on_the_turn_nearest_to_theta(theta: float) -> None:
+def test_angle_from_the_top_is_on_the_turn_nearest_to_theta(theta):
     motion = PendulumMotion(SIMPLE, 1.0, theta, 0.0, theta_from_top=1e-3)
     start = motion.state(np.zeros(1))[0][0]
     assert abs(start - theta) < math.pi + 1e-3
@@ -93,7 +93,7 @@ def test_angle_from_the_top_is_on_the_turn_nearest_to_theta(theta: float) -> Non
 
 
 @pytest.mark.parametrize("theta", [1.0, -1.0])
-def test_of_two_equal_tops_the_nearer_counts(theta: float) -> None:
+def test_of_two_equal_tops_the_nearer_counts(theta):
     tops = [e.theta for e in FLAT.equilibria if e.kind == "saddle"]
     motion = PendulumMotion(FLAT.potential, 1.0, theta, 0.0, theta_from_top=0.01)
     expected = min(tops, key=lambda x: abs(x - theta)) + 0.01
@@ -101,7 +101,7 @@ def test_of_two_equal_tops_the_nearer_counts(theta: float) -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 1000])
-def test_any_number_of_times(count: int) -> None:
+def test_any_number_of_times(count):
     times = np.linspace(-1.0, 1.0, count)
     for motion in (STEEL.motion, replace(STEEL, excess=0.0).motion):
         for values in (motion.observe(times), motion.uncertainty(times)):
@@ -109,7 +109,7 @@ def test_any_number_of_times(count: int) -> None:
 
 
 @pytest.mark.parametrize("index", range(11))
-def test_time_of_an_angle(index: int) -> None:
+def test_time_of_an_angle(index):
     """theta(time_at(x)) = x, and no earlier time has it."""
     _, pendulum = list(pendulums(11, seed=3))[index]
     motion = pendulum.motion
@@ -125,7 +125,7 @@ def test_time_of_an_angle(index: int) -> None:
     assert np.isnan(motion.time_at(theta[:1] - 7.0 * np.sign(pendulum.theta_dot or 1.0))).all()
 
 
-def test_momentum_and_phase() -> None:
+def test_momentum_and_phase():
     motion = replace(STEEL, theta_dot=-37.0).motion
     times = np.linspace(0.0, 0.5, 300)
     theta, theta_dot = motion.state(times)
@@ -155,7 +155,7 @@ def nudged(motion: PendulumMotion, name: str, by: float) -> PendulumMotion:
 
 
 @pytest.mark.parametrize("start", [(0.4, 37.0), (0.4, 5.0), (-1.2, 3.0), (-2.7, 0.5), (0.4, -20.5)])
-def test_the_condition_number_is_that_of_finite_changes(start: tuple[float, float]) -> None:
+def test_the_condition_number_is_that_of_finite_changes(start):
     motion = nudged(replace(STEEL, theta=start[0], theta_dot=start[1]).motion, "", 0.0)
     total = 0.0
     for which in INPUTS:
@@ -167,9 +167,7 @@ def test_the_condition_number_is_that_of_finite_changes(start: tuple[float, floa
 
 @pytest.mark.parametrize("theta_dot", [37.0, 5.0, 20.9, 0.0])
 @pytest.mark.parametrize("which", INPUTS)
-def test_an_input_error_of_an_ulp_stays_within_the_uncertainty(
-    which: str, theta_dot: float
-) -> None:
+def test_an_input_error_of_an_ulp_stays_within_the_uncertainty(which, theta_dot):
     motion = nudged(replace(STEEL, theta=0.3, theta_dot=theta_dot).motion, "", 0.0)
     times = np.linspace(-20.0, 20.0, 401)
     uncertain = motion.uncertainty(times)
@@ -180,7 +178,7 @@ def test_an_input_error_of_an_ulp_stays_within_the_uncertainty(
 
 
 @pytest.mark.parametrize("excess", [1e-6, 1e-9])
-def test_an_error_as_large_as_the_distance_from_the_barrier_is_not_small(excess: float) -> None:
+def test_an_error_as_large_as_the_distance_from_the_barrier_is_not_small(excess):
     # Where the speed is smallest all kinetic energy is what the energy is above the barrier.
     motion = replace(STEEL, theta_dot=1.0, excess=excess).motion
     times = np.linspace(0.0, motion.period, 2001)
@@ -192,7 +190,7 @@ def test_an_error_as_large_as_the_distance_from_the_barrier_is_not_small(excess:
     assert motion.nonlinearity(slowest, small) == pytest.approx(5e-4, rel=0.05)
 
 
-def test_uncertainty_is_not_excessive() -> None:
+def test_uncertainty_is_not_excessive():
     times = np.array([0.5, 50.0])
     theta = STEEL.motion.uncertainty(times)["theta"]
     assert (theta <= 1e-13 * (1 + STEEL.motion.phase(times))).all()

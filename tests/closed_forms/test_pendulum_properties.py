@@ -51,14 +51,14 @@ def times_of(motion: PendulumMotion) -> Array:
 
 
 @given(motions())
-def test_energy_is_conserved(motion: PendulumMotion) -> None:
+def test_energy_is_conserved(motion):
     theta, theta_dot = motion.state(times_of(motion))
     drift = energies(motion, theta, theta_dot) - double(motion.energy)
     assert np.abs(drift).max() <= 1e-12 * scale(motion)
 
 
 @given(motions())
-def test_time_reversal(motion: PendulumMotion) -> None:
+def test_time_reversal(motion):
     times = times_of(motion)
     theta, theta_dot = motion.closed_form.state(times)
     back, rate = replace(motion, theta_dot=-motion.theta_dot).closed_form.state(-times)
@@ -66,7 +66,7 @@ def test_time_reversal(motion: PendulumMotion) -> None:
 
 
 @given(motions())
-def test_mirror_image(motion: PendulumMotion) -> None:
+def test_mirror_image(motion):
     v, times = motion.potential, times_of(motion)
     mirrored = PendulumMotion(
         TrigonometricPotential(v.a, -v.b, v.c), motion.inertia, -motion.theta, -motion.theta_dot
@@ -84,7 +84,7 @@ def close(motion: PendulumMotion, times: Array, angle: Array, rate: Array) -> No
 
 
 @given(motions())
-def test_table_is_the_closed_form(motion: PendulumMotion) -> None:
+def test_table_is_the_closed_form(motion):
     assume(math.isfinite(motion.period) and motion.regime != "rest")
     times = times_of(motion)
     theta, theta_dot = motion.closed_form.state(times)

@@ -150,6 +150,6 @@ SCENES: tuple[tuple[str, str, dict[str, Any]], ...] = (  # how the message begin
         *((begins, lambda n=name, c=changes: scene(n, c)) for begins, name, changes in SCENES),
     ],
 )
-def test_a_parameter_is_named(begins: str, make: Callable[[], object]) -> None:
+def test_a_parameter_is_named(begins, make):
     with pytest.raises(ParameterError, match=f"^{re.escape(begins)}[^\n]*$"):
         make()

@@ -13,7 +13,6 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.servo import Servo
 from plumbob.engines.registry import engine_of, method
 from plumbob.models.registry import case_of, scene, scenes
-from plumbob.models.scene import Scene
 
 SCENES = scenes("servo")
 LIGHT: Servo = case_of(scene("servo/lightly-damped")).problem
@@ -28,7 +27,7 @@ def exact(servo: Servo, time: float) -> list[Any]:
 
 
 @pytest.mark.parametrize("chosen", SCENES, ids=lambda chosen: chosen.name)
-def test_40_digits(chosen: Scene) -> None:
+def test_40_digits(chosen):
     case, times = case_of(chosen), np.array([0.1, 0.37, 1.0]) * chosen.duration
     observed, doubt = (f(times) for f in (case.reference.observe, case.reference.uncertainty))
     for k, time in enumerate(times):
@@ -44,7 +43,7 @@ STARTS = ((-0.5, 0.0), (0.0, 5.0), (-0.5, 5.0), (-0.1, -6.0), (0.05, -6.0))
 
 
 @pytest.mark.parametrize("kv", [0.0, 1e-3, 0.0788, 0.0791, 0.4], ids=lambda kv: f"kv={kv}")
-def test_the_largest_force_is_that_of_the_first_peak(kv: float) -> None:
+def test_the_largest_force_is_that_of_the_first_peak(kv):
     times = np.linspace(0.0, 0.4, 4001)
     for start in STARTS:
         servo = replace(LIGHT, kv=kv, theta=start[0], theta_dot=start[1], force_limit=1e9)
@@ -54,24 +53,24 @@ def test_the_largest_force_is_that_of_the_first_peak(kv: float) -> None:
         assert forces.max() * (1 - 1e-15) <= servo.peak_force <= forces.max() * (1 + 5e-6)
 
 
-def test_a_motion_beyond_the_limit_of_force_is_refused() -> None:
+def test_a_motion_beyond_the_limit_of_force_is_refused():
     assert LIGHT.peak_force == pytest.approx(4.0)
     replace(LIGHT, force_limit=4.0001)
     with pytest.raises(ParameterError, match=r"force_limit = 3\.9999: must be at least 4 N m"):
         replace(LIGHT, force_limit=3.9999)
 
 
-def test_the_limit_that_an_engine_leaves_out_changes_nothing() -> None:
+def test_the_limit_that_an_engine_leaves_out_changes_nothing():
     case, how = case_of(scene("servo/motor-damped")), method("mujoco/implicitfast")
     free, limited = (engine_of(how).prepare(case, how, 1e-3) for _ in range(2))
-    model: Any = limited
+    model = limited
     model.model.actuator_forcelimited[:] = 1
     first, second = (run.run().observables["theta"] for run in (free, limited))
     np.testing.assert_array_equal(first, second)
 
 
 @pytest.mark.parametrize("part", [0.5, 0.49, 1.0, 0.0], ids=lambda part: f"part={part}")
-def test_euler_takes_the_joints_part_of_the_damping_implicitly(part: float) -> None:
+def test_euler_takes_the_joints_part_of_the_damping_implicitly(part):
     case, euler = case_of(scene("servo/lightly-damped")), method("mujoco/euler")
     assert case.problem.joint_part == pytest.approx(0.5, rel=1e-15)
     run = engine_of(euler).prepare(case, euler, 1e-3).run()

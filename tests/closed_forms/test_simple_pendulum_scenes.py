@@ -21,7 +21,7 @@ SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[dfr]*")])
-def test_two_methods_agree_on_the_reference(name: str) -> None:
+def test_two_methods_agree_on_the_reference(name):
     # Required: 3e-12 over 50 s; for chaotic motion within the horizon that the scene states.
     scene = find_scene(name)
     problem = system_of(scene).problem(scene.parameters)
@@ -35,7 +35,7 @@ def test_two_methods_agree_on_the_reference(name: str) -> None:
     )
 
 
-def test_chaos_is_followed_within_its_horizon() -> None:
+def test_chaos_is_followed_within_its_horizon():
     scene = find_scene(SIMPLE + "forced-chaotic")
     motion = UnendingMotion(system_of(scene).problem(scene.parameters).rotor, 0.2, 0.0)
     horizon = motion.until(200.0).horizon(1e-6)
@@ -43,7 +43,7 @@ def test_chaos_is_followed_within_its_horizon() -> None:
     assert "156 s" in scene.summary
 
 
-def test_an_error_that_is_not_small_is_reported() -> None:
+def test_an_error_that_is_not_small_is_reported():
     # the second-order response grows with the error: ten times the error, ten times as nonlinear
     case, linear = (case_of(find_scene(f"{name}damped-rotating")) for name in (SIMPLE, LINEAR))
     times = np.linspace(0.0, 20.0, 400)
@@ -72,9 +72,7 @@ def test_an_error_that_is_not_small_is_reported() -> None:
     ],
 )
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_unusual_parameters_have_an_answer(
-    system: str, changes: dict[str, float], step: float
-) -> None:
+def test_unusual_parameters_have_an_answer(system, changes, step):
     case = case_of(replace(find_scene(system, changes), duration=2.0))
     assert case.system.facts(case.problem)["kind"]
     how = find_method("mujoco/rk4")
@@ -82,7 +80,7 @@ def test_unusual_parameters_have_an_answer(
     assert verdict.verdict in ("predicted", "pre-asymptotic"), verdict.reason
 
 
-def test_facts_say_what_the_motion_does() -> None:
+def test_facts_say_what_the_motion_does():
     facts = {
         case: system_of(scene).facts(system_of(scene).problem(scene.parameters))
         for case in ("free-large", "rotating-slow", "damped-large", "forced-large", "overdamped")

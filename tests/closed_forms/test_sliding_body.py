@@ -29,7 +29,7 @@ def loads(stance: Stance, heading: float) -> np.ndarray | None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_loads_exist_where_the_hull_says(seed: int) -> None:
+def test_loads_exist_where_the_hull_says(seed):
     """Whatever they are, their friction decelerates the body by f g and does not turn it."""
     body, heading = stance(seed), 0.7 * seed
     found = loads(body, heading)
@@ -44,13 +44,13 @@ def test_loads_exist_where_the_hull_says(seed: int) -> None:
     assert stopping_distance(0.5, FRICTION, GRAVITY) == pytest.approx(0.5**2 / -2 / acceleration)
 
 
-def test_points_on_a_line_carry_nothing() -> None:
+def test_points_on_a_line_carry_nothing():
     line = Stance(np.array([[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]]), 1.0)
     assert line.inside(np.zeros(2)) == -math.inf
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.4, 1.3])
-def test_a_tilt_moves_the_centre_as_springs_say(heading: float) -> None:
+def test_a_tilt_moves_the_centre_as_springs_say(heading):
     """The same from the balance of springs under the points."""
     body = stance(3)
     way = np.array([math.cos(heading), math.sin(heading)])

@@ -49,12 +49,12 @@ def exact(turn: TurnManoeuvre) -> tuple[Array, Array]:
         (0.01, -0.9998879884),
     ],
 )
-def test_the_exact_motion_turns_by_the_check_values(epsilon: float, printed: float) -> None:
+def test_the_exact_motion_turns_by_the_check_values(epsilon, printed):
     """To the ten digits given; the motion's own error is 1e-14."""
     assert exact(turn_of(CHECK, 0.12, epsilon))[0][2] == pytest.approx(printed, abs=2e-10)
 
 
-def test_the_parameters_are_the_sources() -> None:
+def test_the_parameters_are_the_sources():
     turn, reduced = turn_of(CHECK, 0.12, 0.1), 0.3 / 1.3 * 0.12**2
     bound = (0.2 + 0.3 / 1.3 * 0.12) * 0.3 * 9.81 * 1.3 / (0.02 + reduced)
     wanted = {
@@ -68,7 +68,7 @@ def test_the_parameters_are_the_sources() -> None:
     assert {name: getattr(turn, name) for name in wanted} == pytest.approx(wanted, rel=1e-14)
 
 
-def test_the_second_order_is_the_one_seen() -> None:
+def test_the_second_order_is_the_one_seen():
     """1.12020 epsilon^2 at 2 tau and 1.90 epsilon^2 at rest."""
     turn = turn_of(CHECK, 0.12, 0.1)
     squared = turn.characteristic_time**2
@@ -78,7 +78,7 @@ def test_the_second_order_is_the_one_seen() -> None:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(len(TURNS)))
-def test_the_error_of_the_corrected_pose_is_of_higher_order(number: int) -> None:
+def test_the_error_of_the_corrected_pose_is_of_higher_order(number):
     """Formulas: order 2; corrected: 4 at 2 tau, and at rest 4 with a logarithm, which takes up to
     0.25 off a slope in this range."""
     errors = []
@@ -96,7 +96,7 @@ def test_the_error_of_the_corrected_pose_is_of_higher_order(number: int) -> None
 
 
 @pytest.mark.parametrize("number", range(len(TURNS)))
-def test_every_coefficient_of_the_pose_is_right(number: int) -> None:
+def test_every_coefficient_of_the_pose_is_right(number):
     """Each of x, y and psi, up to the remaining fourth order at epsilon = 0.003: 1e-5 relative,
     times a logarithm and a factor of ten."""
     turn = TURNS[number](0.003)
@@ -108,13 +108,13 @@ def test_every_coefficient_of_the_pose_is_right(number: int) -> None:
         np.testing.assert_allclose(seen, numbers(coefficients), rtol=0, atol=1e-3 * size)
 
 
-def test_the_time_to_rest_is_predicted() -> None:
+def test_the_time_to_rest_is_predicted():
     turn = turn_of(CHECK, 0.12, 0.003)
     motion = three_point_motion(CHECK, turn.path)
     assert motion.rest_time == pytest.approx(turn.rest_time, rel=1e-4)
 
 
-def test_without_friction_the_formula_is_exact() -> None:
+def test_without_friction_the_formula_is_exact():
     """Eq. 31 at every time, and C circling the combined centre."""
     turn = TurnManoeuvre(replace(CHECK, friction=1e-14), 0.12, 900.0, 0.05, 0.3)
     motion = three_point_motion(turn.capsule, turn.path)
@@ -125,7 +125,7 @@ def test_without_friction_the_formula_is_exact() -> None:
     np.testing.assert_allclose([*at.position[-1], at.heading[-1]], pose, rtol=0, atol=1e-13)
 
 
-def test_a_small_turn_below_the_friction_limit_turns_nothing() -> None:
+def test_a_small_turn_below_the_friction_limit_turns_nothing():
     """Where eq. 30 fails completely the body sticks, and the error of eq. 32 is 100 %."""
     turn = TurnManoeuvre(CHECK, 0.12, 5.0, 0.2)
     assert turn.epsilon > 1.0
@@ -133,7 +133,7 @@ def test_a_small_turn_below_the_friction_limit_turns_nothing() -> None:
 
 
 @given(st.floats(0.02, 0.3), st.floats(-10.0, 10.0), st.sampled_from([-1.0, 1.0]))
-def test_friction_stays_below_its_bound(radius: float, angle: float, sense: float) -> None:
+def test_friction_stays_below_its_bound(radius, angle, sense):
     """|R| <= R_0 (eq. 28), wherever the equations hold."""
     place = (radius * math.cos(angle), radius * math.sin(angle))
     if validity(CHECK, fixed(place).track()):
@@ -144,7 +144,7 @@ def test_friction_stays_below_its_bound(radius: float, angle: float, sense: floa
     assert abs(force[0]) <= CHECK.friction * CHECK.weight * (1 + 1e-14)
 
 
-def test_a_mirrored_turn_is_mirrored() -> None:
+def test_a_mirrored_turn_is_mirrored():
     """The check triangle is its own mirror image."""
     turns = [turn_of(CHECK, 0.12, 0.1, sign * 0.7, -sign * 0.4) for sign in (-1.0, 1.0)]
     mirror = np.array([1.0, -1.0, -1.0])
@@ -164,7 +164,7 @@ def left_at_stop(turn: TurnManoeuvre) -> Array:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(len(TURNS)))
-def test_the_velocities_left_at_the_stop(number: int) -> None:
+def test_the_velocities_left_at_the_stop(number):
     """In proportion to epsilon, not zero as eq. 32 has it; what remains is epsilon^2 ln(1/epsilon)
     of it (analytic/README.md, eq. 7), whose slope in this range is 1.6 to 2."""
     errors = []
@@ -182,7 +182,7 @@ def test_the_velocities_left_at_the_stop(number: int) -> None:
     assert abs(wrong) > 5 * errors[-1]
 
 
-def test_the_rate_left_by_the_check_manoeuvre() -> None:
+def test_the_rate_left_by_the_check_manoeuvre():
     turn = turn_of(CHECK, 0.12, 0.1)
     assert turn.half_time * left_at_stop(turn)[2] == pytest.approx(0.655, abs=5e-4)
     assert turn.rates_at_stop.heading == pytest.approx(0.68439, abs=5e-6)

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plumbob.engines.method import Engine
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import from_json, plain
@@ -24,7 +23,6 @@ from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
 from plumbob.tests.support.benchmark_runs import add
-from plumbob.tests.support.fixture_types import Capture, Patch
 from plumbob.tests.support.studies import made_up
 
 SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
@@ -53,7 +51,7 @@ FILES = {
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """With files of every kind but the right one, and a small stored study."""
     made = tmp_path_factory.mktemp("inputs")
     with chdir(made):
@@ -86,14 +84,14 @@ def _fill(made: Path) -> None:
 
 
 @pytest.fixture
-def inputs(folder: Path, monkeypatch: Patch) -> Path:
+def inputs(folder, monkeypatch):
     """The same as the working folder of a test that writes nothing into it."""
     monkeypatch.chdir(folder)
     return folder
 
 
 @pytest.mark.parametrize("line", REFUSED)
-def test_it_is_one_line_and_nothing_is_written(line: str, inputs: Path, capsys: Capture) -> None:
+def test_it_is_one_line_and_nothing_is_written(line, inputs, capsys):
     begin = REFUSED[line]
     words = shlex.split(line)
     for name, value in ODD.items():
@@ -123,9 +121,7 @@ RUN = ("--step", "1e-3", "--set")
         ("capsule-line", "inertia=1e-20", "unsupported (MuJoCo refuses the model"),
     ],
 )
-def test_a_run_that_cannot_begin_is_a_verdict(
-    scene: str, change: str, verdict: str, capsys: Capture
-) -> None:
+def test_a_run_that_cannot_begin_is_a_verdict(scene, change, verdict, capsys):
     assert main(("run", scene, "mujoco/euler+coulomb", *RUN, change)) == 1
     out, err = capsys.readouterr()
     assert f" at 0.001: {verdict}" in out
@@ -141,15 +137,8 @@ def test_a_run_that_cannot_begin_is_a_verdict(
         (SMALL, "heyoka/*", "missing"),
     ],
 )
-def test_a_study_without_a_run_has_a_page(
-    scene: str,
-    method: str,
-    verdict: str | None,
-    tmp_path: Path,
-    capsys: Capture,
-    monkeypatch: Patch,
-) -> None:
-    def there(engine: Engine) -> bool:
+def test_a_study_without_a_run_has_a_page(scene, method, verdict, tmp_path, capsys, monkeypatch):
+    def there(engine):
         return engine.name != "heyoka"
 
     for module in ("engines.registry", "engines.study.measurement", "engines.study.extra_runs"):
@@ -162,9 +151,7 @@ def test_a_study_without_a_run_has_a_page(
     assert scene.replace("/", "/<wbr>") in (tmp_path / "index.html").read_text("utf-8")
 
 
-def test_names_of_folders_may_hold_anything(
-    tmp_path: Path, capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_names_of_folders_may_hold_anything(tmp_path, capsys, monkeypatch):
     out = str(tmp_path / os.fsdecode(b"a#1 \xff"))
     words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", out, "--jobs", "1"]
     monkeypatch.setattr("sys.argv", ["plumbob", *words])
@@ -190,13 +177,8 @@ DAMAGE = ("'[]'", "'null'", "'7'", "'\"text\"'", "'{\"a\": 1}'", "'{'", "char(0)
 @pytest.mark.parametrize("table", ["study", "result"])
 @pytest.mark.parametrize("command", ["report", "compare"])
 def test_a_store_that_cannot_be_read_back_is_bad_input(
-    command: str,
-    table: str,
-    damage: str,
-    stored: bytes,
-    tmp_path: Path,
-    capsys: Capture,
-) -> None:
+    command, table, damage, stored, tmp_path, capsys
+):
     (tmp_path / store.FILE).write_bytes(stored)
     _damaged(tmp_path / store.FILE, table, damage)
     assert main([command, *([str(tmp_path)] * (2 if command == "compare" else 1))]) == 2
@@ -209,9 +191,7 @@ def test_a_store_that_cannot_be_read_back_is_bad_input(
 
 
 @pytest.mark.long
-def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(tmp_path, capsys):
     """As one of another version, whose templates asked for other numbers."""
     chosen = ["--scenes", "cone-pendulum/deep-well", "--methods", "ode/rk4", "--jobs", "1"]
     assert main(["validate", *chosen, "--out", str(tmp_path)]) == 0
@@ -231,9 +211,7 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     assert "Two equilibria become four" not in text
 
 
-def test_runs_of_a_study_that_is_not_there_are_bad_input(
-    stored: bytes, tmp_path: Path, capsys: Capture
-) -> None:
+def test_runs_of_a_study_that_is_not_there_are_bad_input(stored, tmp_path, capsys):
     (tmp_path / store.FILE).write_bytes(stored)
     with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
         held.execute("delete from study")
@@ -247,9 +225,7 @@ def test_runs_of_a_study_that_is_not_there_are_bad_input(
 @pytest.mark.parametrize(
     "text", [b"body text, results", b'"scene": "linear-pendulum'], ids=["definition", "value"]
 )
-def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(
-    text: bytes, stored: bytes, tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(text, stored, tmp_path, capsys):
     assert text in stored
     (tmp_path / store.FILE).write_bytes(stored.replace(text, text[:-3] + b"\xff" + text[-2:]))
     assert main(["report", str(tmp_path)]) == 2
@@ -259,16 +235,14 @@ def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(
 
 
 @pytest.mark.parametrize("table", ["study", "result"])
-def test_an_unknown_field_in_a_store_is_left_out(
-    table: str, stored: bytes, tmp_path: Path, capsys: Capture
-) -> None:
+def test_an_unknown_field_in_a_store_is_left_out(table, stored, tmp_path, capsys):
     (tmp_path / store.FILE).write_bytes(stored)
     _damaged(tmp_path / store.FILE, table, "'{\"later\": 1, ' || substr(body, 2)")
     assert main(["report", str(tmp_path)]) == 0
     assert capsys.readouterr().err == ""
 
 
-def test_a_damaged_recording_is_no_recording() -> None:
+def test_a_damaged_recording_is_no_recording():
     held = plain(Trajectory(np.zeros(1), {"theta": np.zeros(1)}))
     shape, numbers = held["times"]
     for times in ([shape, numbers[:-8]], [shape, ""], [[7], numbers], [shape], numbers, None):
@@ -277,7 +251,7 @@ def test_a_damaged_recording_is_no_recording() -> None:
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def stored(tmp_path_factory):
     """The store of a small study, whose page is drawn quickly."""
     folder = tmp_path_factory.mktemp("stored")
     words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", str(folder)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -24,7 +23,7 @@ def _run(capsys: Capture, *words: str) -> tuple[int, str, str]:
     return code, out, err
 
 
-def test_folders_of_the_same_names_do_no_harm(tmp_path: Path) -> None:
+def test_folders_of_the_same_names_do_no_harm(tmp_path):
     for name in ("analytic", "models", "engines", "reports", "tests"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("raise RuntimeError('not ours')")
@@ -39,7 +38,7 @@ def test_folders_of_the_same_names_do_no_harm(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", list(systems()))
-def test_solve_answers_every_system(name: str, capsys: Capture) -> None:
+def test_solve_answers_every_system(name, capsys):
     code, out, _ = _run(capsys, "solve", name, "--json")
     answer = json.loads(out)
     assert code == 0
@@ -48,7 +47,7 @@ def test_solve_answers_every_system(name: str, capsys: Capture) -> None:
     assert all(len(v) == len(answer["times"]) for v in answer["observables"].values())
 
 
-def test_run_answers_with_its_budget(capsys: Capture) -> None:
+def test_run_answers_with_its_budget(capsys):
     code, out, _ = _run(capsys, "run", "cone-pendulum", "mujoco/rk4", "--step", "1e-3", "--json")
     answer = json.loads(out)
     assert code == 0
@@ -61,7 +60,7 @@ def test_run_answers_with_its_budget(capsys: Capture) -> None:
     assert answer["real_time_factor"] == pytest.approx(0.5 / computing, rel=1e-9)
 
 
-def test_run_says_the_error_at_the_end_with_its_sign(capsys: Capture) -> None:
+def test_run_says_the_error_at_the_end_with_its_sign(capsys):
     words = ("run", "capsule-line", "mujoco/euler+reduced", "--step", "1e-3", "--json")
     answer = json.loads(_run(capsys, *words)[1])
     for name in ("displacement", "stroke_rate"):
@@ -71,7 +70,7 @@ def test_run_says_the_error_at_the_end_with_its_sign(capsys: Capture) -> None:
     assert answer["predicted"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
 
 
-def test_export_copies_and_never_writes_over(capsys: Capture, tmp_path: Path) -> None:
+def test_export_copies_and_never_writes_over(capsys, tmp_path):
     assert _run(capsys, "models", "export", str(tmp_path / "copies"))[0] == 0
     copy = tmp_path / "copies" / "cone_pendulum" / "cone_pendulum.xml"
     assert copy.read_bytes() == systems()["cone-pendulum"].mjcf.read_bytes()
@@ -83,7 +82,7 @@ def test_export_copies_and_never_writes_over(capsys: Capture, tmp_path: Path) ->
     assert copy.read_text() == "<mujoco/>"
 
 
-def test_list_and_cite_name_everything(capsys: Capture) -> None:
+def test_list_and_cite_name_everything(capsys):
     _, out, _ = _run(capsys, "list")
     for system in systems().values():
         assert all(scene.name in out for scene in system.scenes)
@@ -91,12 +90,12 @@ def test_list_and_cite_name_everything(capsys: Capture) -> None:
     assert "Sudakov" in out
 
 
-def test_version_is_printed(capsys: Capture) -> None:
+def test_version_is_printed(capsys):
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
 
 
-def test_run_marks_the_row_that_decided(capsys: Capture) -> None:
+def test_run_marks_the_row_that_decided(capsys):
     line = ["run", "capsule-line/heading-030"]
     assert main([*line, "mujoco/euler", "--step", "1e-3"]) == 0
     marked = [row for row in capsys.readouterr().out.splitlines() if "<-" in row]

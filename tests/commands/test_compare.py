@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -30,7 +28,7 @@ Change = Callable[[Measurement], Measurement]
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def study():
     chosen = [replace(s, steps=(2e-3, STEP)) for s in scenes(SCENES)]
     return run_study(chosen, methods(METHODS), timed=False)
 
@@ -60,10 +58,8 @@ def errors_times(factor: float) -> Change:
 
 
 @pytest.fixture
-def compare(
-    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[int, str]]:
-    def run(new: Study, *more: str, old: Study = study) -> tuple[int, str]:
+def compare(study, tmp_path, capsys):
+    def run(new, *more, old=study):
         for name, one in (("a", old), ("b", new)):
             (tmp_path / name).unlink(missing_ok=True)
             store.save(one, tmp_path / name)
@@ -76,7 +72,7 @@ def compare(
 Compare = Callable[..., tuple[int, str]]
 
 
-def test_the_same_study_has_not_moved(study: Study, compare: Compare) -> None:
+def test_the_same_study_has_not_moved(study, compare):
     code, out = compare(study, "--fail-above", "0%")
     assert code == 0
     assert out.splitlines()[-1] == "nothing has moved"
@@ -85,7 +81,7 @@ def test_the_same_study_has_not_moved(study: Study, compare: Compare) -> None:
         assert f"mujoco {study.provenance.versions['mujoco']}" in line
 
 
-def test_versions_that_differ_are_named(study: Study, compare: Compare) -> None:
+def test_versions_that_differ_are_named(study, compare):
     versions = {**study.provenance.versions, "mujoco": "99.0"}
     newer = replace(study, provenance=replace(study.provenance, versions=versions))
     was = study.provenance.versions["mujoco"]
@@ -98,14 +94,7 @@ def test_versions_that_differ_are_named(study: Study, compare: Compare) -> None:
     ("factor", "above", "code"),
     [(1.06, "5%", 1), (1.04, "5%", 0), (1.06, "0.05", 1), (0.5, "5%", 0), (1.04, None, 0)],
 )
-def test_growth_beyond_the_limit_is_exit_code_1(
-    factor: float,
-    above: str | None,
-    code: int,
-    study: Study,
-    compare: Compare,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_growth_beyond_the_limit_is_exit_code_1(factor, above, code, study, compare, monkeypatch):
     monkeypatch.setattr("plumbob.reports.commands.compare._verdicts", lambda old, new: [])
     more = [] if above is None else ["--fail-above", above]
     found, out = compare(changed(study, errors_times(factor)), *more)
@@ -116,16 +105,12 @@ def test_growth_beyond_the_limit_is_exit_code_1(
 
 
 @pytest.mark.parametrize(("factor", "listed"), [(1 + 1e-7, True), (1 + 1e-12, False)])
-def test_a_small_change_is_listed_beyond_rounding(
-    factor: float, listed: bool, study: Study, compare: Compare
-) -> None:
+def test_a_small_change_is_listed_beyond_rounding(factor, listed, study, compare):
     assert ("theta error at 0.001" in compare(changed(study, errors_times(factor)))[1]) == listed
 
 
-def test_rounding_of_an_observable_that_stays_zero_is_not_listed(
-    study: Study, compare: Compare
-) -> None:
-    def rounded(m: Measurement) -> Measurement:
+def test_rounding_of_an_observable_that_stays_zero_is_not_listed(study, compare):
+    def rounded(m):
         zero = {n: e for n, e in m.errors.items() if e.scale == 0.0}
         more = {
             n: replace(e, largest=e.largest + 2.7e-18, uncertainty=0.0) for n, e in zero.items()
@@ -170,22 +155,20 @@ def with_costs(study: Study, factors: Sequence[float]) -> Study:
         ((0.45, 0.45), 2),
     ],
 )
-def test_a_cost_that_moved_is_listed(
-    factors: tuple[float, ...], moved: int, study: Study, compare: Compare
-) -> None:
+def test_a_cost_that_moved_is_listed(factors, moved, study, compare):
     code, out = compare(with_costs(study, factors), old=with_costs(study, (1.0,) * len(factors)))
     assert (code, out.count("cost of a step")) == (0, moved)
     assert moved == 0 or f"2 -> {2 * factors[0]:.6g}" in out
 
 
-def test_a_verdict_that_changes_is_listed(study: Study, compare: Compare) -> None:
+def test_a_verdict_that_changes_is_listed(study, compare):
     code, out = compare(changed(study, errors_times(1.5)))
     assert code == 1
     assert "mujoco/euler: verdict predicted -> off-prediction" in out
     assert "mujoco/rk4+coulomb" not in out
 
 
-def test_what_vanished_and_what_is_new_is_said(study: Study, compare: Compare) -> None:
+def test_what_vanished_and_what_is_new_is_said(study, compare):
     first, *rest = study.convergence
     _, out = compare(replace(study, convergence=tuple(rest)))
     assert f"{first.scene} {first.method}: measured yes -> no" in out
@@ -199,20 +182,18 @@ def test_what_vanished_and_what_is_new_is_said(study: Study, compare: Compare) -
     assert f"{first.scene} {first.method}: steps of one study alone: {last:g} -> none" in out
 
 
-def test_a_run_that_diverges_has_grown(
-    study: Study, compare: Compare, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_diverges_has_grown(study, compare, monkeypatch):
     monkeypatch.setattr("plumbob.reports.commands.compare._verdicts", lambda old, new: [])
     new = changed(study, lambda m: replace(m, status="diverged", errors={}))
     assert compare(new)[0] == 0
     code, out = compare(new, "--fail-above", "1000%")
     assert code == 1
     assert f"{EULER}: run at 0.001 done -> diverged\n" in out
-    rows: list[Mapping[str, Any]] = json.loads(compare(new, "--json")[1])
+    rows = json.loads(compare(new, "--json")[1])
     assert {"run at 0.001"} == {row["what"] for row in rows}
 
 
-def test_a_page_of_it(study: Study, compare: Compare, tmp_path: Path) -> None:
+def test_a_page_of_it(study, compare, tmp_path):
     """It says what moved, in the frame of all pages, with both studies' versions."""
     file = tmp_path / "compared.html"
     older = replace(study.provenance, versions={**study.provenance.versions, "mujoco": "3.1.4"})

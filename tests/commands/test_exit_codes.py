@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import io
 import os
@@ -21,13 +20,12 @@ from plumbob.__main__ import main as start
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.reports.commands import cite
-from plumbob.tests.support.fixture_types import Capture, Patch
 
 VALIDATE = ("validate", "--scenes", "linear-pendulum/overdamped", "--methods", "ode/rk4")
 
 
 @pytest.fixture(autouse=True)
-def _temporary_folder(tmp_path: Path, monkeypatch: Patch) -> None:
+def _temporary_folder(tmp_path, monkeypatch):
     """Tracebacks go where the test ends."""
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
@@ -38,9 +36,7 @@ def _broken(*_: Any, **__: Any) -> NoReturn:
 
 
 @pytest.mark.parametrize("folder", ["there", "/nowhere/at/all"])
-def test_a_defect_is_one_line_and_its_traceback_a_file(
-    folder: str, capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_a_defect_is_one_line_and_its_traceback_a_file(folder, capsys, monkeypatch):
     monkeypatch.setattr(cite, "systems", _broken)
     if folder != "there":
         monkeypatch.setattr(tempfile, "tempdir", folder)
@@ -55,9 +51,7 @@ def test_a_defect_is_one_line_and_its_traceback_a_file(
         assert f"{__file__}:" in err
 
 
-def test_a_study_is_kept_when_its_page_fails(
-    tmp_path: Path, capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_a_study_is_kept_when_its_page_fails(tmp_path, capsys, monkeypatch):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
         patched.setattr("plumbob.reports.view.site.writing.write_page", _broken)
@@ -72,8 +66,8 @@ def test_a_study_is_kept_when_its_page_fails(
     assert store.load(out / store.FILE) is not None
 
 
-def test_an_interrupt_is_one_line(capsys: Capture, monkeypatch: Patch) -> None:
-    def interrupted() -> NoReturn:
+def test_an_interrupt_is_one_line(capsys, monkeypatch):
+    def interrupted():
         os.kill(os.getpid(), signal.SIGINT)
         raise AssertionError("not interrupted")
 
@@ -86,10 +80,8 @@ def test_an_interrupt_is_one_line(capsys: Capture, monkeypatch: Patch) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_in_one_long_call_of_a_library(
-    number: signal.Signals, tmp_path: Path, monkeypatch: Patch
-) -> None:
-    def calling(_: argparse.Namespace) -> int:
+def test_an_interrupt_in_one_long_call_of_a_library(number, tmp_path, monkeypatch):
+    def calling(_):
         threading.Timer(0.1, os.kill, (os.getpid(), number)).start()
         hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # many minutes without Python
         return 0
@@ -107,10 +99,8 @@ def test_an_interrupt_in_one_long_call_of_a_library(
     assert (tmp_path / "said").read_text().endswith("plumbob: interrupted\n")
 
 
-def test_an_interrupt_that_a_library_makes_an_error_of_its_own(
-    capsys: Capture, monkeypatch: Patch
-) -> None:
-    def loading(_: argparse.Namespace) -> NoReturn:
+def test_an_interrupt_that_a_library_makes_an_error_of_its_own(capsys, monkeypatch):
+    def loading(_):
         try:
             os.kill(os.getpid(), signal.SIGINT)
             raise AssertionError("not interrupted")
@@ -122,11 +112,11 @@ def test_an_interrupt_that_a_library_makes_an_error_of_its_own(
     assert capsys.readouterr().err == "plumbob: interrupted\n"
 
 
-def test_an_interrupt_while_the_command_line_loads(capsys: Capture, monkeypatch: Patch) -> None:
+def test_an_interrupt_while_the_command_line_loads(capsys, monkeypatch):
     class Interrupted:
         """Finds no module: the user stops it."""
 
-        def find_spec(self, *_: Any) -> NoReturn:
+        def find_spec(self, *_):
             raise KeyboardInterrupt
 
     monkeypatch.delitem(sys.modules, "plumbob.reports.cli")
@@ -135,7 +125,7 @@ def test_an_interrupt_while_the_command_line_loads(capsys: Capture, monkeypatch:
     assert capsys.readouterr().err == "plumbob: interrupted\n"
 
 
-def test_what_a_terminal_cannot_show_is_escaped(monkeypatch: Patch) -> None:
+def test_what_a_terminal_cannot_show_is_escaped(monkeypatch):
     shown = io.BytesIO()
     with io.TextIOWrapper(shown, encoding="ascii") as terminal:
         monkeypatch.setattr(sys, "stdout", terminal)

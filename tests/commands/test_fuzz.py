@@ -23,7 +23,6 @@ from hypothesis import strategies as st
 
 from plumbob.engines.study import store
 from plumbob.reports.cli import COMMANDS, main, parser
-from plumbob.tests.support.fixture_types import Capture
 
 SEARCH = os.environ.get("HYPOTHESIS_PROFILE", "") == "search"
 EXAMPLES = 2500 if SEARCH else 8
@@ -46,7 +45,7 @@ SLOW = [
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A folder with files of all kinds, and a small stored study."""
     made = tmp_path_factory.mktemp("files")
     (made / "there.xml").write_text(
@@ -139,13 +138,7 @@ def _code(words: list[str]) -> int:
 
 @settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(command=st.sampled_from(COMMANDS), seed=st.integers(0, 2**32))
-def test_no_command_line_is_a_defect(
-    command: str,
-    seed: int,
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capture,
-) -> None:
+def test_no_command_line_is_a_defect(command, seed, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     words = _words(command, random.Random(seed))
     code = _code(words)
@@ -190,14 +183,7 @@ READERS = (
 
 @settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(reader=st.sampled_from(READERS), seed=st.integers(0, 2**32))
-def test_no_damaged_study_is_a_defect(
-    reader: tuple[str, ...],
-    seed: int,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capture,
-) -> None:
+def test_no_damaged_study_is_a_defect(reader, seed, folder, tmp_path, monkeypatch, capsys):
     file = tmp_path / store.FILE
     file.write_bytes((folder / "out" / store.FILE).read_bytes())
     _damage(file, random.Random(seed))

@@ -6,13 +6,12 @@ import json
 
 from plumbob.engines.adapters.ode import integrators
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture, Patch
 
 CONE = "cone-pendulum/rotating-base"
 KEYS = {"of", "by", "way", "exact", "computed", "relative_error", "predicted_error", "eps"}
 
 
-def test_json_has_a_record_for_each_way_and_parameter(capsys: Capture) -> None:
+def test_json_has_a_record_for_each_way_and_parameter(capsys):
     given = ["--of", "theta,theta_dot", "--by", "gravity,theta", "--way", "central", "--json"]
     assert main(["gradient", CONE, "ode/rk4", *given]) == 0
     records = json.loads(capsys.readouterr().out)
@@ -21,20 +20,20 @@ def test_json_has_a_record_for_each_way_and_parameter(capsys: Capture) -> None:
     assert {record["verdict"] for record in records} == {"predicted"}
 
 
-def test_without_options_there_is_a_table(capsys: Capture) -> None:
+def test_without_options_there_is_a_table(capsys):
     assert main(["gradient", CONE, "ode/euler"]) == 0
     printed = capsys.readouterr().out
     assert "platform_rate" in printed
     assert "UNEXPECTED" not in printed
 
 
-def test_a_sabotaged_engine_is_exit_code_1(capsys: Capture, monkeypatch: Patch) -> None:
+def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["gradient", CONE, "ode/euler", "--by", "gravity"]) == 1
     assert f"UNEXPECTED {CONE} ode/euler: central, theta by gravity" in capsys.readouterr().out
 
 
-def test_several_steps_show_the_order_of_several_methods(capsys: Capture) -> None:
+def test_several_steps_show_the_order_of_several_methods(capsys):
     words = ["--of", "theta", "--by", "theta", "--step", "4e-3,2e-3", "--eps", "1e-3", "--json"]
     assert main(["gradient", CONE, "mujoco/euler", "ode/rk4", "--way", "central", *words]) == 0
     records = json.loads(capsys.readouterr().out)

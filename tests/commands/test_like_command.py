@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -16,7 +15,6 @@ from plumbob.reports.cli import main
 from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import without_findings, without_pages
-from plumbob.tests.support.fixture_types import Capture
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -34,9 +32,7 @@ def written(folder: Path, integrator: str) -> str:
 
 
 @pytest.mark.long
-def test_validate_reports_the_error_and_better_methods(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_validate_reports_the_error_and_better_methods(tmp_path, capsys, monkeypatch):
     without_findings(monkeypatch)
     like, out = written(tmp_path, "Euler"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1"]) == 0
@@ -55,13 +51,11 @@ def test_validate_reports_the_error_and_better_methods(
 
 
 @pytest.mark.long
-def test_the_same_of_a_file_with_rk4(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_same_of_a_file_with_rk4(tmp_path, capsys, monkeypatch):
     without_pages(monkeypatch)
     like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
     assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1", "--json"]) == 0
-    rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
+    rows = json.loads(capsys.readouterr().out)
     answer = {row["scene"]: row for row in rows if "at_equal_accuracy" in row}
     assert set(answer) == {PENDULUM, LINE}
     for name, row in answer.items():
@@ -87,7 +81,7 @@ def _error(name: str, like: str) -> float:
     return relative_error(run, (replace(first, scale=1.0),))
 
 
-def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
+def test_others_are_measured_at_the_users_step(tmp_path):
     scene, own = find_scene(LINE), own_method(written(tmp_path, "Euler"))
     assert beside(scene, own).steps == (STEP, *scene.steps)
     assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
@@ -95,7 +89,7 @@ def test_others_are_measured_at_the_users_step(tmp_path: Path) -> None:
     assert beside(scene, far) == scene
 
 
-def test_run_takes_the_files_step(tmp_path: Path, capsys: Capture) -> None:
+def test_run_takes_the_files_step(tmp_path, capsys):
     like = written(tmp_path, "RK4")
     assert main(["run", LINE, "--like", like, "--json"]) == 0
     (one,) = [json.loads(capsys.readouterr().out)]
@@ -106,7 +100,7 @@ def test_run_takes_the_files_step(tmp_path: Path, capsys: Capture) -> None:
     assert f"{LINE} with mujoco/mine at 0.001:" in answer
 
 
-def test_without_scenes_the_line_is_run_at_four_headings() -> None:
+def test_without_scenes_the_line_is_run_at_four_headings():
     chosen = {scene.name for scene in scenes(SCENES, "quick")}
     headings = {name for name in chosen if name.startswith("capsule-line/heading-")}
     assert headings == {f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90)}

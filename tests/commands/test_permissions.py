@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -38,7 +36,7 @@ STORES = (".sqlite3", ".lock", "-shm", "-wal")  # SQLite gives others no right t
 
 
 @pytest.fixture(params=[0o077, 0o027, 0o002], ids=oct)
-def mask(request: pytest.FixtureRequest) -> Iterator[int]:
+def mask(request):
     """A umask of this process, for one test."""
     before = os.umask(request.param)
     yield request.param
@@ -46,7 +44,7 @@ def mask(request: pytest.FixtureRequest) -> Iterator[int]:
 
 
 @pytest.mark.long(keep=1)
-def test_umask_is_followed(mask: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_umask_is_followed(mask, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     tmp_path.chmod(0o755)
     for words, files in COMMANDS.items():

@@ -10,11 +10,10 @@ from plumbob.models.tripod_capsule.parameters import BODY
 from plumbob.models.tripod_capsule.plan import LIMITS
 from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import PLACES
-from plumbob.tests.support.fixture_types import Capture
 
 
 @pytest.mark.long
-def test_the_command_prints_manoeuvres_time_and_errors(capsys: Capture) -> None:
+def test_the_command_prints_manoeuvres_time_and_errors(capsys):
     words = ["plan", "--to", "0.05", "-1e-2", "0", "--track", "curve", "--set", "stroke=0.1"]
     assert main(words) == 0
     out = capsys.readouterr().out
@@ -29,7 +28,7 @@ def test_the_command_prints_manoeuvres_time_and_errors(capsys: Capture) -> None:
     assert max(answer["position_error"], answer["heading_error"]) <= 1e-9
 
 
-def test_any_two_lines_of_the_curve(capsys: Capture) -> None:
+def test_any_two_lines_of_the_curve(capsys):
     words = ["plan", "--to", "0.02", "0.01", "0", "--track", "curve", "--set", "legs=[3, 1]"]
     assert main([*words, "--arc", "longer"]) == 0
     assert "on the curve C-A3, longer arc, C-A1:" in capsys.readouterr().out
@@ -40,7 +39,7 @@ def test_any_two_lines_of_the_curve(capsys: Capture) -> None:
     assert 0.0 < answer["drive"]["driving_force_rms"] < answer["drive"]["driving_force_peak"]
 
 
-def test_help_names_every_parameter(capsys: Capture) -> None:
+def test_help_names_every_parameter(capsys):
     with pytest.raises(SystemExit):
         main(["plan", "--help"])
     shown = capsys.readouterr().out
@@ -51,9 +50,7 @@ def test_help_names_every_parameter(capsys: Capture) -> None:
     assert all(name in error for name in (*BODY, *LIMITS, *PLACES))
 
 
-def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(
-    monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(monkeypatch, capsys):
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     words = ["plan", "--to", "0.05", "0", "0", "--method", "mujoco/rk4+coulomb", "--step", "1e-3"]
     assert main(words) == 3

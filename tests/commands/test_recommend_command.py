@@ -18,12 +18,12 @@ CONE = "cone-pendulum/rotating-base"
 
 
 @pytest.fixture
-def few(monkeypatch: pytest.MonkeyPatch) -> None:
+def few(monkeypatch):
     """A few methods in place of all, in this process: others take longer to begin than to run."""
     monkeypatch.setattr("os.cpu_count", lambda: 1)
     every, names = recommend._methods, {m.name for m in find_methods(FEW)}
 
-    def some(engine: Any, known: Any, stored: bool) -> Any:
+    def some(engine, known, stored):
         return tuple(m for m in every(engine, known, stored) if m.name in names)
 
     monkeypatch.setattr(recommend, "_methods", some)
@@ -38,11 +38,11 @@ def answer(capsys: Capture, folder: Path, *words: str) -> dict[str, Any]:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("few")
-def test_what_is_not_stored_is_run_once(tmp_path: Path, capsys: Capture) -> None:
-    def choice(*more: str, error: str = "--error") -> dict[str, Any]:
+def test_what_is_not_stored_is_run_once(tmp_path, capsys):
+    def choice(*more, error="--error"):
         found = answer(capsys, tmp_path, CONE, error, "1e-4", *more)
         assert (found["observable"], found["unit"]) == ("theta", "rad")
-        chosen: dict[str, Any] = found["choice"]
+        chosen = found["choice"]
         assert chosen["error"] <= 1e-4
         return chosen
 
@@ -64,9 +64,7 @@ def test_what_is_not_stored_is_run_once(tmp_path: Path, capsys: Capture) -> None
 
 @pytest.mark.long
 @pytest.mark.usefixtures("few")
-def test_a_family_of_lines_takes_a_full_model_that_converges(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_family_of_lines_takes_a_full_model_that_converges(tmp_path, capsys):
     family, alone, line = (
         answer(capsys, tmp_path, name, "--error", "1e-3")
         for name in ("capsule-line/heading-0[34]?", "capsule-line/heading-030", "capsule-line")

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.page_document import Document
 
 # Two systems with recordings of each engine, whose findings need few runs of their own.
@@ -25,7 +23,7 @@ sys.exit(main(["report", *sys.argv[1:]]))
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def out(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study") / "out"
     words = ["--scenes", SCENES, "--methods", METHODS, "--out", str(folder), "--jobs", "1"]
     assert main(["validate", *words]) == 0
@@ -33,7 +31,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.long
-def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
+def test_the_page_is_the_same_to_the_byte_without_engines(out):
     page = out / "index.html"
     written = page.read_bytes()
     page.unlink()
@@ -48,7 +46,7 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out: Path) -> None:
 
 
 @pytest.mark.long
-def test_any_study_by_its_number(out: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_any_study_by_its_number(out, tmp_path, capsys):
     study = store.load(out / store.FILE, 1)
     assert study
     assert [store.save(study, tmp_path / store.FILE) for _ in range(2)] == [1, 2]
@@ -61,7 +59,7 @@ def test_any_study_by_its_number(out: Path, tmp_path: Path, capsys: Capture) -> 
 
 
 @pytest.mark.long
-def test_a_single_file_has_what_the_site_has(out: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_a_single_file_has_what_the_site_has(out, tmp_path, capsys):
     before = {path.name for path in out.iterdir()}
     file = tmp_path / "study.html"
     assert main(["report", str(out), "--single", str(file)]) == 0
@@ -74,9 +72,7 @@ def test_a_single_file_has_what_the_site_has(out: Path, tmp_path: Path, capsys: 
 
 
 @pytest.mark.long
-def test_a_folder_to_publish_is_the_site_without_the_store(
-    out: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_folder_to_publish_is_the_site_without_the_store(out, tmp_path, capsys):
     """Each link of each page leads to a file in it, and nothing in it is left over."""
     before = {path.name for path in out.iterdir()}
     folder = tmp_path / "public"
@@ -98,10 +94,8 @@ def test_a_folder_to_publish_is_the_site_without_the_store(
 
 
 @pytest.mark.long
-def test_what_fails_leaves_no_half_published_site(
-    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object) -> None:
+def test_what_fails_leaves_no_half_published_site(out, tmp_path, monkeypatch):
+    def full(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("plumbob.reports.view.site.writing.written", full)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,14 +31,13 @@ from plumbob.tests.commands.outcomes import (
     with_prepare,
     without_pages,
 )
-from plumbob.tests.support.fixture_types import Capture, Patch
 
 PENDULUM, LINE = "simple-pendulum/free-small", "capsule-line/ca1"
 Validate = Callable[[str, str], Outcome]
 
 
 @pytest.fixture
-def validate(tmp_path: Path, capsys: Capture, monkeypatch: Patch) -> Validate:
+def validate(tmp_path, capsys, monkeypatch):
     """A `validate` of a scene and method."""
     without_pages(monkeypatch)
     return partial(validated, tmp_path, capsys)
@@ -71,14 +68,7 @@ def red(found: Outcome, scene: str, method: str) -> bool:
         (SLOW, "mujoco/euler", "gravity", 1.01),
     ],
 )
-def test_a_parameter_that_is_read_wrongly(
-    validate: Validate,
-    monkeypatch: Patch,
-    scene: str,
-    method: str,
-    parameter: str,
-    factor: float,
-) -> None:
+def test_a_parameter_that_is_read_wrongly(validate, monkeypatch, scene, method, parameter, factor):
     assert parameter in find_scene(scene).parameters
     misread(monkeypatch, method.partition("/")[0], {parameter: factor})
     assert red(validate(scene, method), scene, method)
@@ -86,10 +76,8 @@ def test_a_parameter_that_is_read_wrongly(
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("factor", [1.0, 2.5, 0.4])
-def test_a_known_limit_that_grows_or_shrinks(
-    validate: Validate, monkeypatch: Patch, factor: float
-) -> None:
-    def scaled(case: Case, run: Trajectory) -> Trajectory:
+def test_a_known_limit_that_grows_or_shrinks(validate, monkeypatch, factor):
+    def scaled(case, run):
         exact = case.reference.observe(run.times)
         seen = {n: exact[n] + factor * (run.observables[n] - exact[n]) for n in run.observables}
         return replace(run, observables=seen)
@@ -108,8 +96,8 @@ def test_a_known_limit_that_grows_or_shrinks(
     ],
 )
 def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
-    validate: Validate, monkeypatch: Patch, scene: str, method: str, factor: float
-) -> None:
+    validate, monkeypatch, scene, method, factor
+):
     misread(monkeypatch, "mujoco", {"friction": factor})
     found = validate(scene, method)
     assert red(found, scene, method)
@@ -117,7 +105,7 @@ def test_friction_that_is_read_wrongly_hides_in_no_known_limit(
     assert not red(validate(scene, method), scene, method)
 
 
-def test_a_method_that_loses_its_theory(validate: Validate, monkeypatch: Patch) -> None:
+def test_a_method_that_loses_its_theory(validate, monkeypatch):
     """Its error still falls with the step; that no theory covers it is declared of nobody here."""
     engines = dict(registry.built_in())
     mujoco, other = engines["mujoco"], SchemeOfCase(lambda case, method: Scheme("own"))
@@ -161,18 +149,16 @@ def right_where_listed(prepare: Prepare, case: Case, method: Method, step: float
         *((right_where_listed, m) for m in ("mujoco/euler", "ode/rk4", "ode/dop853")),
     ],
 )
-def test_a_solver_that_is_right_at_times(
-    validate: Validate, monkeypatch: Patch, broken: Broken, method: str
-) -> None:
+def test_a_solver_that_is_right_at_times(validate, monkeypatch, broken, method):
     """At small tolerances alone, by another tolerance than it is given, and at listed steps."""
     with_prepare(monkeypatch, method.partition("/")[0], lambda prepare: partial(broken, prepare))
     assert red(validate(CONE, method), CONE, method)
 
 
-def test_a_prediction_with_its_sign_flipped(validate: Validate, monkeypatch: Patch) -> None:
+def test_a_prediction_with_its_sign_flipped(validate, monkeypatch):
     held = measurement._held
 
-    def flipped(predicted: Array, *rest: Any) -> measurement.Prediction:
+    def flipped(predicted, *rest):
         return held(-predicted, *rest)
 
     monkeypatch.setattr(measurement, "_held", flipped)
@@ -180,9 +166,7 @@ def test_a_prediction_with_its_sign_flipped(validate: Validate, monkeypatch: Pat
 
 
 @pytest.mark.long
-def test_a_doctored_theory_of_the_largest_step(
-    tmp_path: Path, capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     """A tenth more than the theory says, where runs agree with it within 2 %."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: (SEARCH,))
     monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
@@ -191,7 +175,7 @@ def test_a_doctored_theory_of_the_largest_step(
     )
     own, found = measuring.measured, {}
 
-    def doctored(by: float, *given: Any) -> measuring.Stability:
+    def doctored(by, *given):
         limits = tuple(replace(limit, step=by * limit.step) for limit in given[3])
         return own(given[0], given[1], given[2], limits)
 
@@ -211,16 +195,14 @@ def test_a_doctored_theory_of_the_largest_step(
 @pytest.mark.parametrize(
     ("factor", "off"), [(1.0, 0), (-1.0, 6), (2.0, 6), (1.0 + 1e-4, 6), (1.0 + 1e-5, 5)]
 )
-def test_a_doctored_derivative(
-    validate: Validate, tmp_path: Path, capsys: Capture, monkeypatch: Patch, factor: float, off: int
-) -> None:
+def test_a_doctored_derivative(validate, tmp_path, capsys, monkeypatch, factor, off):
     """By gravity and by the start, by three ways: another sign, a factor, and a ten-thousandth
     more. Every run is right. A hundred-thousandth more is within what the forward difference by
     the start leaves open, 1.6e-5 of the derivative: rounding of two ends over its eps of 3.7e-7."""
     own = gradient.gradients
 
-    def doctored(*given: Any) -> gradient.Gradients:
-        def of(tried: gradient.Difference) -> gradient.Difference:
+    def doctored(*given):
+        def of(tried):
             return replace(tried, computed=factor * tried.computed)
 
         every = own(*given).records
@@ -238,7 +220,7 @@ def test_a_doctored_derivative(
         assert "off its prediction" in outcome.failure(CONE, "ode/rk4, central, theta by gravity")
 
 
-def test_nothing_is_red_without_sabotage(validate: Validate) -> None:
+def test_nothing_is_red_without_sabotage(validate):
     assert not red(validate(CONE, "mujoco/euler"), CONE, "mujoco/euler")
 
 
@@ -251,14 +233,8 @@ def test_nothing_is_red_without_sabotage(validate: Validate) -> None:
         ("cone-pendulum/rotating-base", "mujoco/euler", "theta_dot"),
     ],
 )
-def test_an_observable_that_an_engine_drops(
-    validate: Validate,
-    monkeypatch: Patch,
-    scene: str,
-    method: str,
-    observable: str,
-) -> None:
-    def drop(case: Case, run: Trajectory) -> Trajectory:
+def test_an_observable_that_an_engine_drops(validate, monkeypatch, scene, method, observable):
+    def drop(case, run):
         kept = {name: seen for name, seen in run.observables.items() if name != observable}
         return replace(run, observables=kept)
 
@@ -296,12 +272,7 @@ SABOTAGES: Mapping[str, Callable[[Trajectory], Trajectory]] = MappingProxyType(
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", SABOTAGES)
-def test_findings_survive_what_an_engine_returns(
-    kind: str,
-    tmp_path: Path,
-    capsys: Capture,
-    monkeypatch: Patch,
-) -> None:
+def test_findings_survive_what_an_engine_returns(kind, tmp_path, capsys, monkeypatch):
     """A verdict says it, and there is a page, with the findings on other engines."""
     changed_runs(monkeypatch, "mujoco", lambda case, run: SABOTAGES[kind](run))
     scenes = f"{LINE},capsule-line/heading-030"

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -20,19 +19,19 @@ OPTIONS = Path(SCHEMAS).parents[1] / "commands" / "options"
 RUN = ["run", "simple-pendulum/free-large", "mujoco/rk4", "--step", "0.01", "--json"]
 
 
-def test_each_command_that_prints_json_has_a_schema() -> None:
+def test_each_command_that_prints_json_has_a_schema():
     given = [path.stem for path in OPTIONS.iterdir() if '"--json"' in path.read_text("utf-8")]
     assert sorted({*given, "models"} - {"shared"}) == COMMANDS
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_schema_is_one_and_closed(command: str) -> None:
+def test_a_schema_is_one_and_closed(command):
     """Every object of named properties says whether further ones are allowed; `solve` alone has
     what else is exact of a system beside them."""
     schema = validator(command).schema
     Draft202012Validator.check_schema(schema)
 
-    def objects(part: Any) -> list[dict[str, Any]]:
+    def objects(part):
         parts = part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
         here = [part] if isinstance(part, dict) and isinstance(part.get("properties"), dict) else []
         return [*here, *(inner for p in parts for inner in objects(p))]
@@ -41,7 +40,7 @@ def test_a_schema_is_one_and_closed(command: str) -> None:
     assert len(open_ones) == (command == "solve")
 
 
-def test_what_a_schema_does_not_allow_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_schema_does_not_allow_is_named(capsys):
     assert main(RUN) == 0
     answer = json.loads(capsys.readouterr().out)
     assert misses("run", answer) == ""
@@ -59,12 +58,12 @@ def test_what_a_schema_does_not_allow_is_named(capsys: pytest.CaptureFixture[str
         ["settings", "mujoco/euler+coulomb", "--step", "1e-3", "--json"],
     ],
 )
-def test_answers_keep_to_them(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_answers_keep_to_them(words, capsys):
     assert main(words) == 0
     assert json.loads(capsys.readouterr().out)
 
 
-def test_schemas_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_schemas_are_listed(capsys):
     assert main(["list", "schemas"]) == 0
     rows = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines()]
     assert [name for name, _ in rows] == COMMANDS

@@ -35,7 +35,7 @@ def _check(capsys: Capture, path: Path, *words: str) -> tuple[int, dict[str, Any
 
 
 @pytest.mark.parametrize("method", WRITTEN)
-def test_text_and_json_agree(method: str, capsys: Capture) -> None:
+def test_text_and_json_agree(method, capsys):
     code, text, _ = _run(capsys, method, "--step", "1e-3")
     assert code == 0
     answer = json.loads(_run(capsys, method, "--step", "1e-3", "--json")[1])
@@ -50,9 +50,7 @@ def test_text_and_json_agree(method: str, capsys: Capture) -> None:
 
 @pytest.mark.parametrize("variant", [0, 1])
 @pytest.mark.parametrize("method", [METHOD, "mujoco/rk4+coulomb", "mujoco/euler+coulomb+noslip"])
-def test_what_is_pasted_differs_in_nothing(
-    method: str, variant: int, tmp_path: Path, capsys: Capture
-) -> None:
+def test_what_is_pasted_differs_in_nothing(method, variant, tmp_path, capsys):
     answer = json.loads(_run(capsys, method, "--step", "0.002", "--json")[1])
     model = (
         f"<mujoco>{answer['snippets'][variant]['mjcf']}<worldbody>"
@@ -85,9 +83,7 @@ def test_what_is_pasted_differs_in_nothing(
 
 @pytest.mark.parametrize("name", ["tripod_capsule.xml", "turning.xml", "scene.xml"])
 @pytest.mark.parametrize("step", ["2e-5", "1e-4", "1.05e-4", "1e-3"])
-def test_contacts_for_another_step_are_warned_of(
-    step: str, name: str, tmp_path: Path, capsys: Capture
-) -> None:
+def test_contacts_for_another_step_are_warned_of(step, name, tmp_path, capsys):
     for file in CAPSULE.parent.glob("*.xml"):
         text = file.read_text("utf-8").replace('timestep="1e-4"', f'timestep="{step}"')
         (tmp_path / file.name).write_text(text, "utf-8")
@@ -109,7 +105,7 @@ def test_contacts_for_another_step_are_warned_of(
     assert any("too stiff" in line for line in warnings) == (step == "1e-3")
 
 
-def test_too_many_feet_for_the_stiffness_are_warned_of(tmp_path: Path, capsys: Capture) -> None:
+def test_too_many_feet_for_the_stiffness_are_warned_of(tmp_path, capsys):
     """Direct contacts on geoms, which have no friction rate, are judged by their stability: at the
     impedance of MuJoCo's default, 0.95, contacts of one body hardly add up."""
     path = tmp_path / "my.xml"
@@ -137,7 +133,7 @@ def test_too_many_feet_for_the_stiffness_are_warned_of(tmp_path: Path, capsys: C
         assert ["too stiff" in line for line in found["warnings"]] == [True] * expected
 
 
-def test_contacts_of_a_body_with_no_inverse_weight(tmp_path: Path, capsys: Capture) -> None:
+def test_contacts_of_a_body_with_no_inverse_weight(tmp_path, capsys):
     """A link whose centre of mass is on its axis touches its base, as the panda's does."""
     path = tmp_path / "my.xml"
     box = '<geom type="box" size=".1 .1 .1"/>'
@@ -152,7 +148,7 @@ def test_contacts_of_a_body_with_no_inverse_weight(tmp_path: Path, capsys: Captu
 
 
 @pytest.mark.parametrize("step", ["1e-3", "2.5e-5"])
-def test_models_are_exported_for_a_step(step: str, tmp_path: Path, capsys: Capture) -> None:
+def test_models_are_exported_for_a_step(step, tmp_path, capsys):
     """The same contacts as the adapter gives the model at that step, and at rest at the start."""
     assert main(["models", "export", str(tmp_path), "--step", step]) == 0
     capsys.readouterr()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,9 +20,7 @@ def _row(capsys: Capture, *words: str) -> list[str]:
 
 @pytest.mark.parametrize("time", ["0.5", "20", "1e3", "1e6", "1e15"])
 @pytest.mark.parametrize("name", ["cone-pendulum", "simple-pendulum", "capsule-line"])
-def test_a_digit_is_printed_where_the_uncertainty_leaves_it(
-    name: str, time: str, capsys: Capture
-) -> None:
+def test_a_digit_is_printed_where_the_uncertainty_leaves_it(name, time, capsys):
     reference = case_of(scene(name)).reference
     at = np.array([float(time)])
     exact, allowed = reference.observe(at), reference.uncertainty(at)
@@ -38,7 +35,7 @@ def test_a_digit_is_printed_where_the_uncertainty_leaves_it(
         assert 0.999 * uncertainty <= last  # trailing zeros are left out
 
 
-def test_json_has_every_digit_and_the_uncertainty(capsys: Capture) -> None:
+def test_json_has_every_digit_and_the_uncertainty(capsys):
     assert main(["solve", "cone-pendulum", "--times", "0.5,1e15", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     reference = case_of(scene("cone-pendulum")).reference
@@ -57,7 +54,7 @@ ALL = [one.name for one in scenes("*")]
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("system", list(systems()))
-def test_every_scene_is_printed(system: str, capsys: Capture, pytestconfig: pytest.Config) -> None:
+def test_every_scene_is_printed(system, capsys, pytestconfig):
     own = [name for name in ALL if name.startswith(f"{system}/")]
     if system == "capsule-plan" and pytestconfig.getoption("profile") != "full":
         own = [name for name in own if name in QUICK_PLANS]
@@ -83,7 +80,7 @@ def _printed(capsys: Capture, name: str) -> list[str]:
     return out.splitlines()
 
 
-def test_angles_are_the_parameter(capsys: Capture) -> None:
+def test_angles_are_the_parameter(capsys):
     """The source's own form: t(theta), p(theta), theta_dot and phase."""
     answer = ["solve", "cone-pendulum", "--angles", "0,3.1,-1"]
     assert main(answer) == 0
@@ -102,7 +99,7 @@ def test_angles_are_the_parameter(capsys: Capture) -> None:
     assert found["also"]["phase"][-1] == pytest.approx(0.5 * found["mean_rate"])
 
 
-def test_figures_for_parameters_of_one_s_own(tmp_path: Path) -> None:
+def test_figures_for_parameters_of_one_s_own(tmp_path):
     place = tmp_path / "figures.html"
     words = ["solve", "cone-pendulum", "--set", "platform_rate=20", "--set", "inertia_yz=0.01"]
     assert main([*words, "--figures", str(place)]) == 0
@@ -114,7 +111,7 @@ def test_figures_for_parameters_of_one_s_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["solve", "run", "recommend"])
-def test_help_names_every_parameter(command: str, capsys: Capture) -> None:
+def test_help_names_every_parameter(command, capsys):
     with pytest.raises(SystemExit):
         main([command, "--help"])
     _, _, end = capsys.readouterr().out.partition("parameters that --set takes:")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, NoReturn
 
 import pytest
 
@@ -14,13 +12,12 @@ from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.study import stability as measuring
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture, Patch
 
 OVERDAMPED = "linear-pendulum/overdamped"
 KEYS = {"scene", "method", "kind", "predicted", "holds", "fails", "why"}
 
 
-def test_json_stands_alone_with_a_record_a_limit(capsys: Capture) -> None:
+def test_json_stands_alone_with_a_record_a_limit(capsys):
     assert main(["stability", OVERDAMPED, "ode/euler", "ode/radau", "--json"]) == 0
     euler, radau = json.loads(capsys.readouterr().out)
     assert set(euler) >= KEYS
@@ -31,14 +28,14 @@ def test_json_stands_alone_with_a_record_a_limit(capsys: Capture) -> None:
     assert "chooses its steps" in radau["why"]
 
 
-def test_a_limit_that_no_step_reaches_is_null(capsys: Capture) -> None:
+def test_a_limit_that_no_step_reaches_is_null(capsys):
     assert main(["stability", OVERDAMPED, "mujoco/discrete", "--json"]) == 0
     (record,) = json.loads(capsys.readouterr().out)
     assert (record["predicted"], record["fails"]) == (None, None)
     assert record["why"] == "every step that was tried holds"
 
 
-def test_a_page_and_what_is_measured_are_kept(tmp_path: Path, capsys: Capture) -> None:
+def test_a_page_and_what_is_measured_are_kept(tmp_path, capsys):
     out = tmp_path / "new" / "out"
     assert main(["stability", OVERDAMPED, "ode/*", "--jobs", "1", "--out", str(out)]) == 0
     printed = capsys.readouterr().out
@@ -51,14 +48,14 @@ def test_a_page_and_what_is_measured_are_kept(tmp_path: Path, capsys: Capture) -
     assert (out / "stability.sqlite3").is_file()
 
 
-def test_a_sabotaged_engine_is_exit_code_1(capsys: Capture, monkeypatch: Patch) -> None:
+def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["stability", OVERDAMPED, "ode/euler"]) == 1
     assert f"UNEXPECTED {OVERDAMPED} ode/euler: 1.7 of the step" in capsys.readouterr().out
 
 
 @pytest.mark.long
-def test_on_supports_only_losses_and_nudges_count(capsys: Capture) -> None:
+def test_on_supports_only_losses_and_nudges_count(capsys):
     scene = "capsule-coast/translation"
     assert main(["stability", scene, "mujoco/euler+coulomb", "--json"]) == 0
     (record,) = json.loads(capsys.readouterr().out)
@@ -69,8 +66,8 @@ def test_on_supports_only_losses_and_nudges_count(capsys: Capture) -> None:
     )
 
 
-def test_what_an_engine_does_not_run_is_one_line(capsys: Capture, monkeypatch: Patch) -> None:
-    def refusing(*_: Any) -> NoReturn:
+def test_what_an_engine_does_not_run_is_one_line(capsys, monkeypatch):
+    def refusing(*_):
         raise Unsupported("it has no hinges")
 
     monkeypatch.setattr(
@@ -81,7 +78,7 @@ def test_what_an_engine_does_not_run_is_one_line(capsys: Capture, monkeypatch: P
     assert (record["kind"], record["why"]) == (None, "it has no hinges")
 
 
-def test_long_runs_have_a_record_a_table_and_a_page(tmp_path: Path, capsys: Capture) -> None:
+def test_long_runs_have_a_record_a_table_and_a_page(tmp_path, capsys):
     given = ["stability", "simple-pendulum/damped-large", "ode/*", "--long", "--step", "0.02"]
     chosen = [*given[:2], "ode/leapfrog", "ode/rk4", *given[3:]]
     assert main([*chosen, "--json"]) == 0

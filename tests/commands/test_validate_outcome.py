@@ -26,7 +26,7 @@ from plumbob.reports.judge.expectations import (
     standing,
     surprise,
 )
-from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement, Verdict
+from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import (
     Outcome,
@@ -36,7 +36,6 @@ from plumbob.tests.commands.outcomes import (
     without_findings,
     without_pages,
 )
-from plumbob.tests.support.fixture_types import Patch
 
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
@@ -47,19 +46,19 @@ Validate = Callable[..., Outcome]
 
 
 @pytest.fixture
-def whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Validate:
+def whole(tmp_path, capsys):
     """A `validate` of scenes and methods."""
     return partial(validated, tmp_path, capsys)
 
 
 @pytest.fixture
-def validate(whole: Validate, monkeypatch: Patch) -> Validate:
+def validate(whole, monkeypatch):
     """The same without the page, and without the runs that only the page shows."""
     without_pages(monkeypatch)
     return whole
 
 
-def test_all_as_expected(validate: Validate) -> None:
+def test_all_as_expected(validate):
     found = validate(f"{CONE},{LINE},{TURN}", METHODS)
     assert found.code == 0
     counts = {name: found.junit.get(name) for name in ("tests", "failures", "errors", "skipped")}
@@ -72,16 +71,14 @@ def test_all_as_expected(validate: Validate) -> None:
         "skipped": str(len(skipped)),
     }
     limit = found.case(LINE, "mujoco/euler").find("skipped")
-    assert limit is not None
     assert limit.attrib["message"].startswith("known limit, not-converging: contact chatter")
     closed = found.case(TURN, "exact/closed-form").find("skipped")
-    assert closed is not None
     assert closed.attrib["message"].startswith("unsupported: ")
     assert found.case(CONE, "ode/rk4").find("skipped") is None
     assert "UNEXPECTED" not in found.out
 
 
-def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> None:
+def test_each_case_has_its_time_its_errors_and_its_order(validate):
     found = validate(f"{CONE},{LINE}", "mujoco/euler,ode/rk4")
     assert all(float(case.attrib["time"]) > 0.0 for case in found.junit.findall("testcase"))
     rk4, euler = found.properties(CONE, "ode/rk4"), found.properties(LINE, "mujoco/euler")
@@ -94,16 +91,13 @@ def test_each_case_has_its_time_its_errors_and_its_order(validate: Validate) -> 
 
 
 @pytest.mark.long
-def test_an_engine_that_refuses_every_model_is_unexpected(
-    whole: Validate, monkeypatch: Patch
-) -> None:
+def test_an_engine_that_refuses_every_model_is_unexpected(whole, monkeypatch):
     break_engine(monkeypatch, "mujoco")
     without_findings(monkeypatch)
     found = whole(f"{CONE},{LINE}", "mujoco/euler,mujoco/euler+coulomb,ode/rk4")
     assert found.code == 1
     for scene, method in ((CONE, "mujoco/euler"), (LINE, "mujoco/euler+coulomb")):
         failure = found.case(scene, method).find("failure")
-        assert failure is not None
         message = "unsupported, expected predicted: the compiler refuses this model"
         assert failure.attrib["message"] == message
         assert f"UNEXPECTED {scene} {method}: unsupported, expected predicted" in found.out
@@ -115,7 +109,7 @@ def test_an_engine_that_refuses_every_model_is_unexpected(
     assert "✗ 3 unexpected" in page
 
 
-def test_what_the_profile_leaves_out_and_a_users_settings_are_no_surprise() -> None:
+def test_what_the_profile_leaves_out_and_a_users_settings_are_no_surprise():
     untried = Judgement("unsupported", {}, NO_STEP_FITS, cut=True)
     assert not refused(CONE, "ode/rk4", untried)
     assert refused(CONE, "ode/rk4", replace(untried, reason="the engine refuses"))
@@ -124,7 +118,7 @@ def test_what_the_profile_leaves_out_and_a_users_settings_are_no_surprise() -> N
 
 
 @pytest.mark.parametrize("scene", ["capsule-turn/0.3", "capsule-plan/ahead-free"])
-def test_a_closed_form_that_appears_is_reported(scene: str) -> None:
+def test_a_closed_form_that_appears_is_reported(scene):
     how = registry.method("exact/closed-form")
     assert as_expected(find_scene(scene), how, Judgement("unsupported", {}, "none"))
     assert standing(find_scene(scene), how, Judgement("unsupported", {}, "none")) == "not run"
@@ -132,9 +126,7 @@ def test_a_closed_form_that_appears_is_reported(scene: str) -> None:
     assert not as_expected(find_scene(CONE), how, Judgement("unsupported", {}, "none"))
 
 
-def test_a_limit_that_disappears_is_first_on_the_terminal(
-    validate: Validate, monkeypatch: Patch
-) -> None:
+def test_a_limit_that_disappears_is_first_on_the_terminal(validate, monkeypatch):
     declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     found = validate(CONE, "mujoco/euler,ode/rk4")
     assert found.code == 1
@@ -148,23 +140,20 @@ def test_a_limit_that_disappears_is_first_on_the_terminal(
     assert "0 known limits, 1 unexpected" in found.out
 
 
-def test_an_engine_that_is_missing_leaves_the_study_incomplete(
-    validate: Validate, monkeypatch: Patch
-) -> None:
+def test_an_engine_that_is_missing_leaves_the_study_incomplete(validate, monkeypatch):
     monkeypatch.setattr(
         "plumbob.engines.study.measurement.installed", lambda engine: engine.name != "mujoco"
     )
     found = validate(CONE, "mujoco/euler,ode/rk4")
     assert found.code == 3
     missing = found.case(CONE, "mujoco/euler").find("skipped")
-    assert missing is not None
     assert missing.attrib["message"] == "missing: mujoco is missing"
     # A surprise outweighs what is missing.
     declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     assert validate(CONE, "mujoco/euler,ode/rk4").code == 1
 
 
-def test_the_table_and_the_last_lines(validate: Validate) -> None:
+def test_the_table_and_the_last_lines(validate):
     found = validate(f"{CONE},{LINE}", METHODS)
     lines = found.out.splitlines()
     said = found.properties(CONE, "ode/rk4")
@@ -184,7 +173,7 @@ def test_the_table_and_the_last_lines(validate: Validate) -> None:
     assert limits == "1 known limit, 0 unexpected"
 
 
-def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
+def test_verbose_adds_reasons_intervals_and_costs(validate):
     plain, verbose = (validate(LINE, "mujoco/euler", v) for v in ((), ("-v",)))
     assert " ns" not in plain.out
     assert "times the round-off level" not in plain.out
@@ -201,17 +190,17 @@ def test_verbose_adds_reasons_intervals_and_costs(validate: Validate) -> None:
 RUN = ("run", CONE, "ode/rk4", "--step", "1e-3")
 
 
-def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch: Patch) -> None:
+def test_run_of_an_unexpected_verdict_is_exit_code_1(monkeypatch):
     assert main(RUN) == 0
     declare(monkeypatch, KnownLimit("cone-*", "ode/rk4", "off-prediction", "a limit of old"))
     assert main(RUN) == 1
 
 
-def test_run_of_what_is_declared_unsupported_is_as_expected() -> None:
+def test_run_of_what_is_declared_unsupported_is_as_expected():
     assert main(("run", TURN, "exact/closed-form", "--step", "1e-10")) == 0
 
 
-def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: Patch) -> None:
+def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch):
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     assert main(RUN) == 3
 
@@ -229,9 +218,7 @@ def test_run_of_a_missing_engine_is_exit_code_3(monkeypatch: Patch) -> None:
         ("ode/rk4", "diverged", True, False),
     ],
 )
-def test_what_is_accepted_of_a_scene_that_is_not_hard(
-    method: str, verdict: Verdict, cut: bool, accepted: bool
-) -> None:
+def test_what_is_accepted_of_a_scene_that_is_not_hard(method, verdict, cut, accepted):
     found = Judgement(verdict, {}, "a reason", cut)
     assert as_expected(find_scene(QUICK), registry.method(method), found) == accepted
     means = standing(find_scene(QUICK), registry.method(method), found)
@@ -249,7 +236,7 @@ def test_what_is_accepted_of_a_scene_that_is_not_hard(
         ("diverged", True, False),
     ],
 )
-def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted: bool) -> None:
+def test_what_is_accepted_of_a_known_limit(verdict, cut, accepted):
     known = registry.limits_of("mujoco/euler").sizes[LINE, "mujoco/euler"]
     found = Judgement(verdict, {}, "a reason", cut, errors={known.fine: known.size})
     how = registry.method("mujoco/euler")
@@ -258,7 +245,7 @@ def test_what_is_accepted_of_a_known_limit(verdict: Verdict, cut: bool, accepted
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.015, 0.985, 1.03, 0.97, 1.9, 0.53, 2.5, 0.4])
-def test_a_known_limit_has_a_size(factor: float) -> None:
+def test_a_known_limit_has_a_size(factor):
     """As expected within 2 % for a study with the versions that it was measured with, and within a
     factor of two with others, and for one run."""
     how, line = registry.method("mujoco/euler"), find_scene(LINE)
@@ -295,9 +282,7 @@ def test_a_known_limit_has_a_size(factor: float) -> None:
         ("ode/dop853", 2.1, False),
     ],
 )
-def test_sizes_that_differ_between_machines_are_known_loosely(
-    name: str, factor: float, accepted: bool
-) -> None:
+def test_sizes_that_differ_between_machines_are_known_loosely(name, factor, accepted):
     how, scene = registry.method(name), find_scene("simple-pendulum/rotating-slow")
     limits = registry.limits_of(name)
     known = limits.solvers[scene.name, name]
@@ -306,7 +291,7 @@ def test_sizes_that_differ_between_machines_are_known_loosely(
     assert as_expected(scene, how, found) == accepted
 
 
-def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: Patch) -> None:
+def test_a_known_limit_without_a_size_is_unexpected(monkeypatch):
     monkeypatch.setattr(
         expectations, "limits_of", lambda name: replace(registry.limits_of(name), sizes={})
     )
@@ -315,7 +300,7 @@ def test_a_known_limit_without_a_size_is_unexpected(monkeypatch: Patch) -> None:
     assert surprise(find_scene(LINE), how, found).endswith("no size of it is known")
 
 
-def test_every_known_limit_of_the_quick_profile_has_a_size() -> None:
+def test_every_known_limit_of_the_quick_profile_has_a_size():
     limits = {
         (scene.name, method.name)
         for scene, method in pairs(scenes("*", "quick"), registry.methods())
@@ -326,7 +311,7 @@ def test_every_known_limit_of_the_quick_profile_has_a_size() -> None:
     assert all(expected(*pair).limit for pair in sizes)  # none is left over
 
 
-def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None:
+def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors():
     solvers = {
         (scene.name, method.name)
         for scene, method in pairs(scenes("*", "quick"), registry.methods("ode/*"))
@@ -342,7 +327,7 @@ def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors() -> None
         assert {1e-3, 1e-4, 1e-5, 1e-6} <= held[pair].keys()
 
 
-def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: Patch) -> None:
+def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch):
     how = registry.method("mujoco/rk4")
     declare(
         monkeypatch, KnownLimit(QUICK, how.name, "predicted", "at times", other="off-prediction")
@@ -354,7 +339,7 @@ def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch: Patch) ->
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("within", "code"), [("1e-2", 0), ("1e-6", 1)])
-def test_an_accuracy_of_ones_own(validate: Validate, within: str, code: int) -> None:
+def test_an_accuracy_of_ones_own(validate, within, code):
     """Euler's smallest error on this scene lies between the two; that of RK4 far below."""
     found = validate(CONE, "mujoco/euler,ode/rk4", ("--within", within))
     assert found.code == code

@@ -39,12 +39,12 @@ def write(root: Path, contents: Mapping[str, str]) -> Path:
 
 @pytest.mark.long
 @pytest.mark.parametrize("contract", CONTRACTS, ids=lambda contract: contract.__name__)
-def test_contract_holds(contract: Contract) -> None:
+def test_contract_holds(contract):
     assert not (found := contract(ROOT)), "\n".join(found)
 
 
 @pytest.mark.parametrize("contract", CONTRACTS, ids=lambda contract: contract.__name__)
-def test_good_tree_is_left_alone(contract: Contract, tmp_path: Path) -> None:
+def test_good_tree_is_left_alone(contract, tmp_path):
     assert not (found := contract(write(tmp_path, GOOD))), "\n".join(found)
 
 
@@ -53,7 +53,5 @@ def test_good_tree_is_left_alone(contract: Contract, tmp_path: Path) -> None:
     CASES,
     ids=[f"{contract.__name__}-{number}" for number, (contract, _) in enumerate(CASES)],
 )
-def test_contract_fails_on_a_broken_tree(
-    contract: Contract, change: Mapping[str, str], tmp_path: Path
-) -> None:
+def test_contract_fails_on_a_broken_tree(contract, change, tmp_path):
     assert contract(write(tmp_path, {**GOOD, **change}))

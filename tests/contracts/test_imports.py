@@ -32,12 +32,12 @@ FIRST = (  # what people call first: each has an example that runs
 SLOW = (f"{PACKAGE}.reports.audit_from_python",)  # whose example audits a model
 
 
-def test_every_module_of_ours_has_one_name() -> None:
+def test_every_module_of_ours_has_one_name():
     assert second_copies(sys.modules, ROOT) == []
 
 
 @pytest.mark.parametrize("name", [*LAYERS, f"{LAYERS[0]}.deep", "checkout", "checkout.models"])
-def test_a_second_copy_is_seen(name: str, tmp_path: Path) -> None:
+def test_a_second_copy_is_seen(name, tmp_path):
     root = tmp_path / "checkout"
     copy, other = ModuleType(name), ModuleType(name)
     copy.__file__ = str(root / "models" / "__init__.py")
@@ -57,7 +57,7 @@ EXAMPLES = [
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_examples_in_docstrings_run(name: str) -> None:
+def test_examples_in_docstrings_run(name):
     found = doctest.testmod(importlib.import_module(name))
     assert found.failed == 0
     assert found.attempted > 0 or name not in FIRST

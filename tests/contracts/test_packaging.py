@@ -39,7 +39,7 @@ def requirements() -> list[Requirement]:
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def source(tmp_path_factory):
     """A copy of the tree, with a file of every kind planted deep in its layer."""
     copy = tmp_path_factory.mktemp("source")
     for path in files(ROOT):
@@ -53,7 +53,7 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def wheel(source: Path) -> zipfile.ZipFile:
+def wheel(source):
     """The wheel, built from the copy."""
     if Version(version("setuptools")) < Version("77"):
         pytest.skip("needs the setuptools of the extra 'test', and this environment's is older")
@@ -64,7 +64,7 @@ def wheel(source: Path) -> zipfile.ZipFile:
 
 
 @pytest.mark.long
-def test_wheel_holds_the_package_and_nothing_else(source: Path, wheel: zipfile.ZipFile) -> None:
+def test_wheel_holds_the_package_and_nothing_else(source, wheel):
     inside = {name for name in wheel.namelist() if ".dist-info/" not in name}
     root = {"CITATION.cff", "LICENSE", "__init__.py", "__main__.py", "py.typed"}  # with models
     ours = {p.as_posix() for p in files(source) if p.parts[0] in LAYERS or p.as_posix() in root}
@@ -72,7 +72,7 @@ def test_wheel_holds_the_package_and_nothing_else(source: Path, wheel: zipfile.Z
     assert f"{PACKAGE}/reports/deep/er/planted.jinja" in inside
 
 
-def test_package_list_is_the_tree() -> None:
+def test_package_list_is_the_tree():
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["setuptools"]
     folders = {path.parent for path in files(ROOT) if path.name == "__init__.py"}
     found = {".".join((PACKAGE, *folder.parts)) for folder in folders}
@@ -80,7 +80,7 @@ def test_package_list_is_the_tree() -> None:
 
 
 @pytest.mark.long
-def test_wheel_has_the_command_and_the_licence(wheel: zipfile.ZipFile) -> None:
+def test_wheel_has_the_command_and_the_licence(wheel):
     (entry,) = (name for name in wheel.namelist() if name.endswith("/entry_points.txt"))
     points = configparser.ConfigParser()
     points.read_string(wheel.read(entry).decode())
@@ -89,11 +89,11 @@ def test_wheel_has_the_command_and_the_licence(wheel: zipfile.ZipFile) -> None:
 
 
 @pytest.mark.parametrize("requirement", requirements(), ids=str)
-def test_dependency_has_a_lower_bound(requirement: Requirement) -> None:
+def test_dependency_has_a_lower_bound(requirement):
     assert [specifier.operator for specifier in requirement.specifier] == [">="]
 
 
-def test_constraints_are_within_the_bounds() -> None:
+def test_constraints_are_within_the_bounds():
     lines = (ROOT / "constraints.txt").read_text("utf-8").splitlines()
     pins = {
         pin.name: str(pin.specifier).removeprefix("==")
@@ -104,6 +104,6 @@ def test_constraints_are_within_the_bounds() -> None:
     assert {name for name, version in pins.items() if version not in bounds[name]} == set()
 
 
-def test_citation_names_the_version() -> None:
+def test_citation_names_the_version():
     citation = (ROOT / "CITATION.cff").read_text("utf-8")
     assert f"\nversion: {project()['version']}\n" in citation

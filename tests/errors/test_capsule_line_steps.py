@@ -40,9 +40,7 @@ def rounding(line: LineManoeuvre, places: Array) -> float:
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("position_first", [False, True])
 @given(line=lines(), steps=st.floats(0.3, 60.0) | st.floats(0.5, 1.5))
-def test_step_error_is_that_of_the_scheme(
-    position_first: bool, line: LineManoeuvre, steps: float
-) -> None:
+def test_step_error_is_that_of_the_scheme(position_first, line, steps):
     """Any step, t1 and t2 off the grid, down to steps longer than the push."""
     step = max(line.t1 / steps, line.t2 / 3000)
     places = run_line(line, step, position_first)
@@ -51,7 +49,7 @@ def test_step_error_is_that_of_the_scheme(
 
 
 @given(lines(), st.integers(1, 60))
-def test_on_the_grid_the_error_is_a_sawtooth(line: LineManoeuvre, count: int) -> None:
+def test_on_the_grid_the_error_is_a_sawtooth(line, count):
     step = line.t1 / count
     part = (line.t_star / step) % 1.0
     tooth = -0.5 * part * (1 - part) * line.closed.braking * step**2
@@ -62,7 +60,7 @@ def test_on_the_grid_the_error_is_a_sawtooth(line: LineManoeuvre, count: int) ->
 
 
 @pytest.mark.parametrize("position_first", [False, True])
-def test_leading_error_while_moving(position_first: bool) -> None:
+def test_leading_error_while_moving(position_first):
     """t1 on the grid; until t_star the error is of first order only."""
     step = LINE.t1 / 37
     places = run_line(LINE, step, position_first)
@@ -76,7 +74,7 @@ def test_leading_error_while_moving(position_first: bool) -> None:
     assert np.abs(left[moving]).max() <= rounding(LINE, places)
 
 
-def test_sensitivity() -> None:
+def test_sensitivity():
     """A friction or mass error of 1e-4 changes the result by more than the whole error of a fine
     step."""
     step = 1e-5

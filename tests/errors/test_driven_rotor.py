@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.rotor import gauss_collocation, taylor_series
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.tests.support.pendulum_cases import CASES, Case, cases, endpoint, motion
+from plumbob.tests.support.pendulum_cases import CASES, cases, endpoint, motion
 
 # Theta and theta_dot after 50 s, by a Taylor series of order 40 in 32 digits. So does
 # mpmath.odefun(lambda t, y: [y[1], push(t) - sin * mp.sin(y[0]) - damping_rate * y[1]], 0, start)
@@ -29,7 +29,7 @@ AFTER_50 = {
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", AFTER_50)
-def test_both_methods_reach_the_32_digits(name: str) -> None:
+def test_both_methods_reach_the_32_digits(name):
     case = CASES[name]
     second = gauss_collocation.integrate(case.rotor, case.theta, case.theta_dot, 50.0)
     spread = {q: float(u[0]) for q, u in motion(case).uncertainty(np.array([50.0])).items()}
@@ -43,7 +43,7 @@ def test_both_methods_reach_the_32_digits(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["free-small", "free-large", "rotating-slow", "rotating-fast"])
-def test_undamped_swings_and_turns_are_those_of_jacobi(name: str) -> None:
+def test_undamped_swings_and_turns_are_those_of_jacobi(name):
     case, times = CASES[name], np.linspace(0.0, 50.0, 41)
     potential = TrigonometricPotential(0.0, 0.0, case.rotor.sin)
     wanted = PendulumMotion(potential, 1.0, case.theta, case.theta_dot).observe(times)["theta"]
@@ -53,7 +53,7 @@ def test_undamped_swings_and_turns_are_those_of_jacobi(name: str) -> None:
     assert errors.max() < 3e-13
 
 
-def test_the_cone_has_its_check_values() -> None:
+def test_the_cone_has_its_check_values():
     case = CASES["cone"]
     # physics.md gives 17 digits; 37 rad/s for half a second is 20 rad, half an ulp of which is
     # 1.8e-15, and the motion doubles the roundings of the three coefficients
@@ -62,7 +62,7 @@ def test_the_cone_has_its_check_values() -> None:
 
 @settings(max_examples=25)
 @given(case=cases())
-def test_the_two_methods_agree_on_any_rotor(case: Case) -> None:
+def test_the_two_methods_agree_on_any_rotor(case):
     exact = motion(case)
     _, gaps = exact.disagreement
     floor = np.finfo(float).eps * exact.condition["theta"].max()
@@ -80,7 +80,7 @@ def test_the_two_methods_agree_on_any_rotor(case: Case) -> None:
         ({"forcing_phase": 2.8 * 0.5 * 1e-5}, "forced-large"),  # half a step of 1e-5 s
     ],
 )
-def test_a_small_mistake_exceeds_the_error_bar(change: dict[str, float], name: str) -> None:
+def test_a_small_mistake_exceeds_the_error_bar(change, name):
     case = CASES[name]
     times = np.linspace(0.0, 50.0, 501)
     right, wrong = motion(case), motion(replace(case, rotor=replace(case.rotor, **change)))
@@ -88,7 +88,7 @@ def test_a_small_mistake_exceeds_the_error_bar(change: dict[str, float], name: s
     assert (gap / right.uncertainty(times)["theta"])[1:].max() > 1e5
 
 
-def test_a_term_left_out_of_one_method_shows_as_disagreement() -> None:
+def test_a_term_left_out_of_one_method_shows_as_disagreement():
     case = CASES["forced-large"]
     other = replace(case.rotor, forcing_phase=1e-9)
     first = taylor_series.integrate(case.rotor, case.theta, case.theta_dot, 50.0)

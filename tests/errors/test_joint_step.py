@@ -40,7 +40,7 @@ def left_over(name: str, closing: float, step: float, wrong: float = 0.0) -> Arr
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("closing", RUNS)
 @pytest.mark.parametrize("name", ["free-large", "damped-large", "forced-large", "damped-rotating"])
-def test_each_term_removes_one_order(name: str, closing: float) -> None:
+def test_each_term_removes_one_order(name, closing):
     _, coarse, fine = RUNS[closing]
     first, second = left_over(name, closing, coarse), left_over(name, closing, fine)
     # theta rounds at 1e-14; the opening too, and the joint's pull divides that by h^2
@@ -54,14 +54,14 @@ def test_each_term_removes_one_order(name: str, closing: float) -> None:
 
 
 @pytest.mark.parametrize("closing", RUNS)
-def test_a_coefficient_error_of_a_thousandth_is_detected(closing: float) -> None:
+def test_a_coefficient_error_of_a_thousandth_is_detected(closing):
     # three terms leave 1e-6 of the error or less; a damping rate wrong by 0.1 %, 1e-4
     step = RUNS[closing][2]
     right, wrong = (left_over("forced-large", closing, step, by) for by in (0.0, 1e-3))
     assert wrong[3][0] > 10 * right[3][0]
 
 
-def test_later_times_are_computed_anew() -> None:
+def test_later_times_are_computed_anew():
     series = case_of(scene("simple-pendulum/free-large")).errors.series
     scheme = Scheme(EULER, position_first=True, joint_closing_rate=TIGHT)
     first, again = (series(scheme, np.array([0.5, end]))[1]["theta"][0] for end in (1.0, 5.0))

@@ -19,7 +19,6 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import (
 )
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
@@ -87,7 +86,7 @@ def left(
 @pytest.mark.parametrize("scheme", [EULER, RK4])
 @pytest.mark.parametrize("step", [1e-3, 3.7e-4, 1e-4])
 @pytest.mark.parametrize("line", [LINE, OFF_GRID, replace(LINE, w2=0.3 * LIMIT)])
-def test_line(line: LineManoeuvre, step: float, scheme: str) -> None:
+def test_line(line, step, scheme):
     unexplained = left(
         line, LineReference(line), partial(line_errors, line), step, scheme, line.t2 + 0.01
     )
@@ -96,7 +95,7 @@ def test_line(line: LineManoeuvre, step: float, scheme: str) -> None:
 
 
 @pytest.mark.parametrize("scheme", [EULER, RK4])
-def test_repeated_lines(scheme: str) -> None:
+def test_repeated_lines(scheme):
     unexplained = left(
         REPEATED, REPEATED, partial(repeated_line_errors, REPEATED), 1e-3, scheme, REPEATED.duration
     )
@@ -104,7 +103,7 @@ def test_repeated_lines(scheme: str) -> None:
 
 
 @pytest.mark.parametrize("beside", [1e-6, 1e-3, 0.5])
-def test_starts_between_two_steps_are_not_predicted(beside: float) -> None:
+def test_starts_between_two_steps_are_not_predicted(beside):
     # friction is held for a whole step against a push that lasts for a part of it
     step = 1e-3
     off = replace(REPEATED, pause=REPEATED.pause + beside * step)
@@ -119,7 +118,7 @@ def test_starts_between_two_steps_are_not_predicted(beside: float) -> None:
 
 
 @pytest.mark.parametrize("both", [True, False])
-def test_slow_stroke(both: bool) -> None:
+def test_slow_stroke(both):
     stroke = SlowStroke(CHECK, 0.08, 0.9, there_and_back=both)
     unexplained = left(
         stroke, stroke, partial(stroke_errors, stroke), 7e-4, EULER, stroke.duration + 0.01
@@ -129,7 +128,7 @@ def test_slow_stroke(both: bool) -> None:
 
 @pytest.mark.parametrize("scheme", [EULER, RK4])
 @pytest.mark.parametrize("speed", [0.4, -0.4])
-def test_coasting(speed: float, scheme: str) -> None:
+def test_coasting(speed, scheme):
     motion, step = translation(CHECK, (0.05, 0.0), speed, 0.0), 1e-3
     times = np.arange(200, dtype=np.float64) * step
     found = simulated(np.zeros(199), step, scheme, speed)
@@ -146,17 +145,17 @@ def test_coasting(speed: float, scheme: str) -> None:
         lambda line: replace(line, t1=line.t1 * (1 + 1e-4)),
     ],
 )
-def test_a_small_change_is_not_predicted(perturb: Callable[[LineManoeuvre], LineManoeuvre]) -> None:
+def test_a_small_change_is_not_predicted(perturb):
     wrong = perturb(LINE)
     theory = partial(line_errors, wrong)
     unexplained = left(LINE, LineReference(wrong), theory, 1e-3, EULER, 0.15)
     assert unexplained["displacement"] > 1e3 * ROUNDING
 
 
-def test_nothing_is_predicted_of_other_schemes() -> None:
+def test_nothing_is_predicted_of_other_schemes():
     held, stroke = TiltedHold(CHECK, 0.9), SlowStroke(CHECK, 0.08)
     times, hold = np.linspace(0.0, 0.1, 5), partial(hold_errors, held)
-    theories: tuple[tuple[Theory, Any], ...] = (
+    theories = (
         (partial(line_errors, LINE), LineReference(LINE)),
         (partial(repeated_line_errors, REPEATED), REPEATED),
         (partial(stroke_errors, stroke), stroke),

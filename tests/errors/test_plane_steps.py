@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +27,7 @@ X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, 2.15])
 @pytest.mark.parametrize("step", [1e-3, 3.7e-4])
-def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
+def test_on_a_line_it_is_the_sawtooth(direction, step):
     line = LineManoeuvre(CHECK, LINE.w1, LINE.w2, LINE.t1, direction)
     path = line_stroke((0.0, 0.0), direction, line.w1, line.w2, line.t1)
     steps = math.ceil(line.t_star / step) + 2
@@ -40,7 +39,7 @@ def test_on_a_line_it_is_the_sawtooth(direction: float, step: float) -> None:
 
 
 @pytest.mark.parametrize("angle", [-1.0, 0.4])
-def test_a_turn_leaks_angular_momentum(angle: float) -> None:
+def test_a_turn_leaks_angular_momentum(angle):
     # Of first order to 0.5 % at tau/1600; extrapolated, up to h^2 and friction of epsilon^2 = 1e-5.
     turn = turn_of(CHECK, 0.12, 0.003, angle)
     lead = euler_lead(turn)
@@ -55,7 +54,7 @@ def test_a_turn_leaks_angular_momentum(angle: float) -> None:
     assert abs(extrapolated / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5
 
 
-def test_schemes_that_it_covers() -> None:
+def test_schemes_that_it_covers():
     reference, times = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3))), np.array([0.0, 0.1])
     groups = (
         (Scheme(EULER), Scheme(EULER, "mean", implicit_damping=True)),
@@ -83,9 +82,7 @@ POINT = st.builds(complex, SIZE, SIZE)
     st.tuples(POINT, POINT, POINT),
     st.tuples(POINT, SIZE),
 )
-def test_friction_finds_the_minimum(
-    mass: float, inertia: float, limits: Any, arms: Any, free: tuple[complex, float]
-) -> None:
+def test_friction_finds_the_minimum(mass, inertia, limits, arms, free):
     # corners of the value included: with limits as large as the momenta most of these bodies end at
     # rest or on one support; no neighbour at any distance has a smaller value, apart from rounding
     a, b, c = arms

@@ -75,7 +75,7 @@ ROWS = [
 @pytest.mark.parametrize(
     ("name", "method", "step", "duration"), ROWS[::7] + [row for i, row in enumerate(ROWS) if i % 7]
 )
-def test_a_run_is_as_predicted(name: str, method: str, step: float, duration: float) -> None:
+def test_a_run_is_as_predicted(name, method, step, duration):
     scene, how = find_scene(name), find_method(method)
     scene = replace(scene, duration=duration or scene.duration)
     step = step if step < 1.0 else scene.parameters["half_time"] / step

@@ -9,7 +9,6 @@ from dataclasses import asdict, replace
 import pytest
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.method import Method
 from plumbob.engines.registry import engines
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -21,7 +20,7 @@ METHODS = [method for engine in engines().values() for method in engine.methods]
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
-def test_every_method_hands_over_a_scheme_that_theory_knows(method: Method) -> None:
+def test_every_method_hands_over_a_scheme_that_theory_knows(method):
     scheme = method.scheme
     assert scheme.known or method.engine not in ("mujoco", "ode", "pymunk", "heyoka", "exact")
     assert Scheme(**asdict(scheme)) == scheme
@@ -29,7 +28,7 @@ def test_every_method_hands_over_a_scheme_that_theory_knows(method: Method) -> N
     assert len({scheme, replace(scheme)}) == 1
 
 
-def test_schemes_in_words() -> None:
+def test_schemes_in_words():
     damped = Scheme(EULER, "start", implicit_damping=True)
     assert str(damped) == (
         "semi-implicit-euler, control held from the start of a step, implicit damping"
@@ -39,7 +38,7 @@ def test_schemes_in_words() -> None:
     assert str(jointed) == "semi-implicit-euler, position first, joints closing in one step"
 
 
-def test_leads() -> None:
+def test_leads():
     assert Scheme(EULER).position_lead == 0.5
     assert Scheme(EULER, position_first=True).position_lead == -0.5
     assert Scheme(RK4).position_lead == 0.0
@@ -48,7 +47,7 @@ def test_leads() -> None:
 
 
 @pytest.mark.parametrize("name", ["cone-pendulum/rotating-base", "simple-pendulum/free-large"])
-def test_an_unknown_scheme_says_so_in_one_line(name: str) -> None:
+def test_an_unknown_scheme_says_so_in_one_line(name):
     case, how = case_of(find_scene(name)), find_method("ode/rk4")
     known, _ = measure(case, how, 1e-3)
     assert known.note == ""

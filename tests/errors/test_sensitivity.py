@@ -24,7 +24,7 @@ PARAMETERS = [field.name for field in fields(DrivenRotor)]
 
 @settings(max_examples=25)
 @given(case=cases())
-def test_phase_area_shrinks_at_the_damping_rate(case: Case) -> None:
+def test_phase_area_shrinks_at_the_damping_rate(case):
     times = np.linspace(0.0, case.duration, 11)
     matrix = sensitivity(case.rotor, case.theta, case.theta_dot, times)
     area = np.exp(-case.rotor.damping_rate * times)
@@ -41,7 +41,7 @@ def nudged(case: Case, field: str, by: float) -> Case:
 
 
 @pytest.mark.parametrize("name", ["damped-rotating", "forced-large", "forced-chaotic", "cone"])
-def test_sensitivities_are_central_differences(name: str) -> None:
+def test_sensitivities_are_central_differences(name):
     case = replace(CASES[name], duration=0.5 if name == "cone" else 10.0)
     given = (case.rotor, case.theta, case.theta_dot, np.array([case.duration]))
     derivatives = {field: rows[0] for field, rows in parameter_sensitivity(*given).items()}
@@ -57,7 +57,7 @@ def test_sensitivities_are_central_differences(name: str) -> None:
 
 
 @pytest.mark.long
-def test_chaos_has_a_positive_exponent_and_a_horizon() -> None:
+def test_chaos_has_a_positive_exponent_and_a_horizon():
     case = CASES["forced-chaotic"]
     found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, duration=1000.0)
     assert found.value > 5 * found.standard_error
@@ -69,7 +69,7 @@ def test_chaos_has_a_positive_exponent_and_a_horizon() -> None:
     assert motion(CASES["damped-large"]).horizon(1e-12) == math.inf
 
 
-def test_damping_alone_shrinks_errors_at_half_its_rate() -> None:
+def test_damping_alone_shrinks_errors_at_half_its_rate():
     case = CASES["damped-small"]
     found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, 400.0)
     # exact for the linear equation; a batch of 25 s covers 12.5 turns of the vector, whose length
@@ -79,7 +79,7 @@ def test_damping_alone_shrinks_errors_at_half_its_rate() -> None:
     assert grown[1] / grown[0] == pytest.approx(math.exp(-0.8), rel=0.1)
 
 
-def test_condition_adds_up_what_each_input_does() -> None:
+def test_condition_adds_up_what_each_input_does():
     case = CASES["forced-large"]
     times = np.array([1.0, 7.0, 50.0])
     total = condition(case.rotor, case.theta, case.theta_dot, times)["theta"]

@@ -55,7 +55,7 @@ def left_over(scheme: Scheme, step: float, rotor: DrivenRotor = ROTOR) -> Array:
 
 
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
-def test_what_the_series_leaves_is_of_the_next_order(scheme: Scheme) -> None:
+def test_what_the_series_leaves_is_of_the_next_order(scheme):
     one_more = RotorErrors(ROTOR, *START, terms=TERMS[scheme.integrator] + 1)
     after = max(one_more.series(scheme, np.ones(1)))
     coarse, fine = (left_over(scheme, h) for h in (2e-2, 1e-2))
@@ -67,13 +67,11 @@ def test_what_the_series_leaves_is_of_the_next_order(scheme: Scheme) -> None:
     ("without", "count"),
     [(None, 9), ("stiffness", 9), ("damping_rate", 8), ("forcing_amplitude", 6)],
 )
-def test_schemes_taken_for_one_have_the_same_errors_and_others_have_not(
-    without: str | None, count: int
-) -> None:
+def test_schemes_taken_for_one_have_the_same_errors_and_others_have_not(without, count):
     rotor = replace(ROTOR, **{without: 0.0}) if without else ROTOR
     theory, step = RotorErrors(rotor, *START), 1e-2
     times = np.arange(0, 21, 4).astype(float) * step
-    of: dict[bytes, Scheme] = {}
+    of = {}
     for scheme in PLAIN:
         chosen = simplest(scheme, rotor)
         errors = [theory.at_step(s, step, times).errors["theta_dot"] for s in (scheme, chosen)]
@@ -85,7 +83,7 @@ def test_schemes_taken_for_one_have_the_same_errors_and_others_have_not(
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
-def test_a_wrong_coefficient_leaves_more(scheme: Scheme) -> None:
+def test_a_wrong_coefficient_leaves_more(scheme):
     right = left_over(scheme, 1e-2)
     for name in COEFFICIENTS:
         wrong = replace(ROTOR, **{name: getattr(ROTOR, name) + 0.1})
@@ -123,9 +121,8 @@ RUNS = (
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("name", "method", "step"), RUNS)
-def test_an_engine_takes_these_steps(name: str, method: str, step: float) -> None:
+def test_an_engine_takes_these_steps(name, method, step):
     theory, errors, steps = stepped(name, method, step)
-    assert theory.uncertainty is not None
     parts = [
         np.abs(error - theory.errors[n]).max()
         / (theory.uncertainty[n].max() * (1 + 2 * math.sqrt(steps)))
@@ -134,30 +131,28 @@ def test_an_engine_takes_these_steps(name: str, method: str, step: float) -> Non
     assert 1e-4 < max(parts) < 1.0
 
 
-def test_the_uncertainty_is_that_of_the_stepped_orbit() -> None:
+def test_the_uncertainty_is_that_of_the_stepped_orbit():
     # leapfrog stays next to the saddle for a while and then falls to the other side
     theory, _, _ = stepped("cone-pendulum/above-barrier-1e-6", "ode/leapfrog", 1e-4)
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
     case = case_of(scene)
     exact = case.reference.uncertainty(np.array([scene.duration]))["theta"][0]
-    assert theory.uncertainty is not None
     assert theory.uncertainty["theta"].max() > 5 * exact
 
 
-def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty() -> None:
+def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty():
     times, scheme, off = 0.05 * np.arange(0.0, 401.0), Scheme(EULER), 1e-8
 
-    def theta(rotor: DrivenRotor) -> Array:
+    def theta(rotor):
         theory = RotorErrors(rotor, *START)
         stepped = theory.at_step(scheme, 0.05, times).errors["theta"]
         return np.asarray(stepped + theory.exact.observe(times)["theta"])
 
-    moved: Array = sum(  # type: ignore[assignment]
+    moved = sum(
         np.abs(theta(replace(ROTOR, **{name: value * (1 + off)})) - theta(ROTOR)) * 2**-52 / off
         for name, value in asdict(ROTOR).items()
     )
     uncertain = RotorErrors(ROTOR, *START).at_step(scheme, 0.05, times).uncertainty
-    assert uncertain is not None
     ratio = uncertain["theta"][times > 5.0] / moved[times > 5.0]
     assert ratio.min() > 1.0
     assert np.median(ratio) < 5.0
@@ -172,18 +167,16 @@ def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty() -> None:
         (Scheme(EULER), 0.1, np.array([0.0])),
     ],
 )
-def test_nothing_is_said_where_there_are_no_such_steps(
-    scheme: Scheme, step: float, times: Array
-) -> None:
+def test_nothing_is_said_where_there_are_no_such_steps(scheme, step, times):
     assert not RotorErrors(ROTOR, *START).at_step(scheme, step, times).errors
 
 
-def test_an_orbit_that_diverges_says_nothing() -> None:
+def test_an_orbit_that_diverges_says_nothing():
     stiff = RotorErrors(DrivenRotor(stiffness=1e4), 1.0, 0.0)
     assert not stiff.at_step(Scheme(EULER), 1.0, np.arange(500.0)).errors
 
 
-def test_a_series_reaches_where_its_last_terms_are_small() -> None:
+def test_a_series_reaches_where_its_last_terms_are_small():
     assert reaches({1: 1.0, 2: 0.06, 3: 0.03}, 1.0, 0.03)
     assert not reaches({1: 1.0, 2: 0.08, 3: 0.03}, 1.0, 0.0)
     assert not reaches({1: 1.0, 2: 0.0, 3: 0.0}, 1.0, 0.031)

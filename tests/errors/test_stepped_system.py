@@ -55,7 +55,7 @@ def system(rotor: DrivenRotor = ROTOR, moment: float = 0.4) -> SmoothSystem:
 
 
 @pytest.mark.parametrize("scheme", STEPPED, ids=str)
-def test_errors_are_those_of_the_rotor(scheme: Scheme) -> None:
+def test_errors_are_those_of_the_rotor(scheme):
     # Both step the same equation in their own arithmetic: 200 steps differ by some roundings.
     times, step = np.arange(0, 201, 4).astype(float) * 1e-2, 1e-2
     ours = smooth_errors(CertifiedMotion(system())).at_step(scheme, step, times).errors
@@ -65,7 +65,7 @@ def test_errors_are_those_of_the_rotor(scheme: Scheme) -> None:
         assert np.abs(ours[name]).max() > 1e-9
 
 
-def test_the_comparison_notices_a_coefficient() -> None:
+def test_the_comparison_notices_a_coefficient():
     times, step, scheme = np.arange(0, 201, 4).astype(float) * 1e-2, 1e-2, Scheme(EULER)
     changed = CertifiedMotion(system(replace(ROTOR, damping_rate=0.3 * (1 + 1e-11))))
     theirs = RotorErrors(ROTOR, *START)
@@ -77,12 +77,12 @@ def test_the_comparison_notices_a_coefficient() -> None:
 
 
 @pytest.mark.parametrize("scheme", UNKNOWN, ids=str)
-def test_what_is_not_stepped_is_not_predicted(scheme: Scheme) -> None:
+def test_what_is_not_stepped_is_not_predicted(scheme):
     theory = smooth_errors(CertifiedMotion(system()))
     assert not theory.at_step(scheme, 1e-2, np.array([0.0, 0.1])).errors
 
 
-def test_implicit_damping_changes_nothing_without_damping() -> None:
+def test_implicit_damping_changes_nothing_without_damping():
     theory, times = smooth_errors(CertifiedMotion(double_pendulum())), np.linspace(0.0, 0.5, 51)
     plain, implicit = (
         theory.at_step(scheme, 1e-2, times).errors
@@ -91,7 +91,7 @@ def test_implicit_damping_changes_nothing_without_damping() -> None:
     assert all(np.array_equal(plain[name], implicit[name]) for name in NAMES)
 
 
-def test_steps_that_diverge_or_do_not_end_at_the_samples_have_no_error() -> None:
+def test_steps_that_diverge_or_do_not_end_at_the_samples_have_no_error():
     theory = smooth_errors(CertifiedMotion(system(replace(ROTOR, stiffness=1e6))))
     assert not theory.at_step(Scheme(RK4), 1.0, np.arange(0.0, 101.0)).errors
     theory = smooth_errors(CertifiedMotion(double_pendulum()))
@@ -103,7 +103,7 @@ def test_steps_that_diverge_or_do_not_end_at_the_samples_have_no_error() -> None
 @pytest.mark.parametrize(
     ("scheme", "order"), [(Scheme(EULER), 1), (Scheme(LEAPFROG), 2), (Scheme(RK4), 4)], ids=str
 )
-def test_errors_fall_with_the_order_of_the_scheme(scheme: Scheme, order: int) -> None:
+def test_errors_fall_with_the_order_of_the_scheme(scheme, order):
     theory = smooth_errors(CertifiedMotion(double_pendulum(start=(0.5, 0.7, 0.0, 0.0))))
     steps, times = (1e-2, 5e-3), np.linspace(0.0, 1.0, 11)
     sizes = [np.abs(theory.at_step(scheme, h, times).errors["theta_2"]).max() for h in steps]

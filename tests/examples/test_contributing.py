@@ -56,7 +56,7 @@ EXAMPLES = examples()
 
 
 @pytest.fixture(scope="module")
-def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tree(tmp_path_factory):
     """A copy of the tree with the code of all examples in it."""
     copy = tmp_path_factory.mktemp("examples") / PACKAGE
     for path in files(ROOT):
@@ -115,12 +115,12 @@ def run(tree: Path, where: Path, *command: str) -> str:
     return done.stdout
 
 
-def test_each_kind_of_addition_has_an_example() -> None:
+def test_each_kind_of_addition_has_an_example():
     assert list(EXAMPLES) == ["A scene", "A system", "An integrator", "An engine", "A finding"]
     assert all(example.commands for example in EXAMPLES.values())
 
 
-def test_a_system_is_a_few_short_files() -> None:
+def test_a_system_is_a_few_short_files():
     blocks = EXAMPLES["A system"].blocks
     assert sum(path.suffix == ".py" for path, _, _ in blocks) <= 5
     assert sum(code.count("\n") for _, _, code in blocks) <= 250
@@ -136,14 +136,14 @@ print(*(m.name for m in methods() if any(meant(m, scene) for scene in new)))
 """
 
 
-def test_a_new_system_is_for_those_that_build_all_of_its_kind(tree: Path, tmp_path: Path) -> None:
+def test_a_new_system_is_for_those_that_build_all_of_its_kind(tree, tmp_path):
     said = run(tree, tmp_path, sys.executable, "-c", CLAIMED)
     assert {"mujoco/euler", "mujoco/rk4", "ode/rk4", "heyoka/taylor"} <= {*said.split()}
     assert not any(name.startswith(("pymunk", "exact")) for name in said.split())
 
 
 @pytest.mark.long
-def test_commands_work(tree: Path, tmp_path: Path) -> None:
+def test_commands_work(tree, tmp_path):
     commands = [example.commands for example in EXAMPLES.values()]
     assert all(line.startswith("plumbob ") for lines in commands for line in lines)
     run(tree, tmp_path, sys.executable, "-c", IN_TURN, json.dumps(commands))
@@ -162,19 +162,19 @@ def test_commands_work(tree: Path, tmp_path: Path) -> None:
         "plumbob solve double-pendulum --times 60",
     ],
 )
-def test_a_command_that_fails_is_seen(broken: str, tree: Path, tmp_path: Path) -> None:
+def test_a_command_that_fails_is_seen(broken, tree, tmp_path):
     with pytest.raises(AssertionError, match=f"{broken}: 2"):
         run(tree, tmp_path, sys.executable, "-c", IN_TURN, json.dumps([[broken]]))
 
 
-def test_doctests_of_the_examples_run(tree: Path, tmp_path: Path) -> None:
+def test_doctests_of_the_examples_run(tree, tmp_path):
     code = "import doctest, importlib, sys; m = importlib.import_module(sys.argv[1]); "
     code += "r = doctest.testmod(m); sys.exit(r.failed or not r.attempted)"
     name = f"{PACKAGE}.analytic.systems.double_pendulum"
     run(tree, tmp_path, sys.executable, "-c", code, name)
 
 
-def test_examples_are_formatted_as_the_rest(tree: Path, tmp_path: Path) -> None:
+def test_examples_are_formatted_as_the_rest(tree, tmp_path):
     ruff = shutil.which("ruff") or str(Path(sys.executable).with_name("ruff"))
     if not Path(ruff).exists():
         pytest.skip("ruff is not installed: the extra 'check'")

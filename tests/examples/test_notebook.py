@@ -28,7 +28,7 @@ def shown(cells: list[dict[str, Any]]) -> list[Any]:
 
 
 @pytest.mark.long
-def test_the_notebook_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_notebook_runs(capsys):
     notebook = json.loads(NOTEBOOK.read_text("utf-8"))
     assert not any(cell.get("outputs") for cell in notebook["cells"])  # they are made where it runs
     rich = [value for value in shown(notebook["cells"]) if value is not None]

@@ -72,7 +72,7 @@ def commands(text: str) -> list[str]:
 README = (ROOT / "README.md").read_text("utf-8")
 
 
-def test_the_readme_is_short_asks_first_and_leads_to_all_others() -> None:
+def test_the_readme_is_short_asks_first_and_leads_to_all_others():
     assert len(README.splitlines()) <= MOST_LINES
     assert len(QUESTION.findall(README.partition("\n## ")[0])) == 5
     others = {p.as_posix() for p in files(ROOT) if p.name == "README.md" and p.parts[0] in LAYERS}
@@ -81,7 +81,7 @@ def test_the_readme_is_short_asks_first_and_leads_to_all_others() -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """Where a user works: with a model file of their own, here the model that is exported."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "models" / "tripod_capsule", tmp_path / "theirs")
@@ -91,9 +91,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.long
-def test_every_command_runs_as_it_is_written(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_command_runs_as_it_is_written(folder, capsys, monkeypatch):
     """In their order, in one folder, and in this process, for others take longer to begin than to
     run: each ends with exit code 0 and says nothing on stderr."""
     monkeypatch.setattr("os.cpu_count", lambda: 1)
@@ -116,7 +114,7 @@ def _prepare(command: str, folder: Path) -> None:
         shutil.copytree(folder / "plumbob-out", folder / "old-out")
 
 
-def test_the_python_example_runs() -> None:
+def test_the_python_example_runs():
     (example,) = PYTHON.findall(README)
     code = "\n".join(line.strip() for line in example.splitlines())
     assert code.count("check(") == 2
@@ -124,7 +122,7 @@ def test_the_python_example_runs() -> None:
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_commands_within_sentences_can_be_read(name: str, folder: Path) -> None:
+def test_commands_within_sentences_can_be_read(name, folder):
     for command in PLAIN.findall((ROOT / name).read_text("utf-8")):
         if not ABRIDGED.search(command):
             resolve(" ".join(command.split()), folder)
@@ -144,12 +142,12 @@ def test_commands_within_sentences_can_be_read(name: str, folder: Path) -> None:
         "plumbob solve cone-pendulum --set colour=1",
     ],
 )
-def test_a_broken_command_is_seen(broken: str, folder: Path) -> None:
+def test_a_broken_command_is_seen(broken, folder):
     with pytest.raises((SystemExit, ParameterError, AssertionError)):
         resolve(broken, folder)
 
 
-def test_a_command_that_fails_is_seen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_command_that_fails_is_seen(folder, capsys):
     """A step left out, as README.md once had it, passes every look-up but not the run."""
     command = "plumbob plan --to 0.3 0.1 3.14 --method mujoco/euler+coulomb"
     resolve(command, folder)

@@ -42,7 +42,7 @@ def said(pattern: str, text: str = TEXT) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("step", [2e-3, 1e-3, 1e-4])
-def test_default_contacts(step: float) -> None:
+def test_default_contacts(step):
     """At any step, as is said; no other heading is better or worse than these two."""
     axis, diagonal, run_axis, run_diagonal = (float(text) / 100 for text in said(DEFAULT))
     for heading, end, largest in ((0, axis, run_axis), (45, diagonal, run_diagonal)):
@@ -52,7 +52,7 @@ def test_default_contacts(step: float) -> None:
 
 
 @pytest.mark.parametrize("heading", [0, 30, 45])
-def test_convergent_contacts(heading: int) -> None:
+def test_convergent_contacts(heading):
     first, power, second, smaller = (text.translate(DIGITS) for text in said(COULOMB))
     (run,) = said(COULOMB_RUN)
     for step, figure in ((1e-3, f"{first}e{power}"), (1e-4, f"{second}e{smaller}")):
@@ -62,7 +62,7 @@ def test_convergent_contacts(heading: int) -> None:
     assert largest == pytest.approx(float(run) / 100, rel=WITHIN)
 
 
-def test_sensitivity_to_the_figures() -> None:
+def test_sensitivity_to_the_figures():
     """A figure that once stood there, 25 % at some headings, is not what is found at 45°."""
     text = TEXT.replace("34 % at 45°", "25 % at 45°")
     once = float(said(DEFAULT, text)[1]) / 100

@@ -63,7 +63,7 @@ def coefficients(scheme: str) -> dict[int, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", ORDERS)
-def test_each_term_takes_its_order_off_the_error(name: str) -> None:
+def test_each_term_takes_its_order_off_the_error(name):
     scheme, order = ORDERS[name]
     assert scheme_of(case(), method(name)).integrator == scheme
     terms = coefficients(scheme)
@@ -79,14 +79,14 @@ def test_each_term_takes_its_order_off_the_error(name: str) -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_coefficient_wrong_by_a_thousandth_shows(sign: float) -> None:
+def test_a_coefficient_wrong_by_a_thousandth_shows(sign):
     # the sensitivity test of the one above: then the first term's order is left
     term = coefficients(RK4_ADDED_RATES)[2] * (1.0 + sign * 1e-3)
     coarse, fine = (at_end("mujoco/rk4", h) - term * h**2 for h in (0.02, 0.01))
     assert np.log2(np.abs(coarse).max() / np.abs(fine).max()) < 2.3
 
 
-def test_why_mujoco_s_rk4_is_of_second_order() -> None:
+def test_why_mujoco_s_rk4_is_of_second_order():
     # Its angular velocity is that of the classical method. The turn of a step is exp(h W), W the
     # mean of the stages' angular velocities, where the exact one is exp(h W + h^3/12 w x w' + ...)
     # (Magnus): in the world's axes the attitude is behind by h^2/12 times the integral of w x w'.
@@ -108,7 +108,7 @@ def test_why_mujoco_s_rk4_is_of_second_order() -> None:
         np.testing.assert_allclose(measured, predicted, 0, 0.01 * np.abs(predicted).max())
 
 
-def test_two_engines_with_one_scheme_have_one_error() -> None:
+def test_two_engines_with_one_scheme_have_one_error():
     first, second = at_end("mujoco/euler", 0.01), at_end("ode/euler", 0.01)
     # rounding in 200 steps alone: a unit in the last place of 3.3 rad/s each, as a random walk
     np.testing.assert_allclose(first, second, 0, 1e-13)
@@ -120,7 +120,7 @@ def test_two_engines_with_one_scheme_have_one_error() -> None:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4", "ode/rk4"])
-def test_the_verdict_is_two_sided(name: str) -> None:
+def test_the_verdict_is_two_sided(name):
     of, how, step = case(), method(name), 1e-3
     right, _ = measure(of, how, step)
     assert judge(right, of.system, how).verdict == "predicted"
@@ -131,7 +131,7 @@ def test_the_verdict_is_two_sided(name: str) -> None:
 
 
 @pytest.mark.parametrize("scheme", [EULER, LINEARLY_IMPLICIT, LEAPFROG, RK4_ADDED_RATES])
-def test_a_steady_rotation_is_exact_at_any_step(scheme: str) -> None:
+def test_a_steady_rotation_is_exact_at_any_step(scheme):
     # nothing but exact zeros: rounding in a term would look like a series that does not reach
     found = FreeBodyErrors(case_of(scene("free-body/spherical")).problem)
     terms = found.series(Scheme(scheme), np.linspace(0.0, 10.0, 11))
@@ -141,7 +141,7 @@ def test_a_steady_rotation_is_exact_at_any_step(scheme: str) -> None:
     assert any(v.any() for v in tilted.series(Scheme(scheme), np.ones(1))[2].values())
 
 
-def test_schemes_of_which_nothing_is_known() -> None:
+def test_schemes_of_which_nothing_is_known():
     theory = FreeBodyErrors(BODY)
     assert not theory.series(Scheme("velocity-verlet"), np.array([1.0]))
     assert not theory.series(Scheme(EULER, position_first=True), np.array([1.0]))
@@ -149,7 +149,7 @@ def test_schemes_of_which_nothing_is_known() -> None:
 
 
 @pytest.mark.parametrize(("name", "sign"), [("mujoco/euler", 1.0), ("mujoco/implicit", -1.0)])
-def test_what_first_order_steps_gain_and_lose(name: str, sign: float) -> None:
+def test_what_first_order_steps_gain_and_lose(name, sign):
     of, step = case(), 1e-3
     run = engine_of(method(name)).prepare(of, method(name), step).run()
     drifts, predicted = BODY.invariants(run.observables), euler_drifts(BODY, 2.0)

@@ -25,14 +25,13 @@ def study(*names: str) -> Study:
     return Study(empty.profile, (FLIP,), chosen, found, {}, 1.0, dict(empty.seconds))
 
 
-def test_an_empty_study_has_no_findings() -> None:
+def test_an_empty_study_has_no_findings():
     assert not findings_of(SECTION, nothing())
 
 
 @pytest.mark.long
-def test_mujoco_s_rk4_against_the_classical_one() -> None:
+def test_mujoco_s_rk4_against_the_classical_one():
     found = second_order(study("mujoco/rk4", "ode/rk4"))
-    assert found is not None
     mujoco, classical = found.runs
     assert mujoco.error == pytest.approx(mujoco.term, rel=0.01)
     assert [run.order.slope for run in found.runs if run.order] == pytest.approx(
@@ -43,15 +42,14 @@ def test_mujoco_s_rk4_against_the_classical_one() -> None:
     assert mujoco.error == pytest.approx(8.9e-7, rel=0.01)
 
 
-def test_energy_that_is_gained_and_lost() -> None:
+def test_energy_that_is_gained_and_lost():
     found = energy(study("mujoco/euler", "mujoco/implicitfast"))
-    assert found is not None
     gained, lost = found.runs
     assert gained.predicted == -lost.predicted > 0.0
     assert found.gap < 0.02
 
 
-def test_solve_in_words_and_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+def test_solve_in_words_and_in_json(capsys):
     assert main(["solve", "free-body", "--times", "1,5", "--set", "angular_velocity=[1,2,3]"]) == 0
     assert "attitude_w" in capsys.readouterr().out
     assert main(["solve", "free-body/symmetric", "--times", "1", "--json"]) == 0
@@ -65,7 +63,7 @@ def test_solve_in_words_and_in_json(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     "change", ["angular_velocity=[1,2]", "inertia_x=9", "inertia_y=0", 'angular_velocity="fast"']
 )
-def test_what_is_no_body_is_one_line(change: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_no_body_is_one_line(change, capsys):
     assert main(["solve", "free-body", "--times", "1", "--set", change]) == 2
     said = capsys.readouterr().err.strip()
     assert change.partition("=")[0] in said

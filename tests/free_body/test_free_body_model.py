@@ -23,7 +23,7 @@ MJCF = SYSTEM.mjcf
 FLIP = case_of(scene("free-body/flip"))
 
 
-def test_numbers_are_those_of_the_default_scene() -> None:
+def test_numbers_are_those_of_the_default_scene():
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     body, start = model.body("body"), model.key("start")
     np.testing.assert_array_equal(body.inertia, FLIP.problem.inertia)
@@ -33,7 +33,7 @@ def test_numbers_are_those_of_the_default_scene() -> None:
     assert not model.opt.gravity.any()
 
 
-def test_the_box_that_is_drawn_has_these_moments() -> None:
+def test_the_box_that_is_drawn_has_these_moments():
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     a, b, c = model.geom("box").size ** 2
     mass = model.body("body").mass[0]
@@ -41,7 +41,7 @@ def test_the_box_that_is_drawn_has_these_moments() -> None:
     np.testing.assert_allclose(moments, FLIP.problem.inertia, 1e-12)
 
 
-def test_only_what_has_no_effect_is_left_out() -> None:
+def test_only_what_has_no_effect_is_left_out():
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert model.opt.disableflags
     assert model.opt.disableflags & needless_stages(model) == model.opt.disableflags
@@ -49,14 +49,14 @@ def test_only_what_has_no_effect_is_left_out() -> None:
     assert not model.geom_conaffinity.any()
 
 
-def test_the_scene_is_the_model_with_a_floor() -> None:
+def test_the_scene_is_the_model_with_a_floor():
     scenery = mujoco.MjModel.from_xml_path(str(MJCF.parent / "scene.xml"))
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert (scenery.nq, scenery.nv) == (model.nq, model.nv)
     np.testing.assert_array_equal(scenery.body("body").inertia, model.body("body").inertia)
 
 
-def test_every_parameter_reaches_the_model() -> None:
+def test_every_parameter_reaches_the_model():
     body = replace(
         FLIP.problem, inertia_x=3.0, inertia_y=4.0, inertia_z=5.0, angular_velocity=(1.0, -2.0, 0.5)
     )
@@ -66,8 +66,8 @@ def test_every_parameter_reaches_the_model() -> None:
 
 
 @pytest.mark.parametrize("chosen", scenes("free-body"), ids=lambda s: s.name)
-def test_the_exact_motion_conserves_what_it_should(chosen: object) -> None:
-    case = case_of(chosen)  # type: ignore[arg-type]
+def test_the_exact_motion_conserves_what_it_should(chosen):
+    case = case_of(chosen)
     times = np.linspace(0.0, case.scene.duration, 301)
     drifts = case.system.invariants(case.problem, case.reference.observe(times))
     assert set(drifts) == {"energy", "momentum", "momentum_in_world"}
@@ -75,7 +75,7 @@ def test_the_exact_motion_conserves_what_it_should(chosen: object) -> None:
 
 
 @pytest.mark.parametrize("k", [3, 6, 9])
-def test_scenes_are_as_far_off_the_separatrix_as_they_say(k: int) -> None:
+def test_scenes_are_as_far_off_the_separatrix_as_they_say(k):
     case = case_of(scene(f"free-body/separatrix-1e-{k}"))
     turning, body = case.problem.rotation.turning, case.problem
     # w_x over that of the separatrix, 3/4 of w_z for these moments, is 1 + 10^-k
@@ -85,7 +85,7 @@ def test_scenes_are_as_far_off_the_separatrix_as_they_say(k: int) -> None:
     assert body.half_period < case.scene.duration  # it turns over
 
 
-def test_the_separatrix_is_met_exactly() -> None:
+def test_the_separatrix_is_met_exactly():
     assert case_of(scene("free-body/separatrix")).problem.kind == "separatrix"
     assert case_of(scene("free-body/flip")).problem.kind == "about the smallest"
 
@@ -96,8 +96,8 @@ EVERY = [m for m in methods() if meant(m, FLIP.scene)]
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("how", EVERY, ids=lambda m: m.name)
 @pytest.mark.parametrize("name", ["flip", "symmetric", "about-largest"])
-def test_every_method_makes_the_error_that_is_predicted(how: object, name: str) -> None:
-    case, one = case_of(scene(f"free-body/{name}")).lasting(4.0), method(how.name)  # type: ignore[attr-defined]
+def test_every_method_makes_the_error_that_is_predicted(how, name):
+    case, one = case_of(scene(f"free-body/{name}")).lasting(4.0), method(how.name)
     if not installed(engine_of(one)):
         pytest.skip(f"{one.engine} is not installed")
     step = 1e-3 if one.control == "step" else one.step_sizes[-1]
@@ -107,7 +107,7 @@ def test_every_method_makes_the_error_that_is_predicted(how: object, name: str) 
     assert set(found.errors) == {o.name for o in SYSTEM.observables}
 
 
-def test_pymunk_has_no_third_dimension() -> None:
+def test_pymunk_has_no_third_dimension():
     planar = methods("pymunk")
     assert planar
     assert not any(meant(m, FLIP.scene) for m in planar)
@@ -117,7 +117,7 @@ def test_pymunk_has_no_third_dimension() -> None:
     assert as_expected(FLIP.scene, method("pymunk/tight"), judged)
 
 
-def test_mujoco_takes_no_body_without_size() -> None:
+def test_mujoco_takes_no_body_without_size():
     body = replace(FLIP.problem, inertia_x=1e-16, inertia_y=1e-16, inertia_z=1e-16)
     with pytest.raises(Unsupported, match="1e-15"):
         engine_of(method("mujoco/euler")).prepare(

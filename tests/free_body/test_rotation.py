@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -40,7 +39,7 @@ def errors(name: str, change: float = 0.0) -> tuple[FreeBody, np.ndarray, np.nda
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_45_digits_over_up_to_a_thousand_periods(name: str) -> None:
+def test_45_digits_over_up_to_a_thousand_periods(name):
     # The bound: 1e-13 for each radian of phase, and what one unit in the last place of the inputs
     # does next to the separatrix, whose growth no arithmetic in double can take away.
     body, at, error = errors(name)
@@ -50,14 +49,14 @@ def test_45_digits_over_up_to_a_thousand_periods(name: str) -> None:
     assert (error <= conditioned + 4 * ULP * scale).all()  # what the reference itself claims
 
 
-def test_the_table_notices_a_digit() -> None:
+def test_the_table_notices_a_digit():
     # the sensitivity test of the one above: a moment changed by 2e-13, relatively
     body, at, error = errors("about the smallest", 1e-12)
     assert (error > 1e-13 * (1.0 + body.fastest * at)).any()
 
 
 @pytest.mark.parametrize("name", ["about the smallest", "1e-6 off the separatrix"])
-def test_uncertainty_is_not_excessive(name: str) -> None:
+def test_uncertainty_is_not_excessive(name):
     # against each input changed alone, by much more than a unit in the last place: three times that
     # holds the roundings on the way and of the times too, which are as large as those of the inputs
     inputs = np.array([*CASES[name].constants, *CASES[name].start])
@@ -85,7 +84,7 @@ def bodies(draw: st.DrawFn) -> FreeBody:
 
 @given(bodies(), st.floats(0.0, 1e4))
 @settings(max_examples=60, deadline=None)
-def test_what_is_conserved_is(body: FreeBody, time: float) -> None:
+def test_what_is_conserved_is(body, time):
     found = body.observe(np.array([0.0, 0.5 * time, time]))
     drifts = body.invariants(found)
     bound = 64 * ULP + 8 * ULP * 2.0  # of a closed form: rounding alone, whatever the time
@@ -96,7 +95,7 @@ def test_what_is_conserved_is(body: FreeBody, time: float) -> None:
 
 @given(bodies())
 @settings(max_examples=40, deadline=None)
-def test_it_begins_as_given_and_turns_as_its_rate_says(body: FreeBody) -> None:
+def test_it_begins_as_given_and_turns_as_its_rate_says(body):
     start = seen(body, [0.0])[:, 0]
     np.testing.assert_allclose(start[:3], body.angular_velocity, 0, 8 * ULP * (body.fastest or 1.0))
     np.testing.assert_allclose(start[3:], [1.0, 0.0, 0.0, 0.0], 0, 8 * ULP)
@@ -118,7 +117,7 @@ TIMES = np.array([0.3, 2.0, 17.0, 400.0])
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
-def test_axes_may_be_renamed(order: tuple[int, int, int]) -> None:
+def test_axes_may_be_renamed(order):
     # an odd permutation is a reflection: angular velocities are axial vectors, and change sign
     sign, axes = np.linalg.det(np.eye(3)[list(order)]), np.array(order)
     x, y, z = np.array(BODY.inertia)[axes].tolist()
@@ -130,9 +129,7 @@ def test_axes_may_be_renamed(order: tuple[int, int, int]) -> None:
 
 
 @pytest.mark.parametrize(("heavier", "faster"), [(1e-9, 2.0), (3.0, 0.125), (1e12, 1024.0)])
-def test_only_ratios_matter_and_twice_as_fast_takes_half_the_time(
-    heavier: float, faster: float
-) -> None:
+def test_only_ratios_matter_and_twice_as_fast_takes_half_the_time(heavier, faster):
     x, y, z = (heavier * moment for moment in BODY.inertia)
     body = FreeBody(x, y, z, [faster * rate for rate in BODY.angular_velocity])
     scaled, first = seen(body, TIMES / faster), seen(BODY, TIMES)
@@ -140,7 +137,7 @@ def test_only_ratios_matter_and_twice_as_fast_takes_half_the_time(
     np.testing.assert_allclose(scaled[3:], first[3:], 0, 1e-12)
 
 
-def test_two_motions_in_a_row_are_one() -> None:
+def test_two_motions_in_a_row_are_one():
     there = seen(BODY, [5.0])[:, 0]
     later = seen(replace(BODY, angular_velocity=tuple(there[:3])), [12.0])
     whole = seen(BODY, [17.0])
@@ -148,7 +145,7 @@ def test_two_motions_in_a_row_are_one() -> None:
     np.testing.assert_allclose(composed(there[3:, None], later[3:]), whole[3:], 0, 1e-13)
 
 
-def test_a_steady_rotation_needs_no_functions() -> None:
+def test_a_steady_rotation_needs_no_functions():
     for moments, rates in (
         ((1.0, 2.0, 2.5), (0.0, -3.0, 0.0)),
         ((2.0, 2.0, 2.0), (1.0, -1.0, 1.5)),
@@ -163,13 +160,13 @@ def test_a_steady_rotation_needs_no_functions() -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_attitude_passes_the_half_turn_without_a_jump(sign: float) -> None:
+def test_the_attitude_passes_the_half_turn_without_a_jump(sign):
     found = seen(replace(BODY, angular_velocity=(sign, 0.3, 0.2)), np.linspace(0, 50, 4001))
     assert np.abs(np.diff(found[3:], axis=1)).max() < 0.01  # half of 1.1 rad/s times 12.5 ms
     assert found[3].min() < -0.7  # it has gone round, and the quaternion has the other sign
 
 
-def test_on_the_separatrix_it_never_turns_over() -> None:
+def test_on_the_separatrix_it_never_turns_over():
     body = FreeBody(1.0, 2.0, 2.25, (3.0, 0.0, 4.0))
     assert body.kind == "separatrix"
     last = seen(body, [400.0])[:3, 0]
@@ -178,10 +175,10 @@ def test_on_the_separatrix_it_never_turns_over() -> None:
 
 
 @pytest.mark.parametrize("k", [2, 5, 8, 11, 14])
-def test_next_to_the_separatrix_half_a_period_grows_as_its_logarithm(k: int) -> None:
+def test_next_to_the_separatrix_half_a_period_grows_as_its_logarithm(k):
     body = FreeBody(1.0, 2.0, 2.25, (3.0 * (1 + 10.0**-k), 0.0, 4.0))
     nearer = FreeBody(1.0, 2.0, 2.25, (3.0 * (1 + 10.0 ** -(k + 1)), 0.0, 4.0))
-    rate = float(double(body.rotation.turning.a))  # type: ignore[union-attr]
+    rate = float(double(body.rotation.turning.a))
     # H = 2/A ln(4A/B), B^2 in proportion to the distance: ln(10)/A more for each tenth of it; what
     # follows in the series is B^2/A^2 times the logarithm, and a double holds the distance to a
     # part of 1e-16/10^-k
@@ -190,7 +187,7 @@ def test_next_to_the_separatrix_half_a_period_grows_as_its_logarithm(k: int) -> 
     assert gained == pytest.approx(np.log(10.0) / rate, rel=relative)
 
 
-def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters() -> None:
+def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters():
     for b in (0.9, 1e-3, 1e-12):
         f, below = quad(0.75), quad(0.25)
         integral = ReciprocalIntegral(quad(1.0), quad(b), f, below)
@@ -216,8 +213,8 @@ def _mean(a: float, b: float) -> float:
         ("angular_velocity", 3.0, "three finite numbers"),
     ],
 )
-def test_bad_parameters_are_named(name: str, value: object, wanted: str) -> None:
-    good: dict[str, Any] = {f"inertia_{axis}": 2.0 for axis in "xyz"}
+def test_bad_parameters_are_named(name, value, wanted):
+    good = {f"inertia_{axis}": 2.0 for axis in "xyz"}
     good["angular_velocity"] = (1, 2, 3)
     with pytest.raises(ParameterError, match=wanted) as raised:
         FreeBody(**(good | {name: value}))

@@ -22,7 +22,6 @@ from plumbob.reports.analyses.engines.gradients import BESIDE, SAMPLE
 from plumbob.reports.analyses.engines.gradients import requests as sampled
 from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
-from plumbob.tests.support.fixture_types import Patch
 
 LINE, SWING, CONE = (
     "capsule-line/heading-030",
@@ -54,9 +53,7 @@ def _records(search: GradientSearch) -> tuple[Gradient, ...]:
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize(("name", "how", "of", "by"), SMOOTH)
-def test_every_difference_of_a_sweep_has_the_predicted_error(
-    name: str, how: str, of: str, by: str
-) -> None:
+def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
     needed(how)
     sweep = GradientSearch(name, how, (of,), by, ("central", "forward"))
     found = _records(sweep)
@@ -76,9 +73,7 @@ def test_every_difference_of_a_sweep_has_the_predicted_error(
     ("step", "eps", "relative"),
     [(1e-3, 1e-3, -0.565), (1e-3, 1e-5, -0.500), (1e-4, 1e-3, -0.738), (1e-4, 1e-5, 1.57)],
 )
-def test_default_contacts_have_noise_for_a_derivative(
-    step: float, eps: float, relative: float
-) -> None:
+def test_default_contacts_have_noise_for_a_derivative(step, eps, relative):
     search = GradientSearch(
         LINE, "mujoco/euler", ("displacement",), "friction", ("central",), step, (eps,)
     )
@@ -90,7 +85,7 @@ def test_default_contacts_have_noise_for_a_derivative(
 
 
 @pytest.mark.parametrize("how", ["mujoco/euler+coulomb", "pymunk/feet"])
-def test_contacts_that_converge_have_the_derivative_of_their_step(how: str) -> None:
+def test_contacts_that_converge_have_the_derivative_of_their_step(how):
     for step, eps, relative in ((1e-3, 1e-3, 5.20e-3), (1e-4, 1e-3, 7.6e-5)):
         search = GradientSearch(
             LINE, how, ("displacement",), "friction", ("central",), step, (eps,)
@@ -103,9 +98,7 @@ def test_contacts_that_converge_have_the_derivative_of_their_step(how: str) -> N
 @pytest.mark.parametrize(
     ("name", "how", "of", "by"), [pair for pair in SMOOTH if "capsule" not in pair[0]]
 )
-def test_the_best_eps_is_predicted_within_a_factor_of_three(
-    name: str, how: str, of: str, by: str
-) -> None:
+def test_the_best_eps_is_predicted_within_a_factor_of_three(name, how, of, by):
     needed(how)
     for found in _records(GradientSearch(name, how, (of,), by, ("central", "forward"))):
         assert found.predicted_best
@@ -113,14 +106,14 @@ def test_the_best_eps_is_predicted_within_a_factor_of_three(
         assert 1 / 3 < found.measured_best / found.predicted_best < 3, found.way
 
 
-def test_two_branches_meet_at_their_least_sum() -> None:
+def test_two_branches_meet_at_their_least_sum():
     eps = np.array(measuring.SWEEP)
     found = best_eps(eps.tolist(), (7.0 * eps**2 + 1e-13 / eps).tolist(), 2)
     assert found == pytest.approx((1e-13 / 14.0) ** (1 / 3), rel=0.05)
     assert best_eps(eps[:3].tolist(), eps[:3].tolist(), 2) is None
 
 
-def test_the_order_of_a_derivative_is_that_of_its_scheme() -> None:
+def test_the_order_of_a_derivative_is_that_of_its_scheme():
     for how, order in (("mujoco/euler", 1), ("ode/leapfrog", 2), ("ode/rk4", 4)):
         steps, errors, predicted = [4e-3, 2e-3, 1e-3, 5e-4], [], []
         for step in steps:
@@ -139,7 +132,7 @@ def test_the_order_of_a_derivative_is_that_of_its_scheme() -> None:
 
 
 @pytest.mark.parametrize("part", [1e-6, -1e-6])
-def test_a_slightly_wrong_engine_is_off_its_prediction(part: float, monkeypatch: Patch) -> None:
+def test_a_slightly_wrong_engine_is_off_its_prediction(part, monkeypatch):
     right = integrators.rk4
     monkeypatch.setattr(
         integrators, "rk4", lambda e, s, a, b, h: right(e, s, a, b, h * (1.0 + part))
@@ -149,7 +142,7 @@ def test_a_slightly_wrong_engine_is_off_its_prediction(part: float, monkeypatch:
     assert judged.surprise
 
 
-def test_where_no_derivative_exists_the_one_sided_ones_stand_beside() -> None:
+def test_where_no_derivative_exists_the_one_sided_ones_stand_beside():
     search = GradientSearch(
         "simple-pendulum/free-small",
         "ode/rk4",
@@ -167,14 +160,14 @@ def test_where_no_derivative_exists_the_one_sided_ones_stand_beside() -> None:
     assert forward.tried.computed == pytest.approx(forward.gradient.one_sided[1], rel=1e-4)
 
 
-def test_derivatives_are_stored_as_they_are() -> None:
+def test_derivatives_are_stored_as_they_are():
     search = GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", eps=(1e-3,))
     found = gradients(case_of(scene(CONE)), method("ode/rk4"), search)
     assert from_json(to_json(found), Gradients).records[0] == found.records[0]
     assert from_json(to_json(search), GradientSearch) == search
 
 
-def test_the_full_profile_asks_for_what_there_is() -> None:
+def test_the_full_profile_asks_for_what_there_is():
     scenes, methods = find_scenes("*", "full"), find_methods("*")
     searches = sampled(StudyPlan("full", scenes, methods))
     assert {search.scene for search in searches} >= {of[0] for of in BESIDE}

@@ -3,16 +3,12 @@ way cannot do has a reason."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import pytest
 
 from plumbob.analytic.sensitivities.neighbours import Neighbours
 from plumbob.engines.adapters.ode import forward
-from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.tests.support.derivatives import judged_way
-from plumbob.tests.support.fixture_types import Patch
 
 CONE, LINE, SWING = (
     "cone-pendulum/rotating-base",
@@ -33,15 +29,13 @@ CONE, LINE, SWING = (
         (CONE, "ode/radau", "theta", "platform_rate", "variational"),
     ],
 )
-def test_an_own_way_has_the_error_of_its_step(
-    name: str, how: str, of: str, by: str, way: str
-) -> None:
+def test_an_own_way_has_the_error_of_its_step(name, how, of, by, way):
     judged = judged_way(name, how, of, by, way)
     assert (judged.verdict, judged.why) == ("predicted", "")
 
 
 @pytest.mark.parametrize("at", [1.0, 2.0])
-def test_the_product_of_transitions_is_of_first_order(at: float) -> None:
+def test_the_product_of_transitions_is_of_first_order(at):
     errors = []
     for step in (1e-2, 5e-3, 1e-3):
         judged = judged_way(SWING, "mujoco/euler", "theta", "theta", "transition", step, at)
@@ -61,18 +55,16 @@ def test_the_product_of_transitions_is_of_first_order(at: float) -> None:
         (SWING, "ode/rk4", "theta", "damping_rate", "variational", "damping_rate = -"),
     ],
 )
-def test_what_a_way_cannot_do_has_a_reason(
-    name: str, how: str, of: str, by: str, way: str, why: str
-) -> None:
+def test_what_a_way_cannot_do_has_a_reason(name, how, of, by, way, why):
     judged = judged_way(name, how, of, by, way, at=0.2)
     assert judged.verdict == "unsupported"
     assert why in judged.why
 
 
-def test_a_wrong_derivative_of_the_state_is_seen(monkeypatch: Patch) -> None:
+def test_a_wrong_derivative_of_the_state_is_seen(monkeypatch):
     right = mujoco.mjd_transitionFD
 
-    def wrong(model: Any, data: Any, eps: float, *rest: Any) -> None:
+    def wrong(model, data, eps, *rest):
         right(model, data, eps, *rest)
         rest[1][:] *= 1.0 + 1e-6
 
@@ -82,10 +74,10 @@ def test_a_wrong_derivative_of_the_state_is_seen(monkeypatch: Patch) -> None:
     assert judged.surprise
 
 
-def test_a_sensitivity_without_a_term_is_seen(monkeypatch: Patch) -> None:
+def test_a_sensitivity_without_a_term_is_seen(monkeypatch):
     right = forward._with_sensitivity
 
-    def without(equations: Neighbours[Equation]) -> Equation:
+    def without(equations):
         return right(Neighbours((equations.here,) * 9, equations.offsets))
 
     monkeypatch.setattr(forward, "_with_sensitivity", without)

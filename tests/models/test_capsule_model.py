@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -58,7 +57,7 @@ def wanted() -> dict[str, float]:
     return {**{name: getattr(CHECK, name) for name in names}, **places}
 
 
-def test_numbers_are_the_check_values() -> None:
+def test_numbers_are_the_check_values():
     model = load(FULL)
     assert numbers(model) == wanted()
     assert (model.pair_friction[:, :2] == CHECK.friction).all()
@@ -71,7 +70,7 @@ def test_numbers_are_the_check_values() -> None:
     assert model.dof_armature[-1] == model.actuator_gear[0, 0] >= ARMATURE_RATIO * CHECK.slider_mass
 
 
-def test_reduced_and_planar_have_the_same_numbers() -> None:
+def test_reduced_and_planar_have_the_same_numbers():
     reduced, planar = load(REDUCED), load(PLANAR)
     assert reduced.dof_frictionloss[0] == pytest.approx(CHECK.friction * CHECK.weight, rel=1e-15)
     assert [reduced.body(b).mass[0] for b in ("body", "slider")] == [1.0, 0.3]
@@ -84,7 +83,7 @@ def test_reduced_and_planar_have_the_same_numbers() -> None:
     np.testing.assert_allclose(planar.joint("slider").axis[:2], [np.cos(line), np.sin(line)])
 
 
-def test_contacts_are_those_of_the_profile_without_what_mjcf_cannot_say() -> None:
+def test_contacts_are_those_of_the_profile_without_what_mjcf_cannot_say():
     # S = 1: nothing is changed after compiling, so that a user may copy the file
     for file in (FULL, PLANAR):
         model = load(file)
@@ -123,7 +122,7 @@ def _drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         ("reduced", 5e-7),
     ],
 )
-def test_a_file_as_it_stands_takes_the_step_that_theory_says(name: str, bound: float) -> None:
+def test_a_file_as_it_stands_takes_the_step_that_theory_says(name, bound):
     exact = LINE.displacement
     error = displacement(FOLDER / f"{name}.xml") - exact
     assert error == pytest.approx(float(step_error(LINE, STEP)), abs=bound * abs(exact))
@@ -135,7 +134,7 @@ def _slow(case: Scene) -> bool:
 
 
 @pytest.mark.long
-def test_free_inertias_are_possible_and_large_enough(pytestconfig: pytest.Config) -> None:
+def test_free_inertias_are_possible_and_large_enough(pytestconfig):
     for case in scenes("capsule-*"):
         if pytestconfig.getoption("profile") == "quick" and _slow(case):
             continue
@@ -148,9 +147,9 @@ def test_free_inertias_are_possible_and_large_enough(pytestconfig: pytest.Config
         assert armature(problem.setup) >= ARMATURE_RATIO * capsule.slider_mass
 
 
-def test_line_says_what_the_source_does() -> None:
+def test_line_says_what_the_source_does():
     default = scene("capsule-line")
-    facts: Any = system_of(default).facts(system_of(default).problem(default.parameters))
+    facts = system_of(default).facts(system_of(default).problem(default.parameters))
     # physics section 2, to 1e-14: the manoeuvre's own numbers are rounded once
     assert facts["displacement"] == pytest.approx(-0.0055917, rel=1e-14)
     assert facts["stroke"] == pytest.approx(0.0817786125, rel=1e-14)
@@ -158,6 +157,6 @@ def test_line_says_what_the_source_does() -> None:
     assert "t1" in facts["findings"]["eq_19"]
 
 
-def test_a_direction_takes_the_place_of_a_support() -> None:
+def test_a_direction_takes_the_place_of_a_support():
     assert "support" not in scene("capsule-line/ca1", {"direction": 0.5}).parameters
     assert "direction" not in scene("capsule-line/at-50", {"support": 3}).parameters

@@ -57,7 +57,7 @@ def wrong(model: mujoco.MjModel) -> set[str]:
     return {name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)}
 
 
-def test_numbers_are_those_of_the_formulas() -> None:
+def test_numbers_are_those_of_the_formulas():
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     assert not wrong(model)
     cone = model.body("cone")
@@ -80,14 +80,14 @@ def test_numbers_are_those_of_the_formulas() -> None:
         ("gravity", "gravity"),
     ],
 )
-def test_an_error_in_the_twelfth_digit_is_detected(name: str, field: str) -> None:
+def test_an_error_in_the_twelfth_digit_is_detected(name, field):
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     values = getattr(model.opt if name == "gravity" else model, field)
     values *= 1 + 3e-12
     assert name in wrong(model)
 
 
-def test_cone_is_drawn_where_it_is() -> None:
+def test_cone_is_drawn_where_it_is():
     # meshes are kept in single precision: 1e-6 of the size
     model = mujoco.MjModel.from_xml_path(str(MJCF))
     data = mujoco.MjData(model)
@@ -100,7 +100,7 @@ def test_cone_is_drawn_where_it_is() -> None:
 
 
 @pytest.mark.parametrize("file", ["cone_pendulum.xml", "scene.xml"])
-def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
+def test_loaded_on_its_own_it_swings_as_it_should(file):
     # the error of 5000 steps of RK4 is 1.1e-12 rad here, their round-off included; four times that
     model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
     data = mujoco.MjData(model)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import mujoco
 import pytest
@@ -25,7 +24,7 @@ TEXTS = ("README.md", *(f"{folder}/README.md" for folder in FOLDERS))
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def exported(tmp_path_factory):
     target = tmp_path_factory.mktemp("exported") / "models"
     assert main(["models", "export", str(target)]) == 0
     return target
@@ -40,7 +39,7 @@ def scripts(text: str) -> list[str]:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", TEXTS)
-def test_a_script_prints_what_it_says(exported: Path, name: str) -> None:
+def test_a_script_prints_what_it_says(exported, name):
     (script,) = scripts((exported / name).read_text("utf-8"))
     line = [sys.executable, "-I", "-W", "error", "-c", WITHOUT + script]
     ran = subprocess.run(line, cwd=(exported / name).parent, capture_output=True, text=True)
@@ -54,7 +53,7 @@ def test_a_script_prints_what_it_says(exported: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_what_a_text_names_is_there(exported: Path, name: str) -> None:
+def test_what_a_text_names_is_there(exported, name):
     text, folder = (exported / name).read_text("utf-8"), (exported / name).parent
     named = [one or other for one, other in NAMED.findall(text)]
     assert named
@@ -62,19 +61,19 @@ def test_what_a_text_names_is_there(exported: Path, name: str) -> None:
         assert (folder / file).is_file(), file
 
 
-def test_a_path_of_the_source_is_seen() -> None:
+def test_a_path_of_the_source_is_seen():
     assert NAMED.findall("as `analytic/errors/orders.py` says") == [
         ("analytic/errors/orders.py", "")
     ]
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
-def test_every_file_starts_from_its_keyframe(exported: Path, folder: str) -> None:
+def test_every_file_starts_from_its_keyframe(exported, folder):
     for file in (exported / folder).glob("*.xml"):
         model = mujoco.MjModel.from_xml_path(str(file))
         assert model.key("start").id == 0, file.name
 
 
-def test_licence_and_citation_are_there(exported: Path) -> None:
+def test_licence_and_citation_are_there(exported):
     assert "Apache License" in (exported / "LICENSE").read_text("utf-8")
     assert (exported / "CITATION.cff").is_file()

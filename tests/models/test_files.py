@@ -31,9 +31,7 @@ OTHERS = ("pair_solref", "pair_solimp", "key_", "name_", "names", "text")
         ("capsule-line", capsule.whole, 1e-12, 1e-18, ("_", *OTHERS)),
     ],
 )
-def test_rebuilt_at_the_default_parameters_it_is_the_file(
-    name: str, whole: Whole, relative: float, absolute: float, others: tuple[str, ...]
-) -> None:
+def test_rebuilt_at_the_default_parameters_it_is_the_file(name, whole, relative, absolute, others):
     path = systems()[name].mjcf
     file = mujoco.MjModel.from_xml_path(str(path))
     rebuilt = whole(path, case_of(scene(name)).problem).compile()
@@ -50,7 +48,7 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file(
 
 
 @pytest.mark.parametrize("name", ["cone-pendulum", "simple-pendulum"])
-def test_only_what_has_no_effect_is_left_out(name: str) -> None:
+def test_only_what_has_no_effect_is_left_out(name):
     """The flags set in the file are those of the disabled pipeline stages; of the simple pendulum's
     some, as springs, damping and forcing may be added."""
     model = mujoco.MjModel.from_xml_path(str(systems()[name].mjcf))
@@ -69,7 +67,7 @@ def test_only_what_has_no_effect_is_left_out(name: str) -> None:
         ("capsule-line", "mass|armature"),
     ],
 )
-def test_the_readme_states_every_number_of_the_file(name: str, fields: str) -> None:
+def test_the_readme_states_every_number_of_the_file(name, fields):
     file = systems()[name].mjcf
     text = (file.parent / "README.md").read_text("utf-8").replace("\u2212", "-")
     for number in re.findall(rf'(?:{fields})="([-\d.e]+)', file.read_text("utf-8")):
@@ -78,7 +76,7 @@ def test_the_readme_states_every_number_of_the_file(name: str, fields: str) -> N
 
 
 @pytest.mark.parametrize("folder", sorted({system.mjcf.parent for system in systems().values()}))
-def test_the_picture_is_small(folder: Path) -> None:
+def test_the_picture_is_small(folder):
     (picture,) = folder.glob("*.png")
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert picture.stat().st_size < 60_000

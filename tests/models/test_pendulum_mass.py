@@ -26,7 +26,7 @@ def forced(mass: float, part: float = 1.0) -> Scene:
     return find_scene(FORCED, changes)
 
 
-def test_rates_alone_leave_the_motion_and_scale_the_tension() -> None:
+def test_rates_alone_leave_the_motion_and_scale_the_tension():
     times = np.linspace(0.0, 20.0, 200)
     for name in ("simple-pendulum/rotating-slow", "simple-pendulum/damped-large", FORCED):
         one, other = (
@@ -38,7 +38,7 @@ def test_rates_alone_leave_the_motion_and_scale_the_tension() -> None:
         np.testing.assert_allclose(other["tension"], MASS * one["tension"], rtol=0.0, atol=1e-11)
 
 
-def test_energy_and_action_scale_too() -> None:
+def test_energy_and_action_scale_too():
     one, other = (
         (found := case_of(find_scene("simple-pendulum/rotating-slow", changes))).system.facts(
             found.problem
@@ -56,7 +56,7 @@ def test_energy_and_action_scale_too() -> None:
     assert other["period"] == one["period"]
 
 
-def test_the_notebooks_form_is_the_same_pendulum() -> None:
+def test_the_notebooks_form_is_the_same_pendulum():
     times = np.linspace(0.0, 20.0, 200)
     plain = case_of(find_scene(FORCED)).reference.observe(times)
     for mass in (0.01, 1.0, MASS, 1e3):
@@ -83,7 +83,7 @@ def test_the_notebooks_form_is_the_same_pendulum() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
-def test_engines_with_another_mass(method: str) -> None:
+def test_engines_with_another_mass(method):
     how = find_method(method)
     found, run = run_of(how, forced(MASS), STEP)
     assert verdict_of(found, how) == "predicted"

@@ -20,7 +20,7 @@ def about(chosen: Scene) -> dict[str, Quantity]:
 
 @pytest.mark.long(keep=6)
 @pytest.mark.parametrize("chosen", scenes(profile="quick"), ids=lambda s: s.name)
-def test_every_scene_is_about_observables_of_its_own_with_scales(chosen: Scene) -> None:
+def test_every_scene_is_about_observables_of_its_own_with_scales(chosen):
     found = about(chosen)
     assert found
     names = {o.name for o in systems()[chosen.system].observables}
@@ -41,18 +41,18 @@ def test_every_scene_is_about_observables_of_its_own_with_scales(chosen: Scene) 
         ("capsule-turn/thousand", "body_angle", 1.0, "end"),  # many turns: one radian
     ],
 )
-def test_scales_follow_from_the_motion(name: str, observable: str, scale: float, when: str) -> None:
+def test_scales_follow_from_the_motion(name, observable, scale, when):
     found = about(scene(name))[observable]
     assert found.scale == pytest.approx(scale, rel=2e-4)
     assert found.when == when
 
 
-def test_a_scene_about_rotation_is_not_judged_by_a_place_that_stays() -> None:
+def test_a_scene_about_rotation_is_not_judged_by_a_place_that_stays():
     assert set(about(scene("capsule-coast/rotation"))) == {"heading"}
     assert set(about(scene("capsule-coast/translation"))) == {"x", "y"}
 
 
-def test_a_turn_to_the_right_has_the_scale_of_one_to_the_left() -> None:
+def test_a_turn_to_the_right_has_the_scale_of_one_to_the_left():
     left, right = (
         about(scene("capsule-coast/rotation", {"heading_rate": rate})) for rate in (6.0, -6.0)
     )
@@ -60,12 +60,12 @@ def test_a_turn_to_the_right_has_the_scale_of_one_to_the_left() -> None:
 
 
 @pytest.mark.parametrize("name", ["cone-pendulum/rotating-base", "simple-pendulum/free-large"])
-def test_scales_do_not_grow_with_the_duration(name: str) -> None:
+def test_scales_do_not_grow_with_the_duration(name):
     one = scene(name)
     assert about(replace(one, duration=10 * one.duration)) == pytest.approx(about(one))
 
 
-def test_the_error_of_a_run_is_the_worst_of_its_quantities() -> None:
+def test_the_error_of_a_run_is_the_worst_of_its_quantities():
     case = case_of(scene("capsule-coast/spin"))
     found, _ = measure(case, method("mujoco/euler+coulomb"), 1e-3)
     quantities = case.system.quantities(case)
@@ -76,7 +76,7 @@ def test_the_error_of_a_run_is_the_worst_of_its_quantities() -> None:
     assert 1e-6 < size < 1e-2
 
 
-def test_a_quantity_that_an_engine_leaves_out_is_the_worst() -> None:
+def test_a_quantity_that_an_engine_leaves_out_is_the_worst():
     case = case_of(scene("capsule-coast/spin"))
     found, _ = measure(case, method("mujoco/euler+coulomb"), 1e-3)
     rest = {name: error for name, error in found.errors.items() if name != "heading"}

@@ -22,14 +22,14 @@ CASES = {  # of the notebook: start [deg], speed there [deg/s], damping [1/s]
 }
 
 
-def test_steps_are_one_two_and_five_times_powers_of_ten() -> None:
+def test_steps_are_one_two_and_five_times_powers_of_ten():
     assert step_sizes(1e-2, 1e-3) == (1e-2, 5e-3, 2e-3, 1e-3)
     assert step_sizes(2e-3, 2e-5) == (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
 
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_cases_of_the_notebook(system: str, name: str) -> None:
+def test_cases_of_the_notebook(system, name):
     problem = case_of(scene(f"{system}/{name}")).problem
     theta, theta_dot, damping = CASES[name]
     assert problem.theta == pytest.approx(math.radians(theta), rel=1e-15)
@@ -39,7 +39,7 @@ def test_cases_of_the_notebook(system: str, name: str) -> None:
 
 
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_the_chaotic_pendulum_is_the_textbooks(system: str) -> None:
+def test_the_chaotic_pendulum_is_the_textbooks(system):
     # g = L, damping 1/2, amplitude 3/2, frequency 2/3: Baker and Gollub, Chaotic Dynamics
     problem = case_of(scene(f"{system}/forced-chaotic")).problem
     assert problem.gravity == problem.length
@@ -47,7 +47,7 @@ def test_the_chaotic_pendulum_is_the_textbooks(system: str) -> None:
     assert given == (0.5, 1.5, 2 / 3)
 
 
-def test_headings_are_those_of_their_names() -> None:
+def test_headings_are_those_of_their_names():
     found = scenes("capsule-line/heading-*")
     assert [s.name.partition("heading-")[2] for s in found] == [
         f"{angle:03d}" for angle in range(0, 360, 15)
@@ -60,20 +60,20 @@ def test_headings_are_those_of_their_names() -> None:
 @pytest.mark.parametrize(
     ("name", "x"), [("near-edge", -0.1), ("near-vertex", 0.2)], ids=["edge", "vertex"]
 )
-def test_the_combined_centre_ends_a_tenth_of_a_millimetre_inside(name: str, x: float) -> None:
+def test_the_combined_centre_ends_a_tenth_of_a_millimetre_inside(name, x):
     line = case_of(scene(f"capsule-line/{name}")).problem.motion
     centre = line.capsule.mass_ratio * (line.start + line.stroke) * line.unit
     assert centre == pytest.approx([math.copysign(abs(x) - 1e-4, x), 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["pitchfork", "pitchfork-small"])
-def test_the_platform_turns_at_the_pitchfork_s_rate(name: str) -> None:
+def test_the_platform_turns_at_the_pitchfork_s_rate(name):
     problem = case_of(scene(f"cone-pendulum/{name}")).problem
     assert problem.platform_rate == pytest.approx(problem.pitchfork_rate, rel=1e-14)
 
 
 @pytest.mark.parametrize("fraction", [0.5, 0.999])
-def test_the_force_in_the_facts_is_the_one_that_friction_holds(fraction: float) -> None:
+def test_the_force_in_the_facts_is_the_one_that_friction_holds(fraction):
     case = case_of(scene(f"capsule-hold/{fraction}"))
     facts, held = case.system.facts(case.problem), case.reference.observe(np.zeros(1))
     assert facts["force"] == pytest.approx(-held["friction_force"][0], rel=1e-14)
@@ -94,7 +94,7 @@ SMOOTH = (
 
 
 @pytest.mark.parametrize("name", SMOOTH)
-def test_invariants_hold_on_the_exact_motion(name: str) -> None:
+def test_invariants_hold_on_the_exact_motion(name):
     case = case_of(scene(name))
     seen = case.reference.observe(np.linspace(0.0, case.scene.duration, 501))
     drifts = case.system.invariants(case.problem, seen)
@@ -102,7 +102,7 @@ def test_invariants_hold_on_the_exact_motion(name: str) -> None:
     assert all(np.abs(drift).max() < 1e-11 for drift in drifts.values())
 
 
-def test_a_free_body_neither_gains_nor_loses_energy() -> None:
+def test_a_free_body_neither_gains_nor_loses_energy():
     # The combined centre moves straight on, and C goes round it, with the slider at (x, y) from C.
     x, y, rate, angle = 0.03, 0.06, 6.0, np.linspace(0.0, 5.0, 101)
     case = case_of(scene("capsule-coast/spin", {"slider": (x, y)}))
@@ -122,7 +122,7 @@ def test_a_free_body_neither_gains_nor_loses_energy() -> None:
 @pytest.mark.parametrize(
     ("name", "wells"), [("deep-well", 1), ("shallow-well", 1), ("both-wells", 2)]
 )
-def test_a_libration_is_over_as_many_wells_as_it_says(name: str, wells: int) -> None:
+def test_a_libration_is_over_as_many_wells_as_it_says(name, wells):
     case = case_of(scene(f"cone-pendulum/{name}"))
     theta = case.reference.observe(np.linspace(0.0, case.problem.motion.period, 1001))["theta"]
     stable = sorted(
@@ -134,7 +134,7 @@ def test_a_libration_is_over_as_many_wells_as_it_says(name: str, wells: int) -> 
 
 
 @pytest.mark.parametrize("k", range(3, 13))
-def test_rates_next_to_the_barrier_are_those_of_their_excess(k: int) -> None:
+def test_rates_next_to_the_barrier_are_those_of_their_excess(k):
     at_rest = case_of(scene("cone-pendulum", {"theta_dot": 1.0})).problem.motion
     barrier = float(double(at_rest.barriers[0]))
     for side, sign in (("above", 1), ("below", -1)):

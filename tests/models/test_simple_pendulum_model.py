@@ -28,7 +28,7 @@ def problem(name: str = "simple-pendulum", **changes: float) -> SimplePendulum:
     return found
 
 
-def test_numbers_are_those_of_the_default_scene() -> None:
+def test_numbers_are_those_of_the_default_scene():
     model, given = mujoco.MjModel.from_xml_path(str(MJCF)), problem()
     bob, start = model.body("bob"), model.key("start")
     assert bob.mass[0] == MASS
@@ -40,7 +40,7 @@ def test_numbers_are_those_of_the_default_scene() -> None:
     assert model.actuator("forcing").gear[0] == MASS * given.length**2
 
 
-def test_every_parameter_reaches_the_model() -> None:
+def test_every_parameter_reaches_the_model():
     given = {
         "length": 2.5,
         "gravity": 3.7,
@@ -68,7 +68,7 @@ def test_every_parameter_reaches_the_model() -> None:
 
 
 @pytest.mark.parametrize("file", ["simple_pendulum.xml", "scene.xml"])
-def test_loaded_on_its_own_it_swings_as_it_should(file: str) -> None:
+def test_loaded_on_its_own_it_swings_as_it_should(file):
     # 5000 steps of RK4 at 1e-3 s, with the error that theory predicts, 9e-12 rad, to round-off
     model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
     data = mujoco.MjData(model)

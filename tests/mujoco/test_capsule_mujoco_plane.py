@@ -31,7 +31,7 @@ def step_of(name: str, parts: int) -> float:
 
 @pytest.mark.long
 @pytest.mark.parametrize("epsilon", [0.3, 0.03])
-def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon: float) -> None:
+def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon):
     # The requirement for epsilon of 0.03 and more: 7.9e-5 at rest is from friction half a step
     # late, 5.2e-6 elsewhere from the effect of holding the control on the slider's path.
     _, moved = run(f"capsule-turn/{epsilon}", RK4, step_of(f"capsule-turn/{epsilon}", FINEST))
@@ -44,7 +44,7 @@ def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon: float) -> None:
 
 
 @pytest.mark.parametrize("heading", [3.0, -3.0])
-def test_a_heading_goes_on_where_its_angle_jumps(heading: float) -> None:
+def test_a_heading_goes_on_where_its_angle_jumps(heading):
     # turns by 0.52 rad, through half a turn
     rate = 6.0 if heading > 0.0 else -6.0
     turned = scene("capsule-coast/rotation", {"heading": heading, "heading_rate": rate})
@@ -52,7 +52,7 @@ def test_a_heading_goes_on_where_its_angle_jumps(heading: float) -> None:
     assert abs(found.errors["heading"].end) < 0.01
 
 
-def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
+def test_implicitfast_takes_another_step_with_a_lone_body():
     # velocity derivatives of a free body's centripetal forces, which it drops in a tree
     other = replace(
         METHODS["implicitfast+coulomb"],
@@ -70,7 +70,7 @@ def test_implicitfast_takes_another_step_with_a_lone_body() -> None:
     assert "no error theory" in lone.note
 
 
-def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
+def test_armatures_of_a_turning_body_bring_no_force_of_their_own():
     # Without friction the centre of mass and the angular momentum are constant; RK4 keeps both up
     # to the effect of holding the control, and Euler up to its leak. An armature of 1e10 that took
     # part in centripetal forces would show as such.
@@ -88,7 +88,7 @@ def test_armatures_of_a_turning_body_bring_no_force_of_their_own() -> None:
     assert abs(errors[RK4]) < 3e-5
 
 
-def test_loads_are_exact_where_nothing_deflects() -> None:
+def test_loads_are_exact_where_nothing_deflects():
     posed = problem("capsule-turn/0.3")
     motion, across = plane_motion(posed, 0.1), 0.046
     np.testing.assert_array_equal(missing_loads(posed, motion, 0.0, across), 0.0)
@@ -97,9 +97,7 @@ def test_loads_are_exact_where_nothing_deflects() -> None:
 
 
 @pytest.mark.parametrize(("method", "least", "most"), [(EULER, 0.6, 0.7), (RK4, 0.98, 1.0)])
-def test_a_bound_ends_where_the_steps_rest(
-    method: str, least: float, most: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bound_ends_where_the_steps_rest(method, least, most, monkeypatch):
     """Of Euler's steps that is later than the exact motion's rest, of RK4's it is not."""
     case = case_of(scene("capsule-turn/heavy-slider"))
     given = (case, METHODS[method], case.scene.steps[0])
@@ -108,7 +106,7 @@ def test_a_bound_ends_where_the_steps_rest(
     assert least < sum(ENGINE.model_error(*given)["body_angle"].values()) / stepped <= most
 
 
-def test_with_the_softening_of_a_line_a_fast_turn_chatters() -> None:
+def test_with_the_softening_of_a_line_a_fast_turn_chatters():
     # The reason for PLANE_SOFTENING: at 1e2 slip over step changes the loads by more than their
     # size.
     case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
@@ -125,7 +123,7 @@ def test_with_the_softening_of_a_line_a_fast_turn_chatters() -> None:
     assert simulation.run().channels["least_normal_force"].min() == 0.0
 
 
-def test_the_file_turns_by_itself() -> None:
+def test_the_file_turns_by_itself():
     model = mujoco.MjModel.from_xml_path(str(TURN.mjcf.with_name("turning.xml")))
     rebuilt = compiled(case_of(scene("capsule-turn")), METHODS[EULER], 1e-4).model
     for name in (
@@ -141,7 +139,7 @@ def test_the_file_turns_by_itself() -> None:
 
 
 @pytest.mark.parametrize("method", ["euler", "euler+coulomb"])
-def test_where_a_body_rests_is_kept_for_one_model_alone(method: str) -> None:
+def test_where_a_body_rests_is_kept_for_one_model_alone(method):
     """Contacts of `coulomb` are stiffer at a smaller step; MuJoCo's own are the same at each."""
     case = case_of(scene("capsule-turn/0.3"))
     heights = [float(compiled(case, METHODS[method], h).translation.qpos[2]) for h in (1e-3, 5e-4)]
@@ -153,7 +151,7 @@ def test_where_a_body_rests_is_kept_for_one_model_alone(method: str) -> None:
 
 @pytest.mark.parametrize("case", ["ca1", "frictionless"])
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/euler+elliptic", "mujoco/rk4+coulomb"])
-def test_forces_of_contacts_are_those_that_the_engine_tells(method: str, case: str) -> None:
+def test_forces_of_contacts_are_those_that_the_engine_tells(method, case):
     """The slider's drive shows in the balance of momentum (test_capsule_mujoco)."""
     simulation = compiled(case_of(scene(f"capsule-line/{case}")), find_method(method), 1e-3)
     model, data, force = simulation.model, simulation.data, np.empty(6)

@@ -138,7 +138,7 @@ def predicted_at_rest(compiled: mujoco.MjModel, rest: np.ndarray, scheme: Scheme
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("body", ["capsule", BOX, STAND])
-def test_contacts_hold_up_to_the_predicted_step(body: str, integrator: str) -> None:
+def test_contacts_hold_up_to_the_predicted_step(body, integrator):
     """Without friction, as in a slide: r (W^2 + 1.2 W) = 4 for semi-implicit Euler."""
     compiled, scheme = model(body, integrator, 1), INTEGRATORS[integrator]
     limit = predicted_sliding(body, compiled, scheme)
@@ -149,9 +149,7 @@ def test_contacts_hold_up_to_the_predicted_step(body: str, integrator: str) -> N
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("body", [BOX, STAND])
-def test_at_rest_friction_steadies_feet_and_has_a_limit_of_its_own(
-    body: str, integrator: str
-) -> None:
+def test_at_rest_friction_steadies_feet_and_has_a_limit_of_its_own(body, integrator):
     """Feet that stick allow a larger step, until friction that stops a slip within a step of 1 ms
     takes more than the slip away: from 2 ms with Euler, from 2.785/2 ms with RK4."""
     compiled, scheme = model(body, integrator, 3), INTEGRATORS[integrator]
@@ -186,14 +184,14 @@ def wrong_limits() -> dict[str, float]:
 
 
 @pytest.mark.parametrize("mistake", wrong_limits())
-def test_a_mistake_in_the_condition_is_noticed(mistake: str) -> None:
+def test_a_mistake_in_the_condition_is_noticed(mistake):
     compiled = model(BOX, "euler", 1)
     rest, wrong = settled(compiled, 2.5e-4), wrong_limits()[mistake]
     sides = [holds(compiled, rest, side * wrong) for side in (1 - WITHIN, 1 + WITHIN)]
     assert sides != [True, False]
 
 
-def test_every_method_of_settings_has_its_damping_explicit() -> None:
+def test_every_method_of_settings_has_its_damping_explicit():
     """The schemes here are those of contacts: a joint's implicit damping is not theirs."""
     for integrator, scheme in INTEGRATORS.items():
         method = find_method(f"mujoco/{integrator}+coulomb")
@@ -217,9 +215,7 @@ def guarded(solref: str, impedance: float, safe: bool) -> mujoco.MjModel:
 
 @pytest.mark.parametrize("safe", [True, False])
 @pytest.mark.parametrize(("damping_ratio", "impedance"), [(1.0, 0.95), (0.3, 0.95), (1.0, 1e-4)])
-def test_refsafe_holds_stiff_well_damped_contacts_at_any_step(
-    damping_ratio: float, impedance: float, safe: bool
-) -> None:
+def test_refsafe_holds_stiff_well_damped_contacts_at_any_step(damping_ratio, impedance, safe):
     """And no others: a damping ratio below 8^(-1/2), or an impedance that lets modes be faster than
     one contact, is lost with it as without. It never touches the direct form."""
     compiled = guarded(f"0.02 {damping_ratio}", impedance, safe)

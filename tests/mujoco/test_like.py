@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.user_file import HALVINGS, user_method
-from plumbob.engines.method import USER_METHOD, Method
+from plumbob.engines.method import USER_METHOD
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
@@ -51,7 +51,7 @@ INTEGRATORS = {
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
+def test_options_are_taken(integrator, tmp_path):
     found, like = user_method(written(tmp_path, integrator)), find_method(INTEGRATORS[integrator])
     steps = tuple(0.002 / 2**n for n in range(HALVINGS + 1))
     assert (found.name, found.engine, found.systems) == (USER_METHOD, "mujoco", ())
@@ -75,7 +75,7 @@ def test_options_are_taken(integrator: str, tmp_path: Path) -> None:
     assert not spec.option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
 
-def test_contact_defaults_are_taken(tmp_path: Path) -> None:
+def test_contact_defaults_are_taken(tmp_path):
     contact = user_method(written(tmp_path)).settings["contact"]
     assert contact["solref"] == (0.004, 0.9)
     assert contact["solimp"][:3] == (0.8, 0.97, 0.002)
@@ -83,7 +83,7 @@ def test_contact_defaults_are_taken(tmp_path: Path) -> None:
     assert "friction" not in contact
 
 
-def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
+def test_overridden_contacts_are_taken(tmp_path):
     path = written(tmp_path, flags='override="enable" energy="enable"')
     path.write_text(path.read_text("utf-8").replace('cone="', 'o_solref="-500 -9" cone="'), "utf-8")
     found = user_method(path)
@@ -104,13 +104,11 @@ def test_overridden_contacts_are_taken(tmp_path: Path) -> None:
         ("RK4", 'warmstart="disable"'),
     ],
 )
-def test_a_user_method_is_measured_as_any_other(
-    name: str, integrator: str, flags: str, tmp_path: Path
-) -> None:
+def test_a_user_method_is_measured_as_any_other(name, integrator, flags, tmp_path):
     case = case_of(replace(find_scene(name), duration=0.5))
     found = user_method(written(tmp_path, integrator, "0.0005", flags))
 
-    def verdict(method: Method) -> str:
+    def verdict(method):
         run, _ = measure(case, method, method.step_sizes[0])
         return judge(run, case.system, method).verdict
 
@@ -134,9 +132,7 @@ CONTENTS = {
 
 
 @pytest.mark.parametrize("name", [*CONTENTS, "missing.xml", ""])
-def test_what_is_no_model_is_refused_in_one_line(
-    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_no_model_is_refused_in_one_line(name, tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if name in CONTENTS:
         (tmp_path / name).write_text(CONTENTS[name], "utf-8")

@@ -37,9 +37,7 @@ def own(folder: Path, options: str = "", geom: str = "") -> Method:
         (NOSLIP, "mujoco/euler+elliptic+noslip"),
     ],
 )
-def test_a_file_that_says_what_a_method_says_is_that_method(
-    options: str, like: str, tmp_path: Path
-) -> None:
+def test_a_file_that_says_what_a_method_says_is_that_method(options, like, tmp_path):
     scene = replace(find_scene(LINE), duration=0.06)
     user, _ = measure(case_of(scene), own(tmp_path, options), 1e-3)
     same, _ = measure(case_of(scene), find_method(like), 1e-3)
@@ -61,7 +59,7 @@ FIELDS = (
 
 
 @pytest.mark.parametrize(("geom", "field", "value"), FIELDS)
-def test_every_contact_is_the_users(geom: str, field: str, value: object, tmp_path: Path) -> None:
+def test_every_contact_is_the_users(geom, field, value, tmp_path):
     scene = find_scene(LINE)
     model = compiled(case_of(scene), own(tmp_path, geom=geom), 1e-3).model
     assert model.npair == 3
@@ -70,7 +68,7 @@ def test_every_contact_is_the_users(geom: str, field: str, value: object, tmp_pa
     assert np.all(model.pair_friction[:, :2] == scene.parameters["friction"])
 
 
-def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
+def test_the_solver_ends_where_the_users_does(tmp_path):
     # Termination is scaled by the trace of the mass matrix, which the slider's armature inflates:
     # unscaled, the default 1e-8 would be 1e2 and the solver end at once.
     scene = find_scene(LINE)
@@ -87,9 +85,7 @@ def test_the_solver_ends_where_the_users_does(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicit", "RK4"])
 @pytest.mark.parametrize("system", systems())
-def test_it_runs_on_every_system_that_mujoco_can_do(
-    system: str, integrator: str, tmp_path: Path
-) -> None:
+def test_it_runs_on_every_system_that_mujoco_can_do(system, integrator, tmp_path):
     found = own(tmp_path, f'integrator="{integrator}" cone="elliptic"', 'solref="0.004 1"')
     scene, step = find_scene(system), found.step_sizes[0]
     case = case_of(replace(scene, duration=min(scene.duration, 40 * step)))

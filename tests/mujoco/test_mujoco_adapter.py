@@ -21,7 +21,6 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF, SYSTEM, scene
 
 # nothing is controlled here: the methods that differ in a control are left out
@@ -55,9 +54,7 @@ SKEW = replace(DEFAULT.body, inertia_y=DEFAULT.body.inertia_y + 0.03)
         ({"pivot_y": 0.0, "platform_rate": 30.0, "theta_dot": 3.0}, 0.5, 1e-11),
     ],
 )
-def test_rk4_reaches_the_exact_motion(
-    given: dict[str, Any], duration: float, tolerance: float
-) -> None:
+def test_rk4_reaches_the_exact_motion(given, duration, tolerance):
     trajectory = run(RK4, duration / 20_000, duration, **given)
     exact = replace(DEFAULT, **given).motion.observe(trajectory.times)["theta"]
     assert np.abs(trajectory.observables["theta"] - exact).max() < tolerance
@@ -66,7 +63,7 @@ def test_rk4_reaches_the_exact_motion(
     assert rate[0] == given.get("platform_rate", 26.0)
 
 
-def test_the_first_order_integrators_take_the_same_steps() -> None:
+def test_the_first_order_integrators_take_the_same_steps():
     # the additional terms of `implicit` act between platform and cone, and the platform keeps its
     # rate
     ends = {
@@ -82,7 +79,7 @@ def test_the_first_order_integrators_take_the_same_steps() -> None:
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("pivot_x", [0.0, 0.2])
 @pytest.mark.parametrize("armature", [1e6, 1e8, 1e10])
-def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: float) -> None:
+def test_armature_has_the_error_that_theory_gives_it(armature, pivot_x):
     # second order in 1/A, and 5e-13 of round-off and step error beside an error of 1.6/A
     problem = replace(DEFAULT, pivot_x=pivot_x)
     simulation = compiled(SYSTEM.case(scene(pivot_x=pivot_x)), RK4, 5e-5)
@@ -94,7 +91,7 @@ def test_armature_has_the_error_that_theory_gives_it(armature: float, pivot_x: f
     assert moved == pytest.approx(platform_error(problem, 0.5, armature)[0], rel=1e-3, abs=5e-13)
 
 
-def test_armature_of_the_model_adds_less_than_round_off() -> None:
+def test_armature_of_the_model_adds_less_than_round_off():
     # below one unit in the last place of theta (3.6e-15 at 20 rad), whatever the body's size
     for body in (DEFAULT.body, cone(8000.0, 5.0, 0.5), cone(100.0, 0.01, 0.5)):
         bounds = ENGINE.model_error(SYSTEM.case(scene(body=body)), RK4, 1e-4)
@@ -102,7 +99,7 @@ def test_armature_of_the_model_adds_less_than_round_off() -> None:
 
 
 @pytest.mark.parametrize("pivot", [(20.0, 0.0), (0.0, 20.0), (-15.0, 15.0)])
-def test_armature_exceeds_the_load_wherever_the_pivot_is(pivot: tuple[float, float]) -> None:
+def test_armature_exceeds_the_load_wherever_the_pivot_is(pivot):
     x, y = pivot
     problem = replace(DEFAULT, pivot_x=x, pivot_y=y)
     carried = DEFAULT.body.mass * (x**2 + y**2)  # and the body's own, which is less
@@ -117,7 +114,7 @@ def test_armature_exceeds_the_load_wherever_the_pivot_is(pivot: tuple[float, flo
     ],
     ids=lambda case: case.scene.name,
 )
-def test_trimming_changes_no_bit(case: Case) -> None:
+def test_trimming_changes_no_bit(case):
     # the cost itself is measured in tests/benchmarks; here 0.1 s of each is enough
     contacts = ("mujoco/euler+coulomb", "mujoco/euler+reduced", "mujoco/euler")
     methods = METHODS.values() if case.system is SYSTEM else map(find_method, contacts)
@@ -125,6 +122,6 @@ def test_trimming_changes_no_bit(case: Case) -> None:
         assert trimming(case, method, 1e-4, steps=500, repeats=2).identical
 
 
-def test_a_start_given_by_its_excess_energy_is_taken() -> None:
+def test_a_start_given_by_its_excess_energy_is_taken():
     given = replace(DEFAULT, excess=1e-3)
     assert run(excess=1e-3).observables["theta_dot"][0] == given.started.theta_dot

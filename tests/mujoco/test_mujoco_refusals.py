@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import pytest
@@ -21,7 +19,7 @@ EULER = next(method for method in ENGINE.methods if method.name == "mujoco/euler
 
 
 @pytest.mark.parametrize("step", [0.0, -1e-4, float("nan"), float("inf"), 0.6, 1e-300])
-def test_a_step_that_cannot_be_is_refused(step: float) -> None:
+def test_a_step_that_cannot_be_is_refused(step):
     with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
         prepare(SYSTEM.case(scene()), EULER, step)
 
@@ -35,13 +33,13 @@ def test_a_step_that_cannot_be_is_refused(step: float) -> None:
         (mujoco.FatalError("mj_stackAlloc: out of stack"), mujoco.FatalError),
     ],
 )
-def test_memory_that_is_used_up_is_a_memory_error(said: Exception, raised: type) -> None:
+def test_memory_that_is_used_up_is_a_memory_error(said, raised):
     with pytest.raises(raised), collected():
         raise said
 
 
-def test_a_model_without_memory_is_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+def test_a_model_without_memory_is_not_refused(monkeypatch):
+    def compiled(spec):
         raise ValueError("Error: engine error: Could not allocate memory")
 
     monkeypatch.setattr(mujoco.MjSpec, "compile", compiled)
@@ -50,24 +48,24 @@ def test_a_model_without_memory_is_not_refused(monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize("name", ["theta", "theta_dot", "platform_rate", "pivot_y"])
-def test_nan_is_refused_by_name(name: str) -> None:
+def test_nan_is_refused_by_name(name):
     with pytest.raises(ParameterError, match=f"^{name} = nan: must be a finite number$"):
         prepare(SYSTEM.case(scene(**{name: float("nan")})), EULER, 1e-3)
 
 
-def test_a_system_without_builder_is_unsupported() -> None:
+def test_a_system_without_builder_is_unsupported():
     system = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
         prepare(system.case(scene()), EULER, 1e-3)
 
 
-def test_a_body_that_the_engine_refuses_is_unsupported() -> None:
+def test_a_body_that_the_engine_refuses_is_unsupported():
     with pytest.raises(Unsupported, match=r"MuJoCo refuses the model: [^\n]*$"):
         prepare(SYSTEM.case(scene(body=cone(1e-14, 0.3, 0.5))), EULER, 1e-3)
 
 
 @pytest.mark.parametrize("text", [None, "", "no model", "<mujoco><worldbody></mujoco>", "<urdf/>"])
-def test_a_file_that_is_no_model_is_refused(tmp_path: Path, text: str | None) -> None:
+def test_a_file_that_is_no_model_is_refused(tmp_path, text):
     path = tmp_path / "wrong.xml"
     if text is not None:
         path.write_text(text, "utf-8")
@@ -79,9 +77,7 @@ def test_a_file_that_is_no_model_is_refused(tmp_path: Path, text: str | None) ->
     ("settings", "message"),
     [({"integrator": "Verlet"}, "one of euler, rk4"), ({"viscousness": 1}, "an option")],
 )
-def test_settings_that_mujoco_does_not_have_are_refused(
-    settings: dict[str, Any], message: str
-) -> None:
+def test_settings_that_mujoco_does_not_have_are_refused(settings, message):
     with pytest.raises(ParameterError, match=message):
         prepare(SYSTEM.case(scene()), replace(EULER, settings=settings), 1e-3)
 
@@ -103,7 +99,7 @@ def test_settings_that_mujoco_does_not_have_are_refused(
         ),
     ],
 )
-def test_only_needless_stages_are_left_out(given: dict[str, Any], needed: set[str]) -> None:
+def test_only_needless_stages_are_left_out(given, needed):
     xml = HINGE.format(**{"joint": "", "contype": 0, "more": "", **given})
     stages = {"CONSTRAINT", "CONTACT", "ACTUATION", "SPRING", "DAMPER", "SENSOR"}
     model = mujoco.MjModel.from_xml_string(xml)

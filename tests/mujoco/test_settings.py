@@ -102,9 +102,7 @@ def _slide(model: mujoco.MjModel) -> tuple[float, float]:
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("variant", [0, 1], ids=["mjcf", "softened"])
-def test_stopping_distances_are_as_predicted(
-    variant: int, method: str, body: str, step: float
-) -> None:
+def test_stopping_distances_are_as_predicted(variant, method, body, step):
     stiffness = BODIES[body][2]
     snippet = snippets(method, step, stiffness)[variant]
     distance, shape = _slide(own_model(body, snippet.mjcf, snippet.python))
@@ -114,9 +112,8 @@ def test_stopping_distances_are_as_predicted(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_the_leading_error_is_said(method: str) -> None:
+def test_the_leading_error_is_said(method):
     settings = engine_of(find_method(method)).ability(SettingsToPaste)
-    assert settings is not None
     found, rk4 = settings.write(find_method(method), 1e-3, None, FRICTION), "rk4" in method
     assert found.stop_error_per_speed == (0.0 if rk4 else -0.5e-3)
     said = "no term of first order" if rk4 else "-0.0005 s times the initial speed"
@@ -125,7 +122,7 @@ def test_the_leading_error_is_said(method: str) -> None:
 
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("body", BODIES)
-def test_default_contacts_do_not_converge(body: str, step: float) -> None:
+def test_default_contacts_do_not_converge(body, step):
     mjcf = (
         f'<option timestep="{step}"/><default><geom friction="{FRICTION}"/></default>'
         f'<contact><pair geom1="floor" geom2="foot_1" friction="{FRICTION} {FRICTION}"/></contact>'
@@ -135,7 +132,7 @@ def test_default_contacts_do_not_converge(body: str, step: float) -> None:
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_contacts_are_stable_by_the_stated_condition(body: str) -> None:
+def test_contacts_are_stable_by_the_stated_condition(body):
     """At the stiffness that is pasted, and not at that of the capsule's own contacts, 0.4, which
     RK4 alone takes of the box and the stand."""
     stiffness = BODIES[body][2] or OWN_STIFFNESS
@@ -148,9 +145,7 @@ def test_contacts_are_stable_by_the_stated_condition(body: str) -> None:
 @pytest.mark.parametrize(
     ("method", "said"), list(zip(METHODS, ("14.3", "14.3", "26.4"), strict=True))
 )
-def test_how_fast_a_body_may_be_on_contacts_depends_on_the_integrator(
-    method: str, said: str
-) -> None:
+def test_how_fast_a_body_may_be_on_contacts_depends_on_the_integrator(method, said):
     scheme = Scheme(RK4 if "rk4" in method else EULER)
     assert f"{largest_ratio(OWN_STIFFNESS, DAMPING, scheme):.3g}" == said
     assert all(f"{said}^(1/2)" in snippet.holds for snippet in snippets(method, 1e-3))

@@ -44,7 +44,7 @@ def errors(name: str, system: SmoothSystem) -> tuple[Array, Array]:
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("name", CASES)
-def test_40_digits(name: str) -> None:
+def test_40_digits(name):
     with mp.workdps(45):
         error, stated = errors(name, double_pendulum(CASES[name].constants, CASES[name].start))
     assert (error <= stated).all()
@@ -55,7 +55,7 @@ def test_40_digits(name: str) -> None:
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("place", range(5))
-def test_the_record_notices_a_changed_parameter(place: int) -> None:
+def test_the_record_notices_a_changed_parameter(place):
     constants, start = CASES["unequal"].constants, CASES["unequal"].start
     changed = [*constants]
     changed[place] *= 1 + 1e-12
@@ -65,7 +65,7 @@ def test_the_record_notices_a_changed_parameter(place: int) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["large", "unequal"])
-def test_condition_is_the_response_to_changed_inputs(name: str) -> None:
+def test_condition_is_the_response_to_changed_inputs(name):
     # Difference quotients of every input, summed; the condition has the rounding of the time and of
     # the result beside them, and the state's at its largest in place of that at the start.
     constants, start = CASES[name].constants, CASES[name].start
@@ -88,13 +88,13 @@ def test_condition_is_the_response_to_changed_inputs(name: str) -> None:
 
 
 @pytest.mark.parametrize("faulty", ["gauss_collocation", "order_8"])
-def test_a_fault_in_either_integration_shows(faulty: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_in_either_integration_shows(faulty, monkeypatch):
     system, times = double_pendulum(), np.array([0.5, 2.0])
     right = CertifiedMotion(system)
     small, exact = stacked(right.uncertainty(times)), stacked(right.observe(times))
     good = getattr(certified_motion, faulty)
 
-    def wrong(*about: int) -> Any:
+    def wrong(*about):
         found = good(*about)
         return replace(found, weights=np.array(found.weights) * (1 + 1e-11))
 
@@ -107,7 +107,7 @@ def test_a_fault_in_either_integration_shows(faulty: str, monkeypatch: pytest.Mo
 
 
 @pytest.mark.long
-def test_chaos_beyond_double_precision_is_refused() -> None:
+def test_chaos_beyond_double_precision_is_refused():
     motion = CertifiedMotion(double_pendulum())
     with pytest.raises(
         ParameterError, match=r"times = 60.0: must be at most 2\d\.\d+ s: double"
@@ -132,7 +132,7 @@ def particle(
     )
 
 
-def test_a_collapse_is_refused_where_it_is() -> None:
+def test_a_collapse_is_refused_where_it_is():
     falling = particle(lambda p, t, q, v: (-p.k / q[0] ** 2,), {"k": 1.0}, (1.0, 0.0))
     motion = CertifiedMotion(falling)
     assert motion.observe(np.array([1.0]))["x"][0] == pytest.approx(0.3506816, rel=1e-6)
@@ -143,7 +143,7 @@ def test_a_collapse_is_refused_where_it_is() -> None:
 
 
 @pytest.mark.parametrize("constants", [(1.0, 0.0, 1.0, 1.0, 9.81), (math.nan, 1.0, 1.0, 1.0, 9.81)])
-def test_a_mass_matrix_that_is_not_positive_is_refused(constants: tuple[float, ...]) -> None:
+def test_a_mass_matrix_that_is_not_positive_is_refused(constants):
     with pytest.raises(
         ParameterError, match=r"mass matrix = .* must be symmetric and positive"
     ) as why:
@@ -152,7 +152,7 @@ def test_a_mass_matrix_that_is_not_positive_is_refused(constants: tuple[float, .
 
 
 @pytest.mark.parametrize("theta", [1e-6, 1.0, 3.0, 3.14159])
-def test_a_pendulum_moves_as_its_closed_form(theta: float) -> None:
+def test_a_pendulum_moves_as_its_closed_form(theta):
     exact = SimplePendulum(1.2, 9.81, 0.0, 0.0, 0.0, theta=theta, theta_dot=0.3).motion
     times = np.linspace(0.0, 9.0, 91)
     swinging = particle(
@@ -182,7 +182,7 @@ def pulled(p: Any, t: Any, q: Any, v: Any) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.4])
-def test_a_driven_chain_moves_as_its_closed_form(damping: float) -> None:
+def test_a_driven_chain_moves_as_its_closed_form(damping):
     # With the force and its rate as two more numbers of the state, the exponential of a matrix.
     masses, start = tuple(map(tuple, np.diag(MASSES).tolist())), (0.1, -0.2, 0.3, 0.0, 1.0, 0.0)
     system = SmoothSystem(
@@ -212,7 +212,7 @@ def test_a_driven_chain_moves_as_its_closed_form(damping: float) -> None:
 
 
 @pytest.mark.long
-def test_a_motion_asked_for_in_pieces_is_the_same_to_the_bit() -> None:
+def test_a_motion_asked_for_in_pieces_is_the_same_to_the_bit():
     whole, parts = (CertifiedMotion(double_pendulum()) for _ in range(2))
     whole.observe(np.array([6.0]))
     for time in (0.0, 0.3, 5.0, 2.2):
@@ -223,7 +223,7 @@ def test_a_motion_asked_for_in_pieces_is_the_same_to_the_bit() -> None:
             )
 
 
-def test_nonlinearity_grows_with_the_errors() -> None:
+def test_nonlinearity_grows_with_the_errors():
     motion, times = CertifiedMotion(double_pendulum()), np.linspace(0.0, 3.0, 31)
     small, large = ({name: size * np.ones(31) for name in NAMES} for size in (1e-6, 1e-4))
     ratio = motion.nonlinearity(times, large) / motion.nonlinearity(times, small)
@@ -231,7 +231,7 @@ def test_nonlinearity_grows_with_the_errors() -> None:
     assert 1e-5 < motion.nonlinearity(times, large) < 1e-3
 
 
-def test_a_body_at_rest_stays_at_rest() -> None:
+def test_a_body_at_rest_stays_at_rest():
     motion, times = (
         CertifiedMotion(double_pendulum(start=(0.0, 0.0, 0.0, 0.0))),
         np.array([0.0, 50.0]),

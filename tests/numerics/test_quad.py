@@ -17,7 +17,7 @@ def exact(value: object) -> mpmath.mpf:
     return MP.mpf(str(value))
 
 
-def test_choice_keeps_the_digits() -> None:
+def test_choice_keeps_the_digits():
     third = quad(1.0) / 3
     values = quad(np.arange(2.0)) / 3
     assert [exact(v) for v in choose(np.array([False, True]), values, PI)] == [
@@ -32,7 +32,7 @@ def test_choice_keeps_the_digits() -> None:
 
 
 @pytest.mark.parametrize("value", [0.1, 1234.5678, 1e-9, 1.0])
-def test_parts_add_up_and_the_first_multiplies_exactly(value: float) -> None:
+def test_parts_add_up_and_the_first_multiplies_exactly(value):
     whole = quad(value) / 3
     first, second = split(whole, 20)
     gap = exact(whole) - MP.mpf(float(first)) - MP.mpf(float(second))
@@ -41,7 +41,7 @@ def test_parts_add_up_and_the_first_multiplies_exactly(value: float) -> None:
         assert MP.mpf(float(first)) * int(count) == MP.mpf(float(first) * count)
 
 
-def test_rounding_to_double_and_back() -> None:
+def test_rounding_to_double_and_back():
     values = np.array([0.1, -3.0, np.inf])
     assert (double(quad(values)) == values).all()
     assert double(quad(0.1)) == 0.1

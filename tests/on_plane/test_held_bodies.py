@@ -38,7 +38,7 @@ BUILDERS = {"incline": incline, "pinch": pinch, "stack": stack}
 
 @pytest.mark.parametrize("speed", [0.0, 1.0, -2.0])
 @pytest.mark.parametrize("part", [0.0, 0.3, 0.999999, 1.0, 1.000001, 2.5])
-def test_incline_with_40_digits(speed: float, part: float) -> None:
+def test_incline_with_40_digits(speed, part):
     cube = replace(CUBE, slope=math.atan(part * CUBE.friction), speed=speed)
     stop = cube.stop_time if math.isfinite(cube.stop_time) else 1.0
     times = np.concatenate([np.linspace(0.0, 1.5 * stop + 1.0, 23), [stop, 1e-9]])
@@ -76,7 +76,7 @@ def test_incline_with_40_digits(speed: float, part: float) -> None:
         (PINCH, "normal_force", 1.6, "1.635 N or more"),
     ],
 )
-def test_bad_input(problem: Any, name: str, value: float, must: str) -> None:
+def test_bad_input(problem, name, value, must):
     with pytest.raises(ParameterError, match=f"{name} = .*must be {must}"):
         replace(problem, **{name: value})
 
@@ -92,7 +92,7 @@ def chosen_runs() -> list[Any]:
 
 
 @pytest.mark.parametrize(("chosen", "how"), chosen_runs())
-def test_runs_are_predicted(chosen: Any, how: Any) -> None:
+def test_runs_are_predicted(chosen, how):
     """At steps that nobody listed, one of them longer than half a soft contact's time constant;
     what is predicted of a drift is right to a thousandth of it."""
     case = case_of(chosen)
@@ -107,7 +107,7 @@ def test_runs_are_predicted(chosen: Any, how: Any) -> None:
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_the_file_is_the_model_that_is_built(name: str) -> None:
+def test_the_file_is_the_model_that_is_built(name):
     case = case_of(scene(name))
     file = mujoco.MjModel.from_xml_path(str(case.system.mjcf))
     built = BUILDERS[name].whole(case.system.mjcf, case.problem).compile()
@@ -139,7 +139,7 @@ def settled(
 @pytest.mark.parametrize("ratio", [1.0, 10.0, 100.0])
 @pytest.mark.parametrize(("part", "heading"), [(0.3, 0.0), (0.9, 0.0), (0.65, 0.5), (0.65, 2.0)])
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
-def test_drift_depth_and_softness(cone: str, ratio: float, part: float, heading: float) -> None:
+def test_drift_depth_and_softness(cone, ratio, part, heading):
     cube, _, data, point = settled(cone, ratio, part, heading)
     held = corner(cube)
     along, down = np.array([math.cos(heading), math.sin(heading)]), data.qpos[2]
@@ -169,14 +169,14 @@ def threshold(cone: str, degrees: float) -> float:
 
 
 @pytest.mark.parametrize("degrees", [0.0, 10.0, 30.0, 45.0])
-def test_a_pyramid_holds_less_between_its_edges_and_a_cone_does_not(degrees: float) -> None:
+def test_a_pyramid_holds_less_between_its_edges_and_a_cone_does_not(degrees):
     turned = math.radians(degrees)
     less = 1.0 / (math.cos(turned) + math.sin(turned))
     assert threshold("pyramidal", degrees) == pytest.approx(less, rel=3e-4)
     assert threshold("elliptic", degrees) == pytest.approx(1.0, rel=3e-4)
 
 
-def test_a_user_s_own_contacts_have_no_theory() -> None:
+def test_a_user_s_own_contacts_have_no_theory():
     how = replace(method("mujoco/euler"), settings={"contact": {"solref": (0.02, 1.0)}})
     assert not scheme_of(case_of(scene("incline/rest")), how).known
     assert engine_of(how).name == "mujoco"
@@ -186,9 +186,7 @@ def test_a_user_s_own_contacts_have_no_theory() -> None:
     ("friction", "part", "gravity"),
     [(0.9, 0.9, 100.0), (0.86, 0.65, 100.0), (0.9, 0.9, 9.81), (0.86, 0.501, 7.0)],
 )
-def test_normal_forces_that_settle_use_a_part_of_their_bound(
-    friction: float, part: float, gravity: float
-) -> None:
+def test_normal_forces_that_settle_use_a_part_of_their_bound(friction, part, gravity):
     """A tenth to nine tenths: SETTLING is calibrated."""
     changes = {"friction": friction, "gravity": gravity, "slope": math.atan(part * friction)}
     chosen = scene("incline/rest")
@@ -201,7 +199,7 @@ def test_normal_forces_that_settle_use_a_part_of_their_bound(
 
 @pytest.mark.parametrize("push", [0.0, -0.7, 1.1])
 @pytest.mark.parametrize("fraction", [0.2, 0.999999, 1.0 - 1e-13])
-def test_what_a_pinch_holds_with_40_digits(fraction: float, push: float) -> None:
+def test_what_a_pinch_holds_with_40_digits(fraction, push):
     normal_force = math.hypot(PINCH.mass * (PINCH.gravity + 2.0), push) / (
         2.0 * PINCH.friction * fraction
     )
@@ -239,7 +237,7 @@ GRIPPER = """<mujoco><option timestep="1e-3" {options}/>
 
 
 @pytest.mark.parametrize("ratio", ["100", "1e4"])
-def test_the_drift_that_settings_promise_holds_in_another_gripper(ratio: str) -> None:
+def test_the_drift_that_settings_promise_holds_in_another_gripper(ratio):
     """A free box between two box fingers, on eight contacts, at 0.9 of what friction holds."""
     bound = allowed_by("mujoco/euler+elliptic") * 100 / float(ratio)
     options = f'cone="elliptic" impratio="{ratio}"'
@@ -260,7 +258,7 @@ def test_the_drift_that_settings_promise_holds_in_another_gripper(ratio: str) ->
 
 @pytest.mark.parametrize("mass_ratio", [1e-4, 0.3, 1.0, 50.0])
 @pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/euler+stiff"])
-def test_forces_in_a_stack(name: str, mass_ratio: float) -> None:
+def test_forces_in_a_stack(name, mass_ratio):
     """Every corner carries a quarter of what is above it, and is as deep as theory says, where each
     mass and sum is taken with 40 digits."""
     held, case = replace(STACK, count=3, mass_ratio=mass_ratio), case_of(scene("stack/equal"))
@@ -285,7 +283,7 @@ def test_forces_in_a_stack(name: str, mass_ratio: float) -> None:
 
 
 @pytest.mark.parametrize("above", [1.0, 1e4, 1e-4])
-def test_contacts_that_settings_promise_hold_free_cubes(above: float) -> None:
+def test_contacts_that_settings_promise_hold_free_cubes(above):
     """Three cubes with six degrees of freedom each, none of plumbob's own."""
     asked = method("mujoco/euler+stiff")
     ability = engine_of(asked).ability(SettingsToPaste)
@@ -311,7 +309,7 @@ def test_contacts_that_settings_promise_hold_free_cubes(above: float) -> None:
 
 
 @pytest.mark.parametrize("fraction", ["0.5", "0.9"])
-def test_a_capsule_that_is_held_drifts_by_the_same_law(fraction: str) -> None:
+def test_a_capsule_that_is_held_drifts_by_the_same_law(fraction):
     """On three supports that carry about a third each: to 2 %."""
     case, how = case_of(scene(f"capsule-hold/{fraction}")), method("mujoco/euler+elliptic")
     exact = {name: float(v[0]) for name, v in case.reference.observe(np.zeros(1)).items()}

@@ -65,7 +65,7 @@ def stepped_to(ball: RollingBall, end: float) -> list[Any]:
 
 
 @pytest.mark.parametrize("changes", CHANGES, ids=str)
-def test_40_digits(changes: dict[str, float]) -> None:
+def test_40_digits(changes):
     ball = replace(BALL, **changes)
     last = ball.pieces[-1].time
     times = np.concatenate([np.linspace(0.0, 1.5 * last + 1.0, 23), [last, 1e-9]])
@@ -78,11 +78,11 @@ def test_40_digits(changes: dict[str, float]) -> None:
 
 
 @pytest.mark.parametrize("changes", CHANGES, ids=str)
-def test_an_integration_of_smoothed_friction_comes_near(changes: dict[str, float]) -> None:
+def test_an_integration_of_smoothed_friction_comes_near(changes):
     """With tanh for the signs, of another time and arithmetic: within 1e-3 of the speeds."""
     ball, width = replace(BALL, **changes), 1e-4
 
-    def slope(time: float, y: Any) -> Any:
+    def slope(time, y):
         rolled = ball.friction * np.tanh((y[1] - y[2]) / width)
         turned = ball.rolling_friction / ball.radius * np.tanh(y[2] / width)
         return y[1], -ball.gravity * rolled, 2.5 * ball.gravity * (rolled - turned)
@@ -97,10 +97,9 @@ def test_an_integration_of_smoothed_friction_comes_near(changes: dict[str, float
 
 
 @pytest.mark.parametrize(("speed", "spin"), [(2.0, 0.0), (1.0, -40.0), (1.0, -25.0), (-1.0, 30.0)])
-def test_where_rolling_begins(speed: float, spin: float) -> None:
+def test_where_rolling_begins(speed, spin):
     ball = replace(BALL, speed=speed, spin=spin)
     rolls = ball.rolling_begins
-    assert rolls is not None
     arm = ball.radius * spin
     later = abs(speed - arm) / (3.5 * ball.friction * ball.gravity)
     assert rolls.time == pytest.approx(later, rel=1e-14)
@@ -110,7 +109,7 @@ def test_where_rolling_begins(speed: float, spin: float) -> None:
     assert ball.rest_time == (rolls.time if 5 * speed == -2 * arm else math.inf)
 
 
-def test_facts_of_a_ball_that_comes_to_rest_and_of_those_that_do_not_roll() -> None:
+def test_facts_of_a_ball_that_comes_to_rest_and_of_those_that_do_not_roll():
     facts = systems()["rolling-ball"].facts
     stopped = facts(replace(BALL, rolling_friction=5e-3))
     slowed = 5 / 7 * 0.05 * BALL.gravity
@@ -135,7 +134,7 @@ def test_facts_of_a_ball_that_comes_to_rest_and_of_those_that_do_not_roll() -> N
         ("spin", math.inf, "a finite number"),
     ],
 )
-def test_bad_input(name: str, value: float, must: str) -> None:
+def test_bad_input(name, value, must):
     with pytest.raises(ParameterError, match=f"{name} = .*must be {must}"):
         replace(BALL, **{name: value})
 
@@ -143,7 +142,7 @@ def test_bad_input(name: str, value: float, must: str) -> None:
 @pytest.mark.parametrize("chosen", SCENES[:2], ids=lambda s: s.name)
 @pytest.mark.parametrize("name", ["exact/closed-form", "mujoco/euler+coulomb", "pymunk/contact"])
 @pytest.mark.parametrize("changes", [{}, {"radius": 0.03, "mass": 7.0, "friction": 0.45}], ids=str)
-def test_the_error_is_the_predicted_one(chosen: Any, name: str, changes: dict[str, float]) -> None:
+def test_the_error_is_the_predicted_one(chosen, name, changes):
     how = method(name)
     case = case_of(replace(chosen, parameters={**chosen.parameters, **changes}))
     for step in (2e-3, 7e-4) if how.control == "step" else how.step_sizes[-1:]:
@@ -152,19 +151,19 @@ def test_the_error_is_the_predicted_one(chosen: Any, name: str, changes: dict[st
 
 
 @pytest.mark.parametrize("name", ["mujoco/euler+coulomb", "pymunk/contact"])
-def test_a_slightly_different_friction_is_noticed(name: str) -> None:
+def test_a_slightly_different_friction_is_noticed(name):
     case, how = case_of(SCENES[0]), method(name)
     near = replace(case, errors=case.system.errors(replace(BALL, friction=0.2 * (1 + 1e-6))))
     assert judge(measure(near, how, 1e-3)[0], case.system, how).verdict == "off-prediction"
 
 
-def test_methods() -> None:
+def test_methods():
     names = {m.name for m in methods() if meant(m, SCENES[0])}
     plain = {"exact/closed-form", "mujoco/euler", "mujoco/rk4"}
     assert names == {*plain, "mujoco/euler+coulomb", "pymunk/contact"}
 
 
-def test_the_file_is_the_model_that_is_built() -> None:
+def test_the_file_is_the_model_that_is_built():
     path = case_of(SCENES[0]).system.mjcf
     file, built = mujoco.MjModel.from_xml_path(str(path)), rolling_ball.whole(path, BALL).compile()
     for name in ("pair_friction", "key_qvel", "body_mass", "body_inertia", "geom_size", "body_pos"):
@@ -181,8 +180,6 @@ def test_the_file_is_the_model_that_is_built() -> None:
         ({"rolling_friction": 0.1}, 6),
     ],
 )
-def test_the_contact_has_the_dimensions_that_it_needs(
-    changes: dict[str, float], condim: int
-) -> None:
+def test_the_contact_has_the_dimensions_that_it_needs(changes, condim):
     path = case_of(SCENES[0]).system.mjcf
     assert rolling_ball.whole(path, replace(BALL, **changes)).compile().pair_dim[0] == condim

@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -32,7 +31,6 @@ from plumbob.tests.outside.installed_packages import (
     install_folder,
     seen,
 )
-from plumbob.tests.support.fixture_types import Capture, Patch
 
 ROOT = Path(__file__).parents[2]
 SYSTEM = (PACKAGES / "falling_body" / "falling_body.py").read_text("utf-8")
@@ -40,13 +38,13 @@ SWING, FALL = "simple-pendulum/free-large", "falling-body/from-rest"
 
 
 @pytest.fixture
-def site(tmp_path: Path) -> Path:
+def site(tmp_path):
     """A folder that packages are installed in."""
     return tmp_path / "site"
 
 
 @pytest.fixture
-def both(site: Path) -> Iterator[Path]:
+def both(site):
     """The example packages, installed."""
     install_folder(site, "tiny_engine")
     install_folder(site, "falling_body")
@@ -54,7 +52,7 @@ def both(site: Path) -> Iterator[Path]:
         yield site
 
 
-def test_the_readme_shows_the_package_of_the_tests() -> None:
+def test_the_readme_shows_the_package_of_the_tests():
     readme = (ROOT / "engines" / "README.md").read_text("utf-8")
     folder = PACKAGES / "tiny_engine"
     assert f"```python\n{ENGINE}```" in readme
@@ -64,7 +62,7 @@ def test_the_readme_shows_the_package_of_the_tests() -> None:
     assert len(ENGINE.splitlines()) <= 40
 
 
-def test_both_are_listed(both: Path, capsys: Capture) -> None:
+def test_both_are_listed(both, capsys):
     assert main(["list"]) == 0
     out, err = capsys.readouterr()
     assert re.search(r"^  tiny/euler +semi-implicit-euler, order 1$", out, re.MULTILINE)
@@ -73,9 +71,7 @@ def test_both_are_listed(both: Path, capsys: Capture) -> None:
 
 
 @pytest.mark.long
-def test_both_are_measured_judged_and_recommended(
-    both: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_both_are_measured_judged_and_recommended(both, tmp_path, monkeypatch, capsys):
     """With worker processes, which find the packages by themselves, and a page."""
     monkeypatch.setenv("PYTHONPATH", str(both), prepend=":")
     monkeypatch.chdir(tmp_path)
@@ -108,7 +104,7 @@ def test_both_are_measured_judged_and_recommended(
         ("state = [pendulum.theta,", "state = [1.0001 * pendulum.theta,"),
     ],
 )
-def test_a_defect_of_an_added_engine_is_a_failure(right: str, wrong: str, site: Path) -> None:
+def test_a_defect_of_an_added_engine_is_a_failure(right, wrong, site):
     from plumbob import check
 
     assert right in ENGINE
@@ -143,9 +139,7 @@ def limited(limit: str) -> str:
         (None, "expected predicted"),
     ],
 )
-def test_a_known_limit_that_a_package_declares_is_held_to_its_size(
-    size: float | None, why: str, site: Path
-) -> None:
+def test_a_known_limit_that_a_package_declares_is_held_to_its_size(size, why, site):
     broken(site, OFF if size is None else limited(LIMIT.format(size=size)))
     with seen(site):
         surprising = surprise_of_the_defect()
@@ -180,9 +174,7 @@ their-package = "1.0"
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 @pytest.mark.parametrize("limits", [SHOWN.replace("1.2", "{size}"), FILE + SIZES])
-def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
-    limits: str, factor: float, site: Path
-) -> None:
+def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(limits, factor, site):
     broken(site, FILED)
     (site / "limits.toml").write_text(limits.format(size=factor * SIZE), "utf-8")
     with seen(site):
@@ -207,9 +199,7 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(
         (f'{FILE}size = 1.0\nother = "never"', "is 'never', not one of"),
     ],
 )
-def test_a_broken_file_of_pair_costs_the_engine(
-    limits: str | None, why: str, site: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_file_of_pair_costs_the_engine(limits, why, site, capsys):
     broken(site, FILED)
     if limits is not None:
         (site / "limits.toml").write_text(limits, "utf-8")
@@ -222,13 +212,13 @@ def test_a_broken_file_of_pair_costs_the_engine(
 
 
 @pytest.mark.parametrize("name", built_in())
-def test_limits_of_our_engines_are_held_to_the_same_rules(name: str) -> None:
+def test_limits_of_our_engines_are_held_to_the_same_rules(name):
     assert wrong_limits(built_in()[name]) == ""
 
 
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DEFECTS["engines"])
-def test_a_broken_engine_costs_a_line(kind: str, site: Path, capfd: Capture) -> None:
+def test_a_broken_engine_costs_a_line(kind, site, capfd):
     """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
     defect = DEFECTS["engines"][kind]
     if "right" in defect:
@@ -258,9 +248,7 @@ def test_a_broken_engine_costs_a_line(kind: str, site: Path, capfd: Capture) -> 
 
 
 @pytest.mark.parametrize("printing", ["print('hello')", "import os; os.write(1, b'hello')"])
-def test_what_an_import_prints_is_a_line_on_stderr(
-    printing: str, site: Path, capfd: Capture
-) -> None:
+def test_what_an_import_prints_is_a_line_on_stderr(printing, site, capfd):
     broken(site, f"{printing}\n{ENGINE}")
     with seen(site):
         assert main(["list", "methods"]) == 0
@@ -270,14 +258,14 @@ def test_what_an_import_prints_is_a_line_on_stderr(
     assert err == "plumbob: their-package 1.0 prints when it is imported: hello\n"
 
 
-def test_two_packages_with_one_name_are_left_out(both: Path, capsys: Capture) -> None:
+def test_two_packages_with_one_name_are_left_out(both, capsys):
     broken(both, ENGINE)
     with seen(both):
         assert main(["run", SWING, "tiny/euler", "--step", "1e-3"]) == 2
     assert "more than one package adds 'tiny'" in capsys.readouterr().err
 
 
-def test_the_name_of_an_engine_of_ours_is_taken(site: Path, capsys: Capture) -> None:
+def test_the_name_of_an_engine_of_ours_is_taken(site, capsys):
     broken(site, ENGINE.replace("tiny", "ode"), name="ode")
     with seen(site):
         assert main(["list", "methods"]) == 0
@@ -297,13 +285,7 @@ WRONG_RUNS = {
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("why", WRONG_RUNS)
-def test_an_engine_that_raises_is_a_verdict(
-    why: str,
-    site: Path,
-    tmp_path: Path,
-    monkeypatch: Patch,
-    capsys: Capture,
-) -> None:
+def test_an_engine_that_raises_is_a_verdict(why, site, tmp_path, monkeypatch, capsys):
     """The study goes on: its other methods have their verdicts, and the exit code is 1."""
     broken(site, ENGINE.replace("return stepped(case, step, build)", WRONG_RUNS[why]))
     without_pages(monkeypatch)
@@ -315,7 +297,7 @@ def test_an_engine_that_raises_is_a_verdict(
 
 
 @pytest.mark.long
-def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
+def test_a_printing_run_leaves_stdout_alone(site, capfd):
     broken(site, ENGINE.replace("        state = [", "        print('hello')\n        state = ["))
     with seen(site):
         assert main(["run", SWING, "tiny/euler", "--step", "1e-2", "--json"]) == 0
@@ -327,9 +309,7 @@ def test_a_printing_run_leaves_stdout_alone(site: Path, capfd: Capture) -> None:
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("defect", DEFECTS["systems"].values(), ids=DEFECTS["systems"])
-def test_a_broken_system_costs_a_line(
-    defect: dict[str, str], site: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_system_costs_a_line(defect, site, capsys):
     text, why = changed(SYSTEM, defect["right"], defect["wrong"]), defect["why"]
     broken(site, text, entry_points.SYSTEMS, "falling-body")
     with seen(site):
@@ -357,13 +337,7 @@ UNSEEN = {  # that no look at a few moments of a scene shows
 
 
 @pytest.mark.parametrize("kind", UNSEEN)
-def test_a_defect_in_an_added_system_costs_its_pieces(
-    kind: str,
-    site: Path,
-    tmp_path: Path,
-    monkeypatch: Patch,
-    capsys: Capture,
-) -> None:
+def test_a_defect_in_an_added_system_costs_its_pieces(kind, site, tmp_path, monkeypatch, capsys):
     """They are named with the reason; what else was asked for has its verdict, and there is a page
     where nothing of the system could be held to its exact motion."""
     right, wrong = UNSEEN[kind]
@@ -396,7 +370,7 @@ sys.exit(code)
 
 
 @pytest.mark.long
-def test_no_package_is_loaded_whose_methods_are_not_chosen(site: Path, monkeypatch: Patch) -> None:
+def test_no_package_is_loaded_whose_methods_are_not_chosen(site, monkeypatch):
     broken(site, "raise RuntimeError\n")
     monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
     done = subprocess.run([sys.executable, "-c", LAZY], check=True, capture_output=True, text=True)

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from plumbob.reports.cli import main
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import ENGINE, broken, seen
-from plumbob.tests.support.fixture_types import Patch
 
 SWING = "simple-pendulum/free-large"
 
 
 @pytest.fixture
-def site(tmp_path: Path) -> Path:
+def site(tmp_path):
     """A folder that packages are installed in."""
     return tmp_path / "site"
 
@@ -39,11 +36,11 @@ if __name__ == "__main__":
 
 
 @pytest.fixture(params=PLACES)
-def ending(request: pytest.FixtureRequest, site: Path, monkeypatch: Patch) -> Callable[[str], None]:
+def ending(request, site, monkeypatch):
     """Installs an engine with a statement in one of its functions."""
     line, indent = PLACES[request.param]
 
-    def installed(statement: str) -> None:
+    def installed(statement):
         broken(site, ENGINE.replace(line, f"{statement}\n{indent}{line}"))
         monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")  # of the process that runs it
 
@@ -51,13 +48,7 @@ def ending(request: pytest.FixtureRequest, site: Path, monkeypatch: Patch) -> Ca
 
 
 @pytest.mark.long
-def test_an_engine_that_exits_is_a_verdict(
-    ending: Callable[[str], None],
-    site: Path,
-    tmp_path: Path,
-    monkeypatch: Patch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_an_engine_that_exits_is_a_verdict(ending, site, tmp_path, monkeypatch, capsys):
     ending("raise SystemExit(0)")
     without_pages(monkeypatch)
     with seen(site):
@@ -69,9 +60,7 @@ def test_an_engine_that_exits_is_a_verdict(
 
 
 @pytest.mark.long
-def test_an_engine_that_ends_the_process_costs_its_runs(
-    ending: Callable[[str], None], site: Path
-) -> None:
+def test_an_engine_that_ends_the_process_costs_its_runs(ending, site):
     ending("__import__('os')._exit(0)")
     study = ["validate", "--scenes", SWING, "--methods", "tiny", "--jobs", "1"]
     for words in (["run", SWING, "tiny/euler", "--step", "1e-2"], [*study, "--out", str(site)]):

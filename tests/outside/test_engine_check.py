@@ -66,9 +66,7 @@ def outcome(site: Path, text: str, capsys: Capture) -> tuple[int, dict[str, dict
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", CASES)
-def test_a_defect_turns_its_check_red(
-    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_defect_turns_its_check_red(kind, tmp_path, capsys):
     defect = CASES[kind]
     code, found = outcome(tmp_path, with_defect(defect), capsys)
     assert code == 1
@@ -76,13 +74,11 @@ def test_a_defect_turns_its_check_red(
     assert defect["why"] in found[defect["check"]]["detail"]
 
 
-def test_every_check_has_a_defect_that_it_sees() -> None:
+def test_every_check_has_a_defect_that_it_sees():
     assert {defect["check"] for defect in CASES.values()} == set(CHECKS)
 
 
-def test_the_example_passes_with_a_line_a_check(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_example_passes_with_a_line_a_check(tmp_path, capsys, monkeypatch):
     install_folder(tmp_path / "site", "tiny_engine")
     monkeypatch.chdir(tmp_path)
     with seen(tmp_path / "site"):
@@ -97,7 +93,7 @@ def test_the_example_passes_with_a_line_a_check(
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["ode/leapfrog", "ode/dop853", "mujoco/euler", "pymunk/tight"])
-def test_engines_of_ours_pass(name: str, capsys: Capture) -> None:
+def test_engines_of_ours_pass(name, capsys):
     assert main(["check-engine", name, "--scenes", "*/free-small"]) == 0
     assert "fail" not in capsys.readouterr().out
 
@@ -116,9 +112,7 @@ SECOND_ORDER = ENGINE.replace("Scheme(EULER), 1", 'Scheme("own"), 2').replace(
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("late", [False, True])
-def test_a_late_sample_reduces_the_order_of_a_better_method(
-    late: bool, tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_late_sample_reduces_the_order_of_a_better_method(late, tmp_path, capsys):
     wrong = "for _ in range(first - (first == 0), last):"
     text = SECOND_ORDER.replace(FIRST, wrong) if late else SECOND_ORDER
     code, found = outcome(tmp_path, text, capsys)

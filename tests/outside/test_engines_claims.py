@@ -14,7 +14,6 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models import entry_points
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import ENGINE, install, seen
-from plumbob.tests.support.fixture_types import Capture
 
 SMALL = "simple-pendulum/free-small"
 CLAIMING = """
@@ -64,9 +63,7 @@ def claiming(site: Path, run: str = "run", seconds: str = "timed.seconds") -> No
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", RUNS)
-def test_a_run_is_the_one_that_was_asked_for(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
+def test_a_run_is_the_one_that_was_asked_for(kind, tmp_path, monkeypatch, capsys):
     run, why = RUNS[kind]
     claiming(tmp_path / "site", run)
     without_pages(monkeypatch)
@@ -83,13 +80,7 @@ def test_a_run_is_the_one_that_was_asked_for(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("factor", "believed"), [(0.1, False), (1.0, True), (10.0, False)])
-def test_a_step_costs_what_it_takes_in_a_whole_run(
-    factor: float,
-    believed: bool,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capture,
-) -> None:
+def test_a_step_costs_what_it_takes_in_a_whole_run(factor, believed, tmp_path, monkeypatch, capsys):
     claiming(tmp_path / "site", seconds=f"{factor} * timed.seconds")
     without_pages(monkeypatch)
     with seen(tmp_path / "site"):
@@ -99,7 +90,7 @@ def test_a_step_costs_what_it_takes_in_a_whole_run(
     assert said == "" if believed else "times what a step is said to cost" in said
 
 
-def test_a_clock_that_rounds_is_no_other_grid() -> None:
+def test_a_clock_that_rounds_is_no_other_grid():
     """A thousandth of a step is what adding up times may round; a hundredth is another time."""
     times = sampling.sampled(1000).astype(np.float64) * 1e-3
     values = {"theta": times}

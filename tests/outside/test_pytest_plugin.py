@@ -35,7 +35,7 @@ def test_a_run_that_is_off(plumbob_check):
 
 
 @pytest.fixture
-def repository(tmp_path: Path) -> Path:
+def repository(tmp_path):
     """A repository with a package called `models`, and an environment with plumbob's plugin and an
     engine of theirs."""
     (tmp_path / "repository" / "models").mkdir(parents=True)
@@ -64,7 +64,7 @@ def session_of(repository: Path, *options: str) -> subprocess.CompletedProcess[s
     )
 
 
-def test_a_plain_test_run_loads_nothing(repository: Path) -> None:
+def test_a_plain_test_run_loads_nothing(repository):
     (repository / "test_theirs.py").write_text(THEIRS, "utf-8")
     done = session_of(repository)
     assert done.returncode == 0, done.stdout
@@ -72,7 +72,7 @@ def test_a_plain_test_run_loads_nothing(repository: Path) -> None:
 
 
 @pytest.mark.long
-def test_options_add_a_test_for_each_pair_and_the_fixture_is_there(repository: Path) -> None:
+def test_options_add_a_test_for_each_pair_and_the_fixture_is_there(repository):
     (repository / "test_theirs.py").write_text(FIXTURE, "utf-8")
     chosen = ("--plumbob-scenes", "simple-pendulum/free-*", "--plumbob-methods", "tiny,ode/rk4")
     done = session_of(repository, *chosen, "-k", "tiny or run", "-W", "error")
@@ -84,7 +84,7 @@ def test_options_add_a_test_for_each_pair_and_the_fixture_is_there(repository: P
 
 
 @pytest.mark.long
-def test_an_unexpected_verdict_fails_with_a_line(repository: Path) -> None:
+def test_an_unexpected_verdict_fails_with_a_line(repository):
     module = repository.parent / "site" / "tiny_engine.py"
     text = module.read_text("utf-8")
     module.write_text(text.replace("step * pendulum", "1.01 * step * pendulum"), "utf-8")
@@ -97,7 +97,7 @@ def test_an_unexpected_verdict_fails_with_a_line(repository: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_wrong_name_is_wrong_use(repository: Path) -> None:
+def test_a_wrong_name_is_wrong_use(repository):
     done = session_of(repository, "--plumbob-methods", "none/such")
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
     assert "--plumbob-methods = 'none/such': must be one of" in done.stderr

@@ -33,13 +33,7 @@ SWING, LINE = "simple-pendulum/free-large", "capsule-line/heading-030"
         (LINE, "mujoco/euler+coulomb", {"friction": 0.9}, False),
     ],
 )
-def test_an_engine_without_theory(
-    scene: str,
-    method: str,
-    factors: dict[str, float],
-    converges: bool,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_engine_without_theory(scene, method, factors, converges, monkeypatch):
     chosen, how = find_scene(scene), registry.method(method)
     assert set(factors) <= set(chosen.parameters)
     own = Scheme("own")

@@ -51,9 +51,7 @@ def _on(engine: str, model: str) -> EngineError:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("engine", "model", "terms"), EXPECTED)
-def test_the_first_term_is_the_one_that_findings_name(
-    engine: str, model: str, terms: dict[str, str]
-) -> None:
+def test_the_first_term_is_the_one_that_findings_name(engine, model, terms):
     """A cause stands for the first terms alone: those after them may follow from these."""
     result = _on(engine, model)
     assert not result.why
@@ -73,7 +71,7 @@ def test_the_first_term_is_the_one_that_findings_name(
 @pytest.mark.long
 @pytest.mark.parametrize("engine", ["mjx", "mjwarp"])
 @pytest.mark.parametrize("model", ["n_pendulum"])
-def test_rounding_is_all_that_tells_ports_of_mujoco_from_it(engine: str, model: str) -> None:
+def test_rounding_is_all_that_tells_ports_of_mujoco_from_it(engine, model):
     result = _on(engine, model)
     assert [difference.term for difference in result.differences] == ["single precision"]
     low, high = (factor * result.rounding for factor in ROUNDING)
@@ -89,9 +87,7 @@ def test_rounding_is_all_that_tells_ports_of_mujoco_from_it(engine: str, model: 
         ("pinocchio", "cone_pendulum", "it refuses the file: ValueError"),
     ],
 )
-def test_a_file_that_an_engine_does_not_read_costs_a_line(
-    engine: str, model: str, why: str
-) -> None:
+def test_a_file_that_an_engine_does_not_read_costs_a_line(engine, model, why):
     result = _on(engine, model)
     assert result.why.startswith(why)
     assert "\n" not in result.why
@@ -109,7 +105,7 @@ TUMBLING = """<mujoco model="tumbling"><option timestep="1e-3"/><worldbody>
 
 
 @pytest.mark.parametrize("engine", ["drake", "pinocchio"])
-def test_a_free_body_turns_as_in_mujoco(engine: str, tmp_path: Path) -> None:
+def test_a_free_body_turns_as_in_mujoco(engine, tmp_path):
     """Engines that read this file have its equations, in each one's own coordinates."""
     if not installed(find_engine(engine)):
         pytest.skip(f"{engine} is not installed")

@@ -19,7 +19,7 @@ sys.exit(code)
 """
 
 
-def test_a_list_of_engines_loads_none() -> None:
+def test_a_list_of_engines_loads_none():
     command = [sys.executable, "-c", LIST, *ENGINES]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     assert "dart/default" in done.stdout

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +12,6 @@ from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.model_reading import EVERY_FIELD, ModelReading
-from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes as find_scenes
@@ -29,7 +27,7 @@ ALL = (
 MODEL, STEP = "free_body/free_body.xml", ("timestep", "")
 
 
-def test_what_each_reader_takes_over(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_each_reader_takes_over(capsys):
     """Of a model that has every field; what is known of each is on the pages, too."""
     assert main(["models", "check", "--json"]) == 0
     readers = {reader["engine"]: reader for reader in json.loads(capsys.readouterr().out)}
@@ -50,7 +48,7 @@ def _held(engine: str, found: dict[str, Any]) -> None:
 STATED = {("gravity", ""): (0.0, 0.0, -9.81), ("mass", "arm"): (1.7,), ("friction", "bob"): (0.6,)}
 
 
-def test_what_is_dropped_is_said_with_what_is_there_instead() -> None:
+def test_what_is_dropped_is_said_with_what_is_there_instead():
     given = {("gravity", ""): (0.0, 0.0, -9.81), ("mass", "arm"): (1.70004,)}
     found = compared("other", STATED, given)
     assert found.read == ("gravity",)
@@ -62,7 +60,7 @@ def test_what_is_dropped_is_said_with_what_is_there_instead() -> None:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def study(tmp_path_factory):
     """A study of a scene that asks for readings, as it is stored; with DART, whose reader is played
     by MuJoCo's."""
     file = tmp_path_factory.mktemp("study") / "studies.sqlite3"
@@ -71,9 +69,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
     chosen = find_methods("mujoco/rk4,dart/default")
     found = run_study(short, chosen, timed=False, requests=requests)
     own = found.answer(ModelReading("mujoco", MODEL))
-    assert own is not None
     assert STEP in own.fields
-    played: dict[Request[Any], Any] = {
+    played = {
         asked: found.extras[replace(asked, engine="mujoco")]
         for asked in found.extras
         if isinstance(asked, ModelReading)
@@ -90,7 +87,7 @@ def _tables(study: Study) -> list[dict[str, tuple[str, ...]]]:
     return [{r[0].text: tuple(cell.text for cell in r[1:]) for r in t.rows} for t in shown.tables]
 
 
-def test_a_page_shows_what_the_study_stored_of_readers(study: Study) -> None:
+def test_a_page_shows_what_the_study_stored_of_readers(study):
     fields, models = _tables(study)
     assert tuple(fields) == ALL
     assert fields["mass"][:2] == ("read", "read")  # MuJoCo and who is played by it
@@ -100,12 +97,11 @@ def test_a_page_shows_what_the_study_stored_of_readers(study: Study) -> None:
     assert "also reads gravity" in shown.paragraphs[1]  # unlike what is known of DART
 
 
-def test_another_stored_number_is_another_page(study: Study) -> None:
+def test_another_stored_number_is_another_page(study):
     wrong = dict(study.extras)
     for model in (EVERY_FIELD, MODEL):
         asked = ModelReading("dart", model)
         read = study.answer(asked)
-        assert read is not None
         off = (
             replace(n, values=(1.01 * n.values[0],)) if n.field == "mass" else n
             for n in read.numbers
@@ -118,9 +114,7 @@ def test_another_stored_number_is_another_page(study: Study) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "<mujoco>", "<mujoco><option gravity='a'/></mujoco>"])
-def test_what_is_no_model_is_bad_input(
-    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_no_model_is_bad_input(text, tmp_path, capsys):
     (file := tmp_path / "my.xml").write_text(text, "utf-8")
     assert main(["models", "check", str(file)]) == 2
     said = capsys.readouterr().err

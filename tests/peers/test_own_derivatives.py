@@ -27,9 +27,7 @@ NO_STATE = "is a parameter of the model"
         (SWING, "mjx/default", "gravity", "jacfwd", ""),
     ],
 )
-def test_an_own_way_has_the_error_of_its_step(
-    name: str, how: str, by: str, way: str, why: str
-) -> None:
+def test_an_own_way_has_the_error_of_its_step(name, how, by, way, why):
     needed(how)
     judged = judged_way(name, how, "theta", by, way, at=0.1)
     assert judged.verdict == ("unsupported" if why else "predicted"), judged.why

@@ -36,7 +36,7 @@ def found(points: int = 60) -> dict[str, Branch]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_period_and_action_against_40_digits(name: str) -> None:
+def test_period_and_action_against_40_digits(name):
     branch, v = found()[name], potential(TURNING)
     wells = {e.theta for e in TURNING.equilibria if e.kind == "centre"}
     bottom = min(wells) if "shallower" in name else max(wells)
@@ -54,14 +54,14 @@ def test_period_and_action_against_40_digits(name: str) -> None:
     assert branch.rates == pytest.approx(2 * np.pi / branch.periods)
 
 
-def test_one_well_and_a_simple_pendulum() -> None:
+def test_one_well_and_a_simple_pendulum():
     rest = branches(TrigonometricPotential(0.0, 0.0, 9.8), 1.0, 40.0)
     assert [b.name for b in rest] == ["in the well", "rotation"]
     assert rest[0].periods[0] == pytest.approx(2 * math.pi / math.sqrt(9.8), rel=1e-5)
 
 
 @pytest.mark.parametrize("theta", [0.1, 1.5, 3.0, 6.0])
-def test_time_over_angle_against_40_digits(theta: float) -> None:
+def test_time_over_angle_against_40_digits(theta):
     tilted = replace(TURNING, body=replace(STEEL, inertia_yz=0.02))
     for pendulum in (TURNING, tilted):
         orbit = orbit_of(pendulum)
@@ -75,7 +75,7 @@ def test_time_over_angle_against_40_digits(theta: float) -> None:
         assert answers["phase"] == pytest.approx(2 * math.pi * float(time) / period, rel=1e-13)
 
 
-def test_angles_of_a_libration_backward_and_out_of_reach() -> None:
+def test_angles_of_a_libration_backward_and_out_of_reach():
     swinging = replace(TURNING, theta=1.5, theta_dot=-5.0)
     answers = {o.name: v for o, v in over_angle(swinging, np.array([1.45, 1.55, 3.0, 1.5])).items()}
     assert answers["theta_dot"][0] < 0 < answers["theta_dot"][1]  # after the turning point
@@ -87,7 +87,7 @@ def test_angles_of_a_libration_backward_and_out_of_reach() -> None:
 
 
 @pytest.mark.parametrize("pivot", [0.0, 0.01, 0.09, 0.2])
-def test_two_equilibria_become_four_at_the_astroid(pivot: float) -> None:
+def test_two_equilibria_become_four_at_the_astroid(pivot):
     offset = replace(TURNING, pivot_y=pivot)
     rate = offset.saddle_node_rate
     for factor, count in ((1 - 1e-4, 2), (1 + 1e-4, 4)):
@@ -97,14 +97,14 @@ def test_two_equilibria_become_four_at_the_astroid(pivot: float) -> None:
         assert rate == pytest.approx(offset.pitchfork_rate, rel=1e-15)
 
 
-def test_never_four_where_the_pivot_is_far_out() -> None:
+def test_never_four_where_the_pivot_is_far_out():
     assert replace(TURNING, pivot_y=0.3).saddle_node_rate == math.inf
     assert len(replace(TURNING, pivot_y=0.3, platform_rate=1e4).equilibria) == 2
     skew = replace(TURNING, body=replace(STEEL, inertia_yz=0.01))
     assert math.isnan(skew.saddle_node_rate)
 
 
-def test_the_action_s_drift_is_that_of_the_energy() -> None:
+def test_the_action_s_drift_is_that_of_the_energy():
     """The invariant is first order in dH: a speed wrong by 1e-6 changes the action so."""
     case = case_of(find_scene("cone-pendulum/deep-well"))
     off = {"theta": np.array([1.5, 1.5]), "theta_dot": np.array([5.0, 5.0 * (1 + 1e-6)])}

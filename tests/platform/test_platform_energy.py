@@ -27,7 +27,7 @@ TIMES = np.linspace(0.0, 0.7, 401)
 
 
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
-def test_kinetic_and_potential_energy_are_mujoco_s(pendulum: ConePendulum) -> None:
+def test_kinetic_and_potential_energy_are_mujoco_s(pendulum):
     model = whole(MJCF, pendulum, 1e-9).compile()
     data, rng = mujoco.MjData(model), np.random.default_rng(3)
     own = (1.0 + 1e-9) * pendulum.platform_rate**2 / 2  # the platform's in the file
@@ -43,7 +43,7 @@ def test_kinetic_and_potential_energy_are_mujoco_s(pendulum: ConePendulum) -> No
 
 
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
-def test_t_plus_u_less_the_work_of_the_drive_is_constant(pendulum: ConePendulum) -> None:
+def test_t_plus_u_less_the_work_of_the_drive_is_constant(pendulum):
     found = energies(pendulum, *pendulum.reference.state(TIMES))
     swing = float(np.ptp(found.total))
     assert swing > 100.0
@@ -53,7 +53,7 @@ def test_t_plus_u_less_the_work_of_the_drive_is_constant(pendulum: ConePendulum)
     assert float(np.ptp(found.total - found.work * (1 + 1e-9))) > 1e-10 * swing
 
 
-def test_the_parts_are_those_of_the_source() -> None:
+def test_the_parts_are_those_of_the_source():
     """Eqs. 3 to 5, written out for one state."""
     found = energies(SKEW, np.array([0.3]), np.array([2.0]))
     m, s, w, x, y = STEEL.mass, STEEL.com_distance, 26.0, 0.31, -0.2
@@ -67,9 +67,7 @@ def test_the_parts_are_those_of_the_source() -> None:
 
 
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
-def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(
-    pendulum: ConePendulum,
-) -> None:
+def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(pendulum):
     h = 1e-4  # [s]: the next term of the difference is h^4/30 times a fifth derivative, 1e-9 here
     torque = drive_torque(pendulum, *pendulum.reference.state(TIMES[1:-1]))
     one, two, four, five = (

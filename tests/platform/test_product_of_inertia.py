@@ -42,7 +42,7 @@ def posed(name: str) -> ConePendulum:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_against_40_digits(name: str) -> None:
+def test_against_40_digits(name):
     """The orbit in 40 digits has the product of inertia in its potential and knows no tilt."""
     pendulum = posed(name)
     motion, reference = pendulum.motion, pendulum.reference
@@ -58,7 +58,7 @@ def test_against_40_digits(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_equilibria_and_potential_against_40_digits(name: str) -> None:
+def test_equilibria_and_potential_against_40_digits(name):
     pendulum, orbit = posed(name), orbit_of(posed(name))
     critical = sorted(math.remainder(float(x), 2 * math.pi) for x in orbit.critical)
     assert [e.theta for e in pendulum.equilibria] == pytest.approx(critical, abs=1e-15)
@@ -70,14 +70,14 @@ def test_equilibria_and_potential_against_40_digits(name: str) -> None:
         assert found.rate == pytest.approx(rate, rel=1e-12)
 
 
-def test_without_a_product_nothing_is_tilted() -> None:
+def test_without_a_product_nothing_is_tilted():
     assert TURNING.tilt == 0.0 == TURNING.potential_offset
     assert TURNING.reference is TURNING.motion
     still = replace(posed("rotation"), platform_rate=0.0)
     assert still.tilt == 0.0
 
 
-def test_a_small_product_tilts_by_little() -> None:
+def test_a_small_product_tilts_by_little():
     tilt = replace(TURNING, body=replace(STEEL, inertia_yz=1e-9)).tilt
     assert tilt == pytest.approx(1e-9 / (STEEL.inertia_y - STEEL.inertia_z), rel=1e-9)
     flat = replace(TURNING, body=replace(FLAT, inertia_yz=1e-9)).tilt
@@ -86,7 +86,7 @@ def test_a_small_product_tilts_by_little() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("method", ["mujoco/rk4", "mujoco/euler", "ode/dop853", "ode/leapfrog"])
-def test_engines_agree_and_a_small_defect_fails(method: str) -> None:
+def test_engines_agree_and_a_small_defect_fails(method):
     """A product of inertia that is wrong by a relative 1e-4 (1e-2 for Euler's larger error), or of
     the other sign, fails; the pivot elsewhere on the axle's line or higher does not."""
     scene, how = find_scene(TILTED), find_method(method)
@@ -102,7 +102,7 @@ def test_engines_agree_and_a_small_defect_fails(method: str) -> None:
     assert judge(measure(same, how, step)[0], system, how).verdict == "predicted"
 
 
-def test_the_platform_s_armature_is_predicted() -> None:
+def test_the_platform_s_armature_is_predicted():
     """A light platform changes its rate: MuJoCo's error is the predicted one, tilted as well."""
     import mujoco
 

@@ -60,7 +60,7 @@ DAMPED = {
 }
 
 
-def test_the_action_falls_exponentially_and_the_phase_follows() -> None:
+def test_the_action_falls_exponentially_and_the_phase_follows():
     """First-order averaging: the action's error is of the order xi T, the phase's of order 1."""
     gaps, offs = [], []
     for xi in (0.04, 0.02):
@@ -79,7 +79,7 @@ def test_the_action_falls_exponentially_and_the_phase_follows() -> None:
     assert gaps[0] == pytest.approx(gaps[1], rel=0.05)  # of order 1: the same for half the damping
 
 
-def test_action_and_phase_of_an_undamped_state() -> None:
+def test_action_and_phase_of_an_undamped_state():
     motion = PendulumMotion(POTENTIAL, INERTIA, 0.0, 60.0)
     times = np.array([0.03, 1.234])
     for time, theta, rate in zip(times, *motion.state(times), strict=True):
@@ -88,7 +88,7 @@ def test_action_and_phase_of_an_undamped_state() -> None:
         assert phase == pytest.approx(float(motion.phase(time)), rel=1e-12)
 
 
-def test_what_cannot_be_averaged_is_named() -> None:
+def test_what_cannot_be_averaged_is_named():
     with pytest.raises(ParameterError, match="theta_dot"):
         DampedRotation(POTENTIAL, INERTIA, 1.0, 0.1)
     with pytest.raises(ParameterError, match="time"):
@@ -105,7 +105,7 @@ DRIVEN = {
 
 
 @pytest.mark.parametrize("rate", DRIVEN)
-def test_a_drive_that_is_not_ideal(rate: float) -> None:
+def test_a_drive_that_is_not_ideal(rate):
     """What first order leaves is of the next: ten times smaller for ten times the inertia. Its
     size, at most 50 (theta) and 200 (the small rate) times J/A, is measured."""
     time, gaps, off = 1.0, [], []
@@ -121,7 +121,7 @@ def test_a_drive_that_is_not_ideal(rate: float) -> None:
     assert off[1] == pytest.approx(off[0] / 10, rel=0.1, abs=1e-6)
 
 
-def test_without_a_drive_it_is_the_platform_s_armature() -> None:
+def test_without_a_drive_it_is_the_platform_s_armature():
     times = np.linspace(0.0, 0.5, 200)
     found = drive_error(TURNING, times, 1e6, 0.0)
     largest, fastest = platform_error(TURNING, 0.5, 1e6)
@@ -134,13 +134,13 @@ def test_without_a_drive_it_is_the_platform_s_armature() -> None:
     )
 
 
-def test_coefficients_of_the_simple_pendulum() -> None:
+def test_coefficients_of_the_simple_pendulum():
     """A libration's are 8 q^(n/2)/(n (1 + q^n)) for odd n, q the nome (Whittaker and Watson)."""
     amplitude = 2.5
     motion = PendulumMotion(SIMPLE, 1.0, amplitude, 0.0)
     k = math.sin(amplitude / 2)
 
-    def quarter(modulus: float) -> float:
+    def quarter(modulus):
         a, b = 1.0, math.sqrt(1.0 - modulus**2)
         for _ in range(40):
             a, b = (a + b) / 2, math.sqrt(a * b)
@@ -154,7 +154,7 @@ def test_coefficients_of_the_simple_pendulum() -> None:
 
 
 @pytest.mark.parametrize("speed", [37.0, 60.0])
-def test_so_many_harmonics_are_enough_and_one_less_is_not(speed: float) -> None:
+def test_so_many_harmonics_are_enough_and_one_less_is_not(speed):
     motion = PendulumMotion(POTENTIAL, INERTIA, 0.0, speed)
     times = motion.period * np.linspace(0.0, 1.0, 800, endpoint=False)
     theta = motion.state(times)[0] - motion.mean_rate * times

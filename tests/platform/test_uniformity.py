@@ -40,7 +40,7 @@ def floats(pendulum: ConePendulum) -> TrigonometricPotential:
 
 
 @pytest.mark.parametrize("point", KNOWN)
-def test_measures_at_a_few_points(point: tuple[float, float, float]) -> None:
+def test_measures_at_a_few_points(point):
     pendulum = posed(*point)
     by_motion = uniformity.of_motion(pendulum.motion)
     by_angle = uniformity.from_below(floats(pendulum), STEEL.inertia_x, np.array(point[2]))
@@ -54,7 +54,7 @@ def test_measures_at_a_few_points(point: tuple[float, float, float]) -> None:
 
 
 @pytest.mark.parametrize("point", KNOWN)
-def test_deviation_against_40_digits(point: tuple[float, float, float]) -> None:
+def test_deviation_against_40_digits(point):
     """The mean speed is 2 pi/T and its mean square 2 pi I/(inertia T), in 40 digits."""
     pendulum = posed(*point)
     period, action, _ = orbit_of(pendulum).follow()
@@ -66,7 +66,7 @@ def test_deviation_against_40_digits(point: tuple[float, float, float]) -> None:
     assert float(found) == pytest.approx(float(deviation), abs=4e-15 / float(deviation))
 
 
-def test_the_range_never_shrinks() -> None:
+def test_the_range_never_shrinks():
     """For 4000 platforms, bodies and speeds; equal up to the pitchfork of a central pivot, and
     strictly larger anywhere else."""
     rng = np.random.default_rng(12)
@@ -87,21 +87,21 @@ def test_the_range_never_shrinks() -> None:
         assert (ratio[seen & ~within & (np.abs(b) > 0.1 * c)] > 1.0).all()
 
 
-def test_a_wrong_sign_of_the_weight_at_the_top_would_show() -> None:
+def test_a_wrong_sign_of_the_weight_at_the_top_would_show():
     """The proof needs V(pi) = +c: a potential without that shrinks the range."""
     rest = uniformity.from_below(TrigonometricPotential(0.0, 0.0, 36.0), 0.9, np.array(20.0))
     light = uniformity.from_below(TrigonometricPotential(0.0, 0.0, 35.9), 0.9, np.array(20.0))
     assert light.spread < rest.spread
 
 
-def test_no_rotation_no_measure() -> None:
+def test_no_rotation_no_measure():
     found = uniformity.from_below(floats(TURNING), STEEL.inertia_x, np.array([3.0, 37.0]))
     assert np.isnan(found.deviation[0])
     assert np.isfinite(found.deviation[1])
 
 
 @pytest.mark.parametrize("axis", [0, 1])
-def test_maps_have_the_closed_form_s_period(axis: int) -> None:
+def test_maps_have_the_closed_form_s_period(axis):
     """By S, where the inertia about the pivot follows it, and by Y; and which cells rotate."""
     name, values = source_text.AXES[axis]
     fig_3 = forms(ROTATING).problem

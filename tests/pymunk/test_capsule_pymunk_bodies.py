@@ -37,7 +37,7 @@ def uneven(friction: float) -> LineManoeuvre:
 @given(line=ordinary_lines(), part=st.floats(0.01, 0.04), model=st.sampled_from(GOOD))
 @example(line=uneven(1.0), part=0.03, model="feet")
 @example(line=uneven(0.2), part=0.03, model="feet")
-def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> None:
+def test_any_line_manoeuvre(line, part, model):
     step, problem = part * line.t2, problem_of(line)
     bounds = capsule.model_error(problem, line.t2, METHODS[model], step)
     allowed = sum(bounds["displacement"].values())
@@ -50,7 +50,7 @@ def test_any_line_manoeuvre(line: LineManoeuvre, part: float, model: str) -> Non
         assert abs(seen["heading"]) <= sum(bounds["heading"].values())
 
 
-def test_friction_sets_the_unit_of_time_alone() -> None:
+def test_friction_sets_the_unit_of_time_alone():
     # The residual of the iterations is the same fraction of the displacement for every f: no
     # friction is difficult.
     ends = []
@@ -60,7 +60,7 @@ def test_friction_sets_the_unit_of_time_alone() -> None:
     assert ends[0] == pytest.approx(ends[1], rel=1e-12)
 
 
-def test_with_light_feet_one_sticking_foot_stops_the_body() -> None:
+def test_with_light_feet_one_sticking_foot_stops_the_body():
     # The bound is that of one sticking foot; with two of them the same body would exceed it.
     line, method = uneven(1.0), METHODS["feet"]
     step, problem = 0.03 * line.t2, problem_of(line)
@@ -77,7 +77,7 @@ def test_with_light_feet_one_sticking_foot_stops_the_body() -> None:
 
 @pytest.mark.parametrize("model", ["feet", "side", "pivots"])
 @pytest.mark.parametrize("slider_mass", [0.003, 0.3, 30.0])
-def test_without_friction_the_common_centre_stays(model: str, slider_mass: float) -> None:
+def test_without_friction_the_common_centre_stays(model, slider_mass):
     body = replace(CHECK, friction=0.0, slider_mass=slider_mass)
     line = LineManoeuvre(body, 3 * LIMIT, 0.8 * LIMIT, 0.03, 0.87)
     # required: 1e-12 m
@@ -86,7 +86,7 @@ def test_without_friction_the_common_centre_stays(model: str, slider_mass: float
     assert abs(seen["displacement"]) > 1e-4
 
 
-def test_what_cannot_be_built() -> None:
+def test_what_cannot_be_built():
     rotation = find_scene("capsule-coast/rotation")
     problem = system_of(rotation).problem(rotation.parameters)
     with pytest.raises(Unsupported, match="one line"):

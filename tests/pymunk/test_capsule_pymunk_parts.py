@@ -14,7 +14,6 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import (
     feet_factor,
     iterations_needed,
 )
-from plumbob.analytic.systems.capsule import Point
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import Assembly, settle
 from plumbob.engines.adapters.pymunk.capsule_above import (
@@ -45,9 +44,7 @@ AROUND = ((0.2, 0.0), (-0.05, 0.15), (-0.12, -0.1))  # their centroid is not C
 
 @pytest.mark.parametrize("corners", [AROUND, BESIDE])
 @pytest.mark.parametrize("fraction", [2.0, 1.0, 0.75, 0.5, 0.05])
-def test_feet_leave_the_body_a_quarter_of_its_inertia(
-    corners: tuple[Point, Point, Point], fraction: float
-) -> None:
+def test_feet_leave_the_body_a_quarter_of_its_inertia(corners, fraction):
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
     mass, places = foot_mass(body), np.array(corners) @ [1.0, 1j]
     counter = abs(mass * places.sum()) ** 2 / (body.body_mass - 3 * mass)
@@ -58,9 +55,7 @@ def test_feet_leave_the_body_a_quarter_of_its_inertia(
 @pytest.mark.parametrize(
     ("corners", "fraction"), [(AROUND, 1.0), (AROUND, 0.05), (AROUND, 0.001), (BESIDE, 0.75)]
 )
-def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(
-    corners: tuple[Point, Point, Point], fraction: float
-) -> None:
+def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(corners, fraction):
     body = replace(CHECK, supports=corners, inertia=CHECK.inertia * fraction)
     found = on_feet(CapsuleSetup(body), 1e-3, turning=True)
     parts = [part for part in found.parts if part is not found.slider]
@@ -74,7 +69,7 @@ def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(
     assert foot_mass(body) == parts[-1].mass
 
 
-def test_pins_that_close_strain_the_feet_they_pin() -> None:
+def test_pins_that_close_strain_the_feet_they_pin():
     # Closing pins strain sticking feet: an unsettled start leaves gaps of 1e-8 m, the pins pull at
     # them in every step, and the body drifts by 0.1 mm where friction is nearly used up. Pins that
     # do not close only keep the gaps of the start.
@@ -92,7 +87,7 @@ def test_pins_that_close_strain_the_feet_they_pin() -> None:
     assert drifted[False] < 1e-6
 
 
-def test_normal_forces_at_the_wrong_feet() -> None:
+def test_normal_forces_at_the_wrong_feet():
     # translation needs the moments of friction to balance; with the loads at the wrong supports
     # they do not, and the body turns
     setup = CapsuleSetup(CHECK, (0.08, 0.05), velocity=(0.3, 0.1), press=CHECK.gravity)
@@ -105,7 +100,7 @@ def test_normal_forces_at_the_wrong_feet() -> None:
     assert turned[0] < 1e-6 < 1e-3 < turned[1]
 
 
-def test_solver_iterations() -> None:
+def test_solver_iterations():
     bodies = [replace(CHECK, slider_mass=m) for m in (1.0, 1e2, 1e4)]
     left = [feet_factor(body, foot_mass(body), np.zeros(2)) for body in bodies]
     # the heavier the slider, the larger the residual of an iteration, its limit
@@ -119,7 +114,7 @@ def test_solver_iterations() -> None:
     assert iterations_needed(0.0, 1) == 1
 
 
-def test_a_turn_without_friction_makes_no_momentum() -> None:
+def test_a_turn_without_friction_makes_no_momentum():
     scene = find_scene("capsule-turn/0.03", {"friction": 1e-12})
     setup = system_of(scene).problem(scene.parameters).setup
     step = scene.parameters["half_time"] / 200
@@ -136,7 +131,7 @@ def test_a_turn_without_friction_makes_no_momentum() -> None:
     assert abs(assembly.momentum) < 1e-10 * scale
 
 
-def test_a_start_in_the_middle_of_a_turn_has_no_jerk() -> None:
+def test_a_start_in_the_middle_of_a_turn_has_no_jerk():
     scene = find_scene("capsule-coast/rotation")
     setup = system_of(scene).problem(scene.parameters).setup
     assembly = on_feet(setup, 1e-3, turning=True)

@@ -4,7 +4,6 @@ converge."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -33,13 +32,12 @@ def step_of(name: str, parts: float) -> float:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "parts", "part"), CASES)
-def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float) -> None:
+def test_the_error_of_feet_is_as_predicted(name, parts, part):
     """Within the error of the step plus the model-error bound, which is much smaller (except where
     a growing load overcomes friction, and iterations stall)."""
     found, _ = run(name, "feet", step_of(name, parts))
     assert verdict(found, "feet") == "predicted"
     leading = next(iter(found.errors.values()))
-    assert leading.predicted is not None
     assert sum(leading.model.values()) <= part * leading.predicted.largest
     assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
 
@@ -47,9 +45,7 @@ def test_the_error_of_feet_is_as_predicted(name: str, parts: float, part: float)
 @pytest.mark.long
 @pytest.mark.parametrize("which", [min, max], ids=["shorter slide", "longer slide"])
 @pytest.mark.parametrize(("late", "least", "most"), [(0.5, 0.0, 1e-10), (0.9987, 1e-7, 1.0)])
-def test_a_switch_at_the_very_end_of_a_step(
-    late: float, least: float, most: float, which: Callable[..., tuple[float, float]]
-) -> None:
+def test_a_switch_at_the_very_end_of_a_step(late, least, most, which):
     """A push that begins in the last thousandth of a step sets the body off by the solver's
     residual, which persists while it slides: the bound covers that, and for the longest slide less
     than 2.5 times as much. Rounding decides which of a plan's two pushes is the first."""

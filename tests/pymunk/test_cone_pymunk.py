@@ -18,7 +18,7 @@ from plumbob.tests.support.declared import declared, nothing
 TORQUE = find_method("pymunk/torque")
 
 
-def test_a_torque_before_the_step_fails() -> None:
+def test_a_torque_before_the_step_fails():
     """Euler's explicit rule is not the scheme that the method is declared to have."""
     scene = find_scene(ROTATING)
     system = system_of(scene)
@@ -26,7 +26,7 @@ def test_a_torque_before_the_step_fails() -> None:
     assert judge(measure(case_of(scene), late, 1e-4)[0], system, late).verdict == "off-prediction"
 
 
-def test_the_energy_that_the_explicit_rule_gains() -> None:
+def test_the_energy_that_the_explicit_rule_gains():
     found = plane_engine.numbers(declared(nothing(), plane_engine.requests))
     within, before = found.gains["within"], found.gains["before"]
     # to first order in h; the energy grows by 5 % within the run, and what is left is of that size

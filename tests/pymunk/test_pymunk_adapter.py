@@ -54,25 +54,23 @@ STEPS = {"pymunk/default": 1e-4, "pymunk/tight": 2e-4}
 @pytest.mark.long(keep=6)
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("case", CASES)
-def test_errors_are_what_the_joint_makes_them(name: str, case: str) -> None:
+def test_errors_are_what_the_joint_makes_them(name, case):
     # theta, theta_dot and the tension from the joint's impulse, all within their budget; the budget
     # is the theory's error and its last two terms, so that an increase by a tenth is a failure
     found, _ = run(case, METHODS[name], STEPS[name], duration=2.0)
     assert verdict(found, METHODS[name]) == "predicted", found
     assert set(found.errors) == {"theta", "theta_dot", "tension"}
     for error in found.errors.values():
-        assert error.predicted is not None
         bound = sum(error.model.values())
         assert error.largest == pytest.approx(error.predicted.largest, rel=1e-3, abs=bound)
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_the_other_joint_is_not_this_one(name: str) -> None:
+def test_the_other_joint_is_not_this_one(name):
     other = next(method for method in METHODS.values() if method.name != name)
     wrong = replace(METHODS[name], scheme=other.scheme)
     found, _ = run("free-large", wrong, STEPS[name], duration=2.0)
     predicted = found.errors["theta"].predicted
-    assert predicted is not None
     assert found.errors["theta"].end != pytest.approx(predicted.end, rel=0.5)
     assert (
         verdict(found, wrong) == "off-prediction" or name == "pymunk/tight"
@@ -81,7 +79,7 @@ def test_the_other_joint_is_not_this_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("iterations", [2, 50])
-def test_iterations_change_nothing(name: str, iterations: int) -> None:
+def test_iterations_change_nothing(name, iterations):
     # One joint is solved exactly in one iteration, apart from the digits lost by the small moment
     # of inertia of the bob.
     _, ten = run("free-large", METHODS[name], 1e-3, duration=2.0)
@@ -92,7 +90,7 @@ def test_iterations_change_nothing(name: str, iterations: int) -> None:
 
 
 @pytest.mark.parametrize("step", [1e-3, 2.5e-4])
-def test_joint_stays_open_while_the_bob_turns(step: float) -> None:
+def test_joint_stays_open_while_the_bob_turns(step):
     # at speed w the opening settles at h w^2 L / 2 |beta + i w|; the speed changes by a tenth in
     # 1/beta, and so does the opening
     loose, tight = (run("rotating-fast", how, step, 3.0)[1] for how in (DEFAULT, TIGHT))
@@ -106,13 +104,12 @@ def test_joint_stays_open_while_the_bob_turns(step: float) -> None:
 
 
 @pytest.mark.parametrize("speed", np.linspace(1.26, 1.3, 5).tolist())
-def test_the_sign_changes_where_the_rod_begins_to_pull(speed: float) -> None:
+def test_the_sign_changes_where_the_rod_begins_to_pull(speed):
     # Every step is a sample here; between two of them the rod changes from a push to a pull.
     scene = find_scene(
         "simple-pendulum/free-large", {"theta": np.radians(-101), "theta_dot": speed}
     )
     _, trajectory = measure(case_of(replace(scene, duration=0.02)), TIGHT, 4e-4)
-    assert trajectory is not None
     seen = {name: values[1:] for name, values in trajectory.observables.items()}
     own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
     late = 9.8 * 4e-4 * seen["theta_dot"] * np.sin(seen["theta"])
@@ -121,16 +118,15 @@ def test_the_sign_changes_where_the_rod_begins_to_pull(speed: float) -> None:
 
 
 @pytest.mark.parametrize("step", [1e-6, 4e-6])
-def test_the_rounding_of_an_opening_is_bounded_and_not_loosely(step: float) -> None:
+def test_the_rounding_of_an_opening_is_bounded_and_not_loosely(step):
     found, _ = run("free-large", TIGHT, step, duration=2000 * step)
     error = found.errors["tension"]
-    assert error.predicted is not None
     bound = error.model["rounded opening"]
     assert 0.1 * bound < error.predicted.beyond < bound
 
 
 @pytest.mark.parametrize("iterations", [1, 10])
-def test_a_bob_that_flies_off_is_a_result(iterations: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bob_that_flies_off_is_a_result(iterations, monkeypatch):
     # with a moment of 1e-12 m L^2 the joint's equations lose twelve digits
     monkeypatch.setattr("plumbob.engines.adapters.pymunk.simple_pendulum.MOMENT", 1e-12)
     found, trajectory = run("free-small", TIGHT, 1e-3, duration=5.0, iterations=iterations)
@@ -140,7 +136,7 @@ def test_a_bob_that_flies_off_is_a_result(iterations: int, monkeypatch: pytest.M
         assert len(values) == len(trajectory.times)
 
 
-def test_a_scene_without_a_builder_is_unsupported() -> None:
+def test_a_scene_without_a_builder_is_unsupported():
     scene = find_scene("cone-pendulum")
     case = replace(system_of(scene), family="top").case(scene)
     with pytest.raises(Unsupported, match="no builder for cone-pendulum"):

@@ -39,7 +39,7 @@ def _distance(space: pymunk.Space, body: pymunk.Body, step: float) -> float:
 
 
 @pytest.mark.parametrize("step", [2e-3, 1e-3, 1e-4])
-def test_a_stopping_distance_is_as_predicted(step: float) -> None:
+def test_a_stopping_distance_is_as_predicted(step):
     space, body = _block()
     code, predicted = _python("pymunk/feet", step)
     exec(code, {"space": space, "body": body, "anchors": CORNERS})  # what a user pastes
@@ -49,7 +49,7 @@ def test_a_stopping_distance_is_as_predicted(step: float) -> None:
     assert abs(body.angle) < 1e-9
 
 
-def test_pasted_joints_close_in_a_step() -> None:
+def test_pasted_joints_close_in_a_step():
     space, body = _block()
     joint = pymunk.PivotJoint(space.static_body, body, (0.0, 0.0))
     space.add(joint)
@@ -58,6 +58,6 @@ def test_pasted_joints_close_in_a_step() -> None:
 
 
 @pytest.mark.parametrize("method", ["pymunk/default", "pymunk/pivots", "pymunk/side"])
-def test_a_known_limit_has_nothing_to_paste(method: str) -> None:
+def test_a_known_limit_has_nothing_to_paste(method):
     with pytest.raises(ParameterError, match="pymunk/feet or pymunk/tight"):
         _python(method, 1e-3)

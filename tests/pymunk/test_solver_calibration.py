@@ -35,7 +35,7 @@ def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[f
     return beyond(velocity) / (demand.jump * step), solver.one_foot_residual
 
 
-def test_residual_where_friction_is_used_up() -> None:
+def test_residual_where_friction_is_used_up():
     """STALLED is at most twice the residual of 50 iterations; it is still three times that of 200,
     far above the bound of one sticking foot."""
     few = [residual(name, step, 50)[0] for name, step in USED_UP_SCENES]
@@ -46,7 +46,7 @@ def test_residual_where_friction_is_used_up() -> None:
 
 
 @pytest.mark.parametrize("iterations", [100, 200])
-def test_friction_reserve_at_which_iterations_stall(iterations: int) -> None:
+def test_friction_reserve_at_which_iterations_stall(iterations):
     """With a friction reserve of USED_UP, and with half of it, the bound of one sticking foot
     holds; with a twentieth it does not."""
     line = system_of(scene("capsule-line/w2-threshold")).problem(
@@ -60,7 +60,7 @@ def test_friction_reserve_at_which_iterations_stall(iterations: int) -> None:
         assert (left < one_foot) == within
 
 
-def test_roundings_from_positions_to_a_velocity() -> None:
+def test_roundings_from_positions_to_a_velocity():
     """ROUNDINGS is at most four times too large: the friction of ten manoeuvres at a long step has
     a third of its bound, all of it rounding."""
     force = run("capsule-train/ten", "side", 5e-3)[0].errors["friction_force"]
@@ -70,9 +70,7 @@ def test_roundings_from_positions_to_a_velocity() -> None:
 
 
 @pytest.mark.parametrize(("after", "least", "most"), [(3e-3, 0.02, 1.0), (0.5, 0.0, 1e-6)])
-def test_what_bare_pivots_leave_where_rest_falls_next_to_the_end_of_a_step(
-    after: float, least: float, most: float
-) -> None:
+def test_what_bare_pivots_leave_where_rest_falls_next_to_the_end_of_a_step(after, least, most):
     """The body turns about C and comes to rest this fraction of a step after the end of one: the
     solver pushes it aside by a thirtieth of the bound, and by nothing in the middle of a step."""
     step, pivots = 1e-3, METHODS["pivots"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -75,7 +73,7 @@ METAMORPHIC = tuple(
 
 @pytest.mark.long(keep=7)
 @pytest.mark.parametrize(("name", "axis"), METAMORPHIC)
-def test_derivatives_obey_units(name: str, axis: int) -> None:
+def test_derivatives_obey_units(name, axis):
     """A motion is the same in another unit of mass, length or time: the parameters' derivatives
     and the velocity add up to the observable itself (Euler's theorem)."""
     heavier = {"mass": 1.3} if "pendulum/" in name and "cone" not in name else None
@@ -90,7 +88,7 @@ def test_derivatives_obey_units(name: str, axis: int) -> None:
     for observable in case.system.observables:
         terms = list[Array]()
         for key, one in found.items():
-            value: Any = parameters[key.partition("[")[0]]
+            value = parameters[key.partition("[")[0]]
             for index in key.replace("]", "").split("[")[1:]:
                 value = value[int(index)]
             power = SIZES[key.partition("[")[0]][axis]
@@ -105,7 +103,7 @@ def test_derivatives_obey_units(name: str, axis: int) -> None:
 
 
 @pytest.mark.long
-def test_mirrored_capsules_have_mirrored_derivatives() -> None:
+def test_mirrored_capsules_have_mirrored_derivatives():
     """A body, its slider and its start reflected across x: derivatives by y-like parameters of
     y-like observables agree, mixed ones change their sign."""
     case = case_of(scene("capsule-coast/spin", {"slider": (0.05, 0.03)}))

@@ -43,7 +43,7 @@ def agrees(found: Sensitivity, name: str, exact: Array, scale: float, within: fl
 
 @pytest.mark.long(keep=12)
 @pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["system"])
-def test_recorded_derivatives(record: Mapping[str, Any]) -> None:
+def test_recorded_derivatives(record):
     """Pendulums, the free body, and a body sliding before its first stop, by every parameter at
     three random sets of them."""
     case = case_of(scene(scene_of(record["system"]), nested(record["parameters"])))
@@ -132,7 +132,7 @@ def drawn_line(number: int) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("number", range(3))
-def test_line_derivatives(number: int) -> None:
+def test_line_derivatives(number):
     """A line manoeuvre by every parameter, in each of its phases, against 40 digits."""
     parameters = drawn_line(number)
     case = case_of(replace(scene("capsule-line"), parameters=parameters))
@@ -162,7 +162,7 @@ def test_line_derivatives(number: int) -> None:
 
 
 @pytest.mark.long
-def test_two_degrees_of_freedom() -> None:
+def test_two_degrees_of_freedom():
     """A double pendulum by its variational equation, against differences of certified motions."""
     constants, times = (1.0, 0.5, 0.8, 0.6, 9.81), np.array([0.5, 1.0, 2.0])
     for index in range(len(constants)):
@@ -178,7 +178,7 @@ def test_two_degrees_of_freedom() -> None:
             assert (found.uncertainty[name] <= SMOOTH * scale).all()
 
 
-def test_the_known_derivative() -> None:
+def test_the_known_derivative():
     """The final displacement of the line at 30 degrees by the friction coefficient."""
     case = case_of(scene("capsule-line/heading-030"))
     found = exact_gradient(case, ["friction"], np.array([0.15]), ["displacement"])["friction"]
@@ -196,7 +196,7 @@ def test_the_known_derivative() -> None:
         ("capsule-train/ten", "count", "", "must be a whole number"),
     ],
 )
-def test_where_there_is_no_derivative(name: str, parameter: str, side: str, reason: str) -> None:
+def test_where_there_is_no_derivative(name, parameter, side, reason):
     """A reason, and the one-sided derivative where it exists."""
     case = case_of(scene(name))
     times = np.array([case.scene.duration])
@@ -209,14 +209,14 @@ def test_where_there_is_no_derivative(name: str, parameter: str, side: str, reas
 
 
 @pytest.mark.long
-def test_a_switch_of_plan_has_no_derivative() -> None:
+def test_a_switch_of_plan_has_no_derivative():
     """Another sequence of manoeuvres is another motion."""
     system = systems()["capsule-plan"]
     near, half = (case_of(scene(f"capsule-plan/{c}-free")).problem for c in ("near", "half-turn"))
     assert system.structure(near) != system.structure(half)
 
 
-def test_derivatives_exist_on_a_separatrix() -> None:
+def test_derivatives_exist_on_a_separatrix():
     """The closed form has none, but at finite times the equations do: by the angular velocity, on
     the separatrix and 1e-9 off it they are nearly the same, and grow."""
     times = np.array([1.0, 3.0])
@@ -240,7 +240,7 @@ def test_derivatives_exist_on_a_separatrix() -> None:
         ("theta[0]", "theta[0]"),
     ],
 )
-def test_refused_parameters(by: str, shown: str) -> None:
+def test_refused_parameters(by, shown):
     """A parameter that is unknown, or that the case leaves out."""
     name = "capsule-line" if by.startswith("supports") else "cone-pendulum"
     case = case_of(scene(name))
@@ -249,7 +249,7 @@ def test_refused_parameters(by: str, shown: str) -> None:
     assert shown in str(refused.value)
 
 
-def test_left_out_parameters_have_derivatives() -> None:
+def test_left_out_parameters_have_derivatives():
     """The heading that a scene leaves out is 0; a cone has the moments that its shape gives."""
     line = case_of(scene("capsule-line/ca1"))
     found = exact_gradient(line, ["heading"], np.array([0.1]), ["heading"])

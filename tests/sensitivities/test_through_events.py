@@ -21,7 +21,7 @@ EVENTFUL = (
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "by"), EVENTFUL, ids=[name for name, _ in EVENTFUL])
-def test_derivatives_through_events(name: str, by: tuple[str, ...]) -> None:
+def test_derivatives_through_events(name, by):
     """Slides, pivots, stops and slips, in the middle of each, near its ends, and at rest."""
     case = case_of(scene(name))
     begins = [event.time for event in case.problem.motion.single.events]
@@ -43,7 +43,7 @@ def test_derivatives_through_events(name: str, by: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("name", ["capsule-coast/translation", "capsule-coast/rotation"])
-def test_all_supports_stop_together(name: str) -> None:
+def test_all_supports_stop_together(name):
     """Where a motion has a formula its derivatives through the rest are those of the formula."""
     case = case_of(scene(name))
     speed = "heading_rate" if name.endswith("rotation") else "velocity_x"
@@ -63,7 +63,7 @@ def test_all_supports_stop_together(name: str) -> None:
 
 @pytest.mark.long(keep=0)
 @pytest.mark.parametrize("by", ["to", "friction"])
-def test_a_plan_reaches_its_goal_for_all_parameters_near(by: str) -> None:
+def test_a_plan_reaches_its_goal_for_all_parameters_near(by):
     """The final pose of a plan, made anew for each parameter, has the goal as its derivative: on
     the way the manoeuvres change with it, at every event."""
     case = case_of(scene("capsule-plan/beside-curve-12"))

@@ -17,7 +17,6 @@ from plumbob.models.gradient import exact_gradient, numbers
 from plumbob.models.registry import case_of, scene
 from plumbob.models.scene import Case
 from plumbob.tests.support.derivatives import scaled
-from plumbob.tests.support.fixture_types import Patch
 
 SMOOTH = 1e-9  # of scale
 STEP, ROUNDED = mpmath.mpf(10) ** -13, 1e-15  # of a parameter, and of what a derivative is made of
@@ -94,7 +93,7 @@ def mp(value: Any) -> Any:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", FORMULAS)
-def test_differences_of_40_digits_are_within_the_uncertainty(name: str, seed: int) -> None:
+def test_differences_of_40_digits_are_within_the_uncertainty(name, seed):
     formula, by = FORMULAS[name]
     case = drawn(name, seed)
     times = case.scene.duration * np.array([0.11, 0.23, 0.37, 0.51, 0.73, 0.97])
@@ -118,7 +117,7 @@ def test_differences_of_40_digits_are_within_the_uncertainty(name: str, seed: in
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ["slider-crank", "n-pendulum", "heavy-top"])
-def test_certified_motions_have_the_derivatives_of_their_differences(name: str) -> None:
+def test_certified_motions_have_the_derivatives_of_their_differences(name):
     """The variational equation against stencils of the motions, each within its uncertainty."""
     case, start = drawn(name, 1), np.zeros(1)
     times = case.scene.duration * np.array([0.2, 0.5])
@@ -138,7 +137,7 @@ def test_certified_motions_have_the_derivatives_of_their_differences(name: str) 
             assert (unsure <= SMOOTH * scale).all(), (number.name, observable, unsure / scale)
 
 
-def test_an_uncertainty_of_the_motion_itself_alone_is_exceeded(monkeypatch: Patch) -> None:
+def test_an_uncertainty_of_the_motion_itself_alone_is_exceeded(monkeypatch):
     """A body that coasts along a line has a formula, and its neighbours have none."""
     right = Neighbours.derivative
     monkeypatch.setattr(Neighbours, "derivative", lambda one, read, errors=None: right(one, read))

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
 from plumbob.engines.adapters.mujoco.simulation import compiled
@@ -38,7 +37,7 @@ LINE = systems()["capsule-line"]
 
 @pytest.mark.parametrize("method", ["rk4+coulomb", "rk4+reduced"])
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-line/off-grid", "capsule-train/ten"])
-def test_friction_of_rk4_is_that_of_its_first_stage(name: str, method: str) -> None:
+def test_friction_of_rk4_is_that_of_its_first_stage(name, method):
     step, wrong = 1e-3, changed(name, {"friction": 0.3 * 1.01})
     right, other = (run(name, method, step, w)[0].errors["friction_force"] for w in (None, wrong))
     allowed = sum(right.model.values())
@@ -59,7 +58,7 @@ def tight(found: Measurement, name: str) -> float:
 
 
 @pytest.mark.parametrize("step", [1e-3, 1e-4])
-def test_bounds_are_not_loose(step: float) -> None:
+def test_bounds_are_not_loose(step):
     # within their allowance for phases and for oscillations of an underdamped contact
     found, _ = run("capsule-line/at-123", "euler+coulomb", step)
     for name in ("displacement", "velocity", "heading", "friction_force", *LOADS):
@@ -67,7 +66,7 @@ def test_bounds_are_not_loose(step: float) -> None:
     assert 1.0 <= tight(found, "stroke") < 1.5
 
 
-def test_the_slider_follows_its_control_but_for_its_armature() -> None:
+def test_the_slider_follows_its_control_but_for_its_armature():
     _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
     case = case_of(scene("capsule-line/ca1"))
     exact = case.reference
@@ -77,7 +76,7 @@ def test_the_slider_follows_its_control_but_for_its_armature() -> None:
     assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
 
 
-def test_heights_shift_loads_along_the_line_and_leave_the_motion() -> None:
+def test_heights_shift_loads_along_the_line_and_leave_the_motion():
     low, high = (run("capsule-line/at-123", f"euler+{n}", 1e-4)[0] for n in ("coulomb", "tall"))
     assert verdict(high, "euler+tall") == "predicted"
     assert high.errors["normal_force_2"].largest > 1.0  # f h (M + m) g of 0.19 N m
@@ -85,7 +84,7 @@ def test_heights_shift_loads_along_the_line_and_leave_the_motion() -> None:
     assert abs(high.errors["displacement"].end - low.errors["displacement"].end) < 2e-8
 
 
-def test_the_planar_model_splits_the_weight_equally() -> None:
+def test_the_planar_model_splits_the_weight_equally():
     found, moved = run("capsule-line/off-centroid", "euler+planar", 1e-4)
     forces = np.stack([moved.observables[load] for load in LOADS])
     assert np.ptp(forces, axis=0).max() < 1e-4  # of 4.25 N, while slip grows
@@ -111,14 +110,12 @@ def test_the_planar_model_splits_the_weight_equally() -> None:
         ("capsule-train/ten", 1e-3),
     ],
 )
-def test_bounds_of_the_reduced_model_are_within_a_factor_of_30(
-    name: str, step: float, method: str
-) -> None:
+def test_bounds_of_the_reduced_model_are_within_a_factor_of_30(name, step, method):
     for observable, error in run(name, method, step)[0].errors.items():
         assert beyond(error) <= sum(error.model.values()) <= 30 * beyond(error), observable
 
 
-def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model() -> None:
+def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model():
     case, method = case_of(scene("capsule-line/ca1")), METHODS["euler+reduced"]
     simulation = compiled(case, method, 1e-3)
     assert simulation.model.opt.solver == mujoco.mjtSolver.mjSOL_PGS
@@ -131,7 +128,7 @@ def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model() -> 
     assert np.abs(off).max() > bound
 
 
-def test_a_method_not_meant_for_a_scene_says_so() -> None:
+def test_a_method_not_meant_for_a_scene_says_so():
     found, trajectory = measure(case_of(scene("capsule-line/ca1")), METHODS["euler+planar"], 1e-3)
     assert found.status == "unsupported"
     assert "not meant" in found.reason
@@ -141,7 +138,7 @@ def test_a_method_not_meant_for_a_scene_says_so() -> None:
         prepare(case_of(turning), METHODS["euler+reduced"], 1e-3)
 
 
-def test_an_unknown_profile_is_refused() -> None:
+def test_an_unknown_profile_is_refused():
     with pytest.raises(ParameterError, match=r"^contact = 'coulom': must be one of coulomb"):
         profile({"contact": "coulom"})
     assert {name for name in PROFILES if profile({"contact": name}).convergent} == {
@@ -153,9 +150,7 @@ def test_an_unknown_profile_is_refused() -> None:
 @pytest.mark.long
 @settings(max_examples=40)
 @given(ordinary_lines(-2.0, 2.0), st.sampled_from(FINE), st.floats(20, 60), st.floats(-3, 3))
-def test_any_body_moves_as_predicted(
-    line: LineManoeuvre, method: str, fine: float, heading: float
-) -> None:
+def test_any_body_moves_as_predicted(line, method, fine, heading):
     end = 1.02 * line.t2
     assume(end * fine / line.t1 < 3000)
     manoeuvre = {name: getattr(line, name) for name in ("w1", "w2", "t1", "direction")}
@@ -165,7 +160,7 @@ def test_any_body_moves_as_predicted(
     assert judgement.verdict == "predicted", judgement.reason
 
 
-def test_an_unscaled_solver_tolerance_has_no_effect() -> None:
+def test_an_unscaled_solver_tolerance_has_no_effect():
     # 1e-8 of a trace that is 1e10 because of the armature: the solver keeps the result of the last
     # step
     case, method = scene("capsule-line/ca1"), METHODS["implicitfast+coulomb"]

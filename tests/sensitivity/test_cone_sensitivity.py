@@ -18,7 +18,7 @@ METHODS = [("mujoco/rk4", 5e-4), ("ode/rk4", 5e-4), ("mujoco/rk4", 1e-4), ("ode/
 
 
 @pytest.mark.parametrize(("method", "step"), [*METHODS, ("mujoco/euler", 1e-4)])
-def test_the_printed_hamiltonian(method: str, step: float) -> None:
+def test_the_printed_hamiltonian(method, step):
     scene = find_scene("cone-pendulum/rotating-base")
     system, how = system_of(scene), find_method(method)
     printed = system.problem(scene.parameters).printed_motion()
@@ -26,7 +26,7 @@ def test_the_printed_hamiltonian(method: str, step: float) -> None:
     assert judge(measure(wrong, how, step)[0], system, how).verdict == "off-prediction"
 
 
-def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
+def test_a_bound_wider_than_the_motion_is_no_bound():
     """Near a separatrix the tolerance of a loose solver exceeds the range of the motion."""
     scene = find_scene("cone-pendulum/above-barrier-1e-6")
     system, how = system_of(scene), find_method("ode/radau")
@@ -35,7 +35,7 @@ def test_a_bound_wider_than_the_motion_is_no_bound() -> None:
     assert judge(found, system, how).verdict == "pre-asymptotic"
 
 
-def test_a_run_far_from_the_exact_motion_has_no_bound() -> None:
+def test_a_run_far_from_the_exact_motion_has_no_bound():
     """Model-error bounds are computed along the exact motion and hold near it only."""
     scene = find_scene("capsule-line/ca1")
     system, how = system_of(scene), find_method("mujoco/euler+coulomb")

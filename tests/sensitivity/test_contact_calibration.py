@@ -64,7 +64,7 @@ def looseness(run: Run) -> Mapping[str, float]:
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("run", [LINE, OFF_CENTROID, *TURNS, *HEAVY])
-def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run: Run) -> None:
+def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run):
     assert verdict(run) == "predicted"
     if run[0].startswith("capsule-turn"):
         assert 1.0 <= looseness(run)["body_angle"] < LOOSE["turn"]
@@ -74,30 +74,26 @@ def test_with_the_present_factors_runs_pass_and_bounds_are_not_loose(run: Run) -
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("run", HEAVY)
-def test_a_third_of_the_quasi_static_factor_is_refuted(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_third_of_the_quasi_static_factor_is_refuted(run, monkeypatch):
     monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR / 3)
     assert verdict(run) == "off-prediction"
 
 
 @pytest.mark.long
-def test_three_times_the_quasi_static_factor_is_loose(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_three_times_the_quasi_static_factor_is_loose(monkeypatch):
     monkeypatch.setattr(soft_contact, QUASI_STATIC, soft_contact.QUASI_STATIC_FACTOR * 3)
     assert all(looseness(run)["body_angle"] > LOOSE["turn"] for run in TURNS)
     assert looseness(LINE)["displacement"] > LOOSE["line"]
 
 
 @pytest.mark.parametrize("run", [LINE, OFF_CENTROID])
-def test_a_sixth_of_the_overshoot_factor_is_refuted(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sixth_of_the_overshoot_factor_is_refuted(run, monkeypatch):
     monkeypatch.setattr(soft_contact, OVERSHOOT, soft_contact.OVERSHOOT_FACTOR / 6)
     assert verdict(run) == "off-prediction"
 
 
 @pytest.mark.parametrize("run", [LINE, OFF_CENTROID])
-def test_ten_times_the_overshoot_factor_is_loose(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ten_times_the_overshoot_factor_is_loose(run, monkeypatch):
     monkeypatch.setattr(soft_contact, OVERSHOOT, soft_contact.OVERSHOOT_FACTOR * 10)
     found = looseness(run)
     assert all(found[name] > LOOSE["line"] for name in LOADS)

@@ -95,7 +95,7 @@ def judged(scene: Scene, method: Method, found: ConvergenceStudy) -> Judgement:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_no_engine_leaves_the_heading_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_engine_leaves_the_heading_out(engine, monkeypatch):
     """Each run of a scene that is turned is unexpected where the engine's body is not, known limits
     too, though all but the heading is as in the scene that is not turned."""
     changing(monkeypatch, without_heading)
@@ -106,7 +106,7 @@ def test_no_engine_leaves_the_heading_out(engine: str, monkeypatch: pytest.Monke
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_every_engine_turns_its_body(engine: str) -> None:
+def test_every_engine_turns_its_body(engine):
     for scene, method, verdict in _runs(engine):
         assert not verdict.reason.startswith(STARTS_OFF), (scene.name, method.name, verdict.reason)
 
@@ -122,9 +122,7 @@ def _runs(engine: str) -> Iterator[tuple[Scene, Method, Judgement]]:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("scene", "method"), HIDDEN)
-def test_a_wide_bound_hides_no_friction(
-    scene: str, method: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wide_bound_hides_no_friction(scene, method, monkeypatch):
     changing(monkeypatch, with_more_friction, 1e4)
     where, how = find_scene(scene), find_method(method)
     verdict = judged(where, how, study(where, how))
@@ -134,7 +132,7 @@ def test_a_wide_bound_hides_no_friction(
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("scene", "method"), WIDEST)
-def test_what_is_declared_of_a_bound_is_as_little_as_it_needs(scene: str, method: str) -> None:
+def test_what_is_declared_of_a_bound_is_as_little_as_it_needs(scene, method):
     """Twice the bound is too much."""
     where, how = find_scene(scene), find_method(method)
     found = study(where, how)

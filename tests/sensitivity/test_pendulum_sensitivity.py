@@ -37,7 +37,7 @@ def early(case: Case, time: float) -> Case:
 )
 @pytest.mark.parametrize("case", ["forced-small", "forced-large", "forced-chaotic"])
 @pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_a_push_half_a_step_early(system: str, case: str, method: str) -> None:
+def test_a_push_half_a_step_early(system, case, method):
     posed, how = case_of(scene(f"{system}/{case}")), find_method(method)
     posed = posed.lasting(DURATION)
     verdicts = [

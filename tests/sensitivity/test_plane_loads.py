@@ -30,9 +30,7 @@ def off(found: Measurement) -> bool:
 @pytest.mark.long(keep=3)
 @BOTH
 @pytest.mark.parametrize(("name", "part"), [(TURN, 2), (SPIN, 2), (ROTATION, 2), (PLAN, 1)])
-def test_normal_forces_are_predicted_and_bounds_are_tight(
-    name: str, part: int, method: str
-) -> None:
+def test_normal_forces_are_predicted_and_bounds_are_tight(name, part, method):
     found, _ = run(name, method, scene(name).steps[part])
     assert verdict(found, method) == "predicted"
     for load in LOADS:
@@ -44,9 +42,7 @@ def test_normal_forces_are_predicted_and_bounds_are_tight(
 @BOTH
 @pytest.mark.parametrize(("name", "part"), [("capsule-turn/pivot", 3), (SPIN, 2)])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_mass_distribution_off_by_a_thousandth(
-    name: str, part: int, method: str, sign: int
-) -> None:
+def test_a_mass_distribution_off_by_a_thousandth(name, part, method, sign):
     mass = scene(name).parameters["slider_mass"] * (1 + sign * 1e-3)
     wrong = scene(name, {"slider_mass": mass, "body_mass": 1.3 - mass})
     step = scene(name).steps[part]
@@ -55,13 +51,13 @@ def test_a_mass_distribution_off_by_a_thousandth(
 
 
 @BOTH
-def test_normal_forces_of_two_supports_swapped(method: str) -> None:
+def test_normal_forces_of_two_supports_swapped(method):
     one, two, three = scene(SPIN).parameters["supports"]
     wrong = scene(SPIN, {"supports": (two, one, three)})
     assert off(run(SPIN, method, 1e-3, other=wrong)[0])
 
 
-def test_a_spin_about_the_axis_of_a_leaning_body_shows_in_its_normal_forces() -> None:
+def test_a_spin_about_the_axis_of_a_leaning_body_shows_in_its_normal_forces():
     case, method = case_of(scene(SPIN)), METHODS["euler+coulomb"]
     simulation = compiled(case, method, 1e-3)
     assert isinstance(simulation.translation.qvel, np.ndarray)

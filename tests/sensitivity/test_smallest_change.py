@@ -58,9 +58,7 @@ def verdict_of_changed(scene: str, method: str, label: str, by: float, step: flo
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("scene", "method", "label", "steps"), CASES)
-def test_held_from_both_sides(
-    scene: str, method: str, label: str, steps: tuple[float, ...]
-) -> None:
+def test_held_from_both_sides(scene, method, label, steps):
     if method.startswith("heyoka"):
         pytest.importorskip("heyoka")
     found, verdicts = run(scene, method, steps)
@@ -75,7 +73,7 @@ def test_held_from_both_sides(
         assert verdict_of_changed(scene, method, label, small, step) == own.verdict
 
 
-def test_what_the_motion_does_not_depend_on_is_not_noticed() -> None:
+def test_what_the_motion_does_not_depend_on_is_not_noticed():
     """A body that slides to rest without turning stops after v^2/(2 f g), whatever its mass."""
     scene, steps = "capsule-coast/translation", (1e-3, 5e-4)
     seen = Sensitivities(find_scene(scene)).noticed(*run(scene, "pymunk/side", steps)).keys()
@@ -83,14 +81,14 @@ def test_what_the_motion_does_not_depend_on_is_not_noticed() -> None:
     assert seen.isdisjoint({"body_mass", "inertia", "slider x"})
 
 
-def test_a_method_that_does_not_pass_notices_nothing() -> None:
+def test_a_method_that_does_not_pass_notices_nothing():
     scene, steps = "capsule-line/ca1", (1e-3, 5e-4, 2e-4, 1e-4)
     found, verdicts = run(scene, "mujoco/euler", steps)
     assert verdicts.whole.verdict == "not-converging"
     assert not Sensitivities(find_scene(scene)).noticed(found, verdicts)
 
 
-def test_a_start_close_to_the_saddle_is_differenced_in_proportion() -> None:
+def test_a_start_close_to_the_saddle_is_differenced_in_proportion():
     """10^-6 off the top a nudge of a ten-millionth in the rate moves the whole run too far for a
     derivative: smaller ones are taken."""
     by = Sensitivities(find_scene("simple-pendulum/near-top-1e-6")).slopes
@@ -100,7 +98,7 @@ def test_a_start_close_to_the_saddle_is_differenced_in_proportion() -> None:
     assert ratio == pytest.approx(1.0 / (1e-6 * 9.8**0.5), rel=0.03)
 
 
-def test_relative_changes_and_those_from_zero() -> None:
+def test_relative_changes_and_those_from_zero():
     at = parameters_of(find_scene("capsule-line/ca1"))
     assert at["supports 1 x"].value == 0.2
     assert at["supports 1 y"].size == 1.0

@@ -54,9 +54,7 @@ class Altered:
         ("linear-pendulum/forced-large", "mujoco/discrete", 1e-3),
     ],
 )
-def test_a_prediction(
-    name: str, method: str, step: float, sign: float, late: float, wanted: str
-) -> None:
+def test_a_prediction(name, method, step, sign, late, wanted):
     case, how = case_of(scene(name)), find_method(method)
     case = replace(case, errors=Altered(case.errors, case.reference, sign, late))
     assert judge(measure(case, how, step)[0], case.system, how).verdict == wanted

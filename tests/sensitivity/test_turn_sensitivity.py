@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.random_capsules import CHECK
@@ -22,7 +21,7 @@ def turned(turn: TurnManoeuvre) -> float:
     "wrong",
     [replace(CHECK, friction=CHECK.friction * (1 + 1e-4)), moved_support(CHECK, 1e-4)],
 )
-def test_sensitivity_of_the_check_values(wrong: Capsule) -> None:
+def test_sensitivity_of_the_check_values(wrong):
     """1e-4 of the friction, or of a support's arm, is detected at 1e-8."""
     turn = turn_of(CHECK, 0.12, 0.1)
     other = TurnManoeuvre(wrong, 0.12, turn.angular_acceleration, turn.half_time)

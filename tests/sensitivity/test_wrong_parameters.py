@@ -189,9 +189,7 @@ def verdict(found: Measurement, method: Method) -> str:
     ROWS,
     ids=["-".join(row[:3]) for row in ROWS],
 )
-def test_a_wrong_parameter(
-    name: str, method: str, parameter: str, value: Any, wrong: Wrong
-) -> None:
+def test_a_wrong_parameter(name, method, parameter, value, wrong):
     how, right, other = find_method(method), scene(name), scene(name, {parameter: value})
     if not installed(engine_of(how)):
         pytest.skip(f"{engine_of(how).package} is not installed: make peers")
@@ -220,7 +218,7 @@ def test_a_wrong_parameter(
         (LINE, "mujoco/euler+coulomb", (5e-4, 1e-3)),
     ],
 )
-def test_an_error_of_a_larger_step(names: str, methods: str, step: tuple[float, float]) -> None:
+def test_an_error_of_a_larger_step(names, methods, step):
     """Ten times, or twice, as large as the step at which it is said to be measured."""
     for case in (case_of(scene(name)) for name in names.split()):
         for how in map(find_method, methods.split()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from pathlib import Path
 
 import pytest
 
@@ -11,13 +10,13 @@ from plumbob.models.registry import find_system
 from plumbob.tests.sharing.shared import FOLDER, share, shared
 
 
-def test_it_is_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_made_once(tmp_path, monkeypatch):
     """Also for who asks while it is being made; systems stay what they are."""
     monkeypatch.setenv(FOLDER, "")
     share(tmp_path / "run")
     made, found = [], []
 
-    def make() -> tuple[object, ...]:
+    def make():
         made.append(threading.get_ident())
         return (find_system("cone-pendulum"), {"angle": 1.0})
 
@@ -31,7 +30,7 @@ def test_it_is_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert [one[1] for one in found] == [{"angle": 1.0}] * 3
 
 
-def test_what_fails_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_fails_is_tried_again(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER, "")
     share(tmp_path)
     with pytest.raises(ZeroDivisionError):
@@ -40,8 +39,6 @@ def test_what_fails_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert shared("it", lambda: 3.0) == 2.0
 
 
-def test_a_process_that_is_begun_by_a_test_makes_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_that_is_begun_by_a_test_makes_its_own(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER, f"1:{tmp_path}")
-    assert [shared("it", lambda n=n: n) for n in (1, 2)] == [1, 2]  # type: ignore[misc]
+    assert [shared("it", lambda n=n: n) for n in (1, 2)] == [1, 2]

@@ -3,7 +3,7 @@ figures do not show is not claimed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,6 @@ from plumbob.engines.study.gradient import Gradients
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead
-from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import Stability
 from plumbob.engines.trajectory import Trajectory
@@ -24,7 +23,7 @@ from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import ALIKE, CLEAR, as_predicted, at_most, between, clear
 from plumbob.reports.analyses.cone_pendulum import equilibria
 from plumbob.reports.analyses.measurements import plan_of
-from plumbob.reports.view.content import Claim, Finding
+from plumbob.reports.view.content import Finding
 from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
@@ -101,7 +100,7 @@ FAR = 0.7  # by how much its recordings depart by their end, in SI
 
 
 @pytest.fixture(scope="module")
-def spoiled(study: Study) -> Study:
+def spoiled(study):
     """The study with the same large error in every run and recording, and other costs."""
     return replace(
         study,
@@ -161,38 +160,36 @@ def _findings(study: Study) -> dict[str, Finding]:
 
 
 @pytest.fixture(scope="module")
-def before() -> dict[str, Finding]:
+def before():
     return {finding.name: finding for finding in whole_profile.findings()}
 
 
 @pytest.fixture(scope="module")
-def after(spoiled: Study) -> dict[str, Finding]:
+def after(spoiled):
     with whole_profile.one_plan():
         return _findings(spoiled)
 
 
-def test_every_finding_is_named_here(before: dict[str, Finding]) -> None:
+def test_every_finding_is_named_here(before):
     assert set(before) == {*COMPUTED, *MEASURED}
 
 
 @pytest.mark.long
-def test_another_figure_in_the_store_is_another_on_the_page(
-    before: dict[str, Finding], after: dict[str, Finding]
-) -> None:
+def test_another_figure_in_the_store_is_another_on_the_page(before, after):
     said = {name: [replace(of[name], claims=()) for of in (before, after)] for name in MEASURED}
     assert [name for name, (first, other) in said.items() if first == other] == []
 
 
 @pytest.mark.long
-def test_what_is_computed_stays(before: dict[str, Finding], after: dict[str, Finding]) -> None:
+def test_what_is_computed_stays(before, after):
     assert [name for name in COMPUTED if before[name].summary != after[name].summary] == []
     # the swings of the equilibria were not invented
     assert [name for name in COMPUTED if before[name].claims != ()] == ["equilibria"]
 
 
 @pytest.mark.parametrize(("quicker", "shown"), [(1.0, True), (1.01, False)])
-def test_rates_of_small_swings_are_looked_up(study: Study, quicker: float, shown: bool) -> None:
-    extras: dict[Request[Any], Any] = {}
+def test_rates_of_small_swings_are_looked_up(study, quicker, shown):
+    extras = {}
     for request, (_, _, centre) in zip(
         equilibria.requests(plan_of(study)), equilibria.centres(), strict=True
     ):
@@ -215,9 +212,7 @@ def _claiming(*found: dict[str, Finding]) -> Iterator[str]:
 
 
 @pytest.mark.long
-def test_what_is_not_shown_is_not_claimed(
-    before: dict[str, Finding], after: dict[str, Finding]
-) -> None:
+def test_what_is_not_shown_is_not_claimed(before, after):
     """In one or the other of two studies whose contacts all do alike, whose recordings depart, each
     finding that rests on a figure is no longer claimed."""
     shown = {
@@ -236,10 +231,8 @@ def test_what_is_not_shown_is_not_claimed(
 
 
 @pytest.mark.long
-def test_a_key_finding_that_is_not_shown_leaves_the_first_screen(
-    before: dict[str, Finding], after: dict[str, Finding]
-) -> None:
-    chosen: Sequence[Finding] = as_measured(after.values())
+def test_a_key_finding_that_is_not_shown_leaves_the_first_screen(before, after):
+    chosen = as_measured(after.values())
     hidden = {f.name for f in chosen if f.judgement == NOT_SHOWN}
     assert {"capsule-isotropy", "capsule-displacement"} <= hidden
     assert {card.finding.name for card in cards(chosen)} & hidden == set()
@@ -257,6 +250,6 @@ def test_a_key_finding_that_is_not_shown_leaves_the_first_screen(
         (between("x", 1.0, 1.0, 2.0), between("x", 2.01, 1.0, 2.0)),
     ],
 )
-def test_claims_are_held_from_both_sides(holding: Claim, failing: Claim) -> None:
+def test_claims_are_held_from_both_sides(holding, failing):
     assert holding.holds
     assert not failing.holds

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("cache")
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def cache(tmp_path, monkeypatch):
     """The user's cache, and beside it a template."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "greeting.html").write_text("{{ name }} & co", "utf-8")
@@ -26,23 +26,21 @@ def filled(folder: Path, *, autoescape: bool = True) -> str:
     return fresh.get_template("greeting.html").render(name="<b>")
 
 
-def test_a_template_is_compiled_once(
-    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_template_is_compiled_once(tmp_path, cache, monkeypatch):
     assert filled(tmp_path) == "&lt;b&gt; & co"
     assert len(list(cache.iterdir())) == 1
     monkeypatch.setattr(jinja2.Environment, "_generate", None)
     assert filled(tmp_path) == "&lt;b&gt; & co"
 
 
-def test_a_changed_text_or_option_is_compiled_anew(tmp_path: Path) -> None:
+def test_a_changed_text_or_option_is_compiled_anew(tmp_path):
     filled(tmp_path)
     assert filled(tmp_path, autoescape=False) == "<b> & co"
     (tmp_path / "greeting.html").write_text("{{ name }}!", "utf-8")
     assert filled(tmp_path) == "&lt;b&gt;!"
 
 
-def test_damage_is_overwritten(tmp_path: Path, cache: Path) -> None:
+def test_damage_is_overwritten(tmp_path, cache):
     filled(tmp_path)
     (kept,) = cache.iterdir()
     sound = kept.read_bytes()
@@ -52,6 +50,6 @@ def test_damage_is_overwritten(tmp_path: Path, cache: Path) -> None:
         assert kept.read_bytes() == sound
 
 
-def test_a_cache_that_cannot_be_made_changes_nothing(tmp_path: Path) -> None:
+def test_a_cache_that_cannot_be_made_changes_nothing(tmp_path):
     (tmp_path / "cache").write_text("a file", "utf-8")
     assert filled(tmp_path) == "&lt;b&gt; & co"

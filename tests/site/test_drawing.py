@@ -15,7 +15,7 @@ from plumbob.tests.support.studies import SCENE
 
 
 @pytest.mark.long
-def test_two_processes_work_out_the_same_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_processes_work_out_the_same_pages(monkeypatch):
     monkeypatch.setattr(reports.analyses, "MANY", 1)
     studies = [
         measured(scene, ("ode/rk4", "ode/leapfrog"), 1e-2)

@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -102,7 +101,7 @@ def _said(study: Study) -> str:
     return " ".join(contacts.sentences)
 
 
-def test_settings_costs_and_results_stand_on_the_index(study: Study, index: Path) -> None:
+def test_settings_costs_and_results_stand_on_the_index(study, index):
     text = index.read_text("utf-8")
     first = html.unescape(re.sub(r"<[^>]+>", " ", text.partition('id="findings"')[0]))
     words = " ".join(first.split())
@@ -116,7 +115,7 @@ def test_settings_costs_and_results_stand_on_the_index(study: Study, index: Path
         assert f"{count.sign} {count.count} {count.name}" in words
 
 
-def test_no_line_ends_between_a_number_and_its_unit(index: Path) -> None:
+def test_no_line_ends_between_a_number_and_its_unit(index):
     text = index.read_text("utf-8").partition('id="findings"')[0]
     answers = "".join(re.findall(r"<p>(.*?)</p>", text))
     assert not re.search(r"\d (%|s|ms)\b|\d %", answers)
@@ -126,7 +125,7 @@ def test_no_line_ends_between_a_number_and_its_unit(index: Path) -> None:
     )
 
 
-def test_the_answer_is_computed_from_the_study(study: Study) -> None:
+def test_the_answer_is_computed_from_the_study(study):
     for error, said in ((0.0123, "1.2 %"), (4.5e-5, "0.0045 %")):
         changed = study
         for scene in (s.name for s in study.scenes if s.system == "capsule-line"):
@@ -135,7 +134,7 @@ def test_the_answer_is_computed_from_the_study(study: Study) -> None:
     assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
 
 
-def test_settings_that_are_no_better_are_not_advised(study: Study) -> None:
+def test_settings_that_are_no_better_are_not_advised(study):
     changed = study
     for scene in study.scenes:
         if scene.system == "capsule-line":
@@ -149,7 +148,7 @@ def _falling(finest: float, step: float) -> float:
     return 0.5 if step >= 1e-3 else finest
 
 
-def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study: Study) -> None:
+def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study):
     assert _answers(study)[0].table.note == ""
     growing = _with_error(study, LINE, DEFAULT, lambda step: 0.02 if step >= 1e-3 else 0.07)
     for finest, said in (
@@ -162,7 +161,7 @@ def test_an_error_that_is_smaller_at_this_step_alone_is_explained(study: Study) 
         assert bool(said) == bool(note)
 
 
-def test_costs_are_computed_from_the_study(study: Study) -> None:
+def test_costs_are_computed_from_the_study(study):
     cost = study.costs[LINE, CONVERGENT]
     costs = {
         pair: replace(cost, ns_per_step=1.7) if pair[1] == CONVERGENT else cost
@@ -171,7 +170,7 @@ def test_costs_are_computed_from_the_study(study: Study) -> None:
     assert "a step costs 1.7 times" in _said(replace(study, costs=costs))
 
 
-def test_a_finding_is_computed_from_the_study(study: Study) -> None:
+def test_a_finding_is_computed_from_the_study(study):
     before = finding(ERRORS, study)
     after = finding(ERRORS, _with_error(study, LINE, "mujoco/euler", 0.123))
     assert "12 %" not in before.summary
@@ -179,7 +178,7 @@ def test_a_finding_is_computed_from_the_study(study: Study) -> None:
     assert picture(before.figures[0]) != picture(after.figures[0])
 
 
-def test_the_matrix_is_computed_from_the_study(study: Study) -> None:
+def test_the_matrix_is_computed_from_the_study(study):
     scene = next(s for s in study.scenes if s.name == LINE)
     for error, text, size in ((0.123, "12 %", "g"), (2e-5, "0.002 %", "c"), (7.0, "700 %", "h")):
         (cell, *_) = _matrix(_with_error(study, LINE, DEFAULT, error), scene)[DEFAULT]
@@ -226,16 +225,14 @@ def _at_steps(study: Study, runs: dict[float, float | None]) -> ConvergenceStudy
         ({2e-3: 0.3, 1e-3: None, 5e-4: 0.05}, "diverged"),
     ],
 )
-def test_an_error_that_crosses_zero_is_shown_beside_it(
-    study: Study, runs: dict[float, float | None], text: str
-) -> None:
+def test_an_error_that_crosses_zero_is_shown_beside_it(study, runs, text):
     found = _at_steps(study, runs)
     shown = matrix.at_reference(found, find_method(DEFAULT), _about(study, LINE))
     assert shown
     assert shown.text == text
 
 
-def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None:
+def test_a_step_too_large_for_the_theory_is_marked_as_such(study):
     found = _at_steps(study, {2e-3: 0.3, 1e-3: 0.2, 5e-4: 0.05})
     passes, large = RunVerdict("predicted", ""), RunVerdict("pre-asymptotic", "")
     for middle, sign in ((passes, "="), (large, "?")):
@@ -247,7 +244,7 @@ def test_a_step_too_large_for_the_theory_is_marked_as_such(study: Study) -> None
         assert shown[0].cell(1e-3) == f"{sign} 20 %"
 
 
-def test_engines_are_compared_at_one_step(study: Study) -> None:
+def test_engines_are_compared_at_one_step(study):
     scene = find_scene("cone-pendulum/rotating-base")
     cells = _matrix(study, scene)
     best = [name for name, cell in cells.items() if cell[0].best and name.startswith("ode/")]
@@ -259,7 +256,7 @@ def test_engines_are_compared_at_one_step(study: Study) -> None:
     assert _matrix(alone, scene)["ode/dop853"][0].best
 
 
-def test_a_cell_has_the_error_at_other_steps(study: Study) -> None:
+def test_a_cell_has_the_error_at_other_steps(study):
     """At MuJoCo's default step, and at the largest step that is, with all smaller ones, within 1 %:
     one that is so by chance is no answer."""
     passes = RunVerdict("predicted", "")
@@ -279,7 +276,7 @@ def test_a_cell_has_the_error_at_other_steps(study: Study) -> None:
     assert cells[2] is None
 
 
-def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study: Study) -> None:
+def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study):
     hard = "capsule-turn/pivot-short"
     changed = _with_error(study, hard, RK4, 7.7e7)
     for answer in _answers(changed):
@@ -292,7 +289,7 @@ def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study: Study) -> None
     assert "RK4: at most 6.6e7× (on capsule-turn/0.03)" in _said(turned)
 
 
-def test_a_method_has_one_cost_on_a_scene(study: Study) -> None:
+def test_a_method_has_one_cost_on_a_scene(study):
     cost = study.costs[LINE, DEFAULT]
     costs = {
         pair: replace(cost, ns_per_step=6686.0 if pair[1] == DEFAULT else 9360.0)
@@ -311,7 +308,7 @@ def test_a_method_has_one_cost_on_a_scene(study: Study) -> None:
     assert as_run[DEFAULT] == "6686"
 
 
-def test_methods_that_did_not_run_are_not_counted(study: Study) -> None:
+def test_methods_that_did_not_run_are_not_counted(study):
     first, *rest = study.convergence
     none = replace(
         first,
@@ -324,7 +321,7 @@ def test_methods_that_did_not_run_are_not_counted(study: Study) -> None:
     assert scenes == len(study.scenes)
 
 
-def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
+def test_a_known_limit_is_never_marked_as_unexpected(study):
     for found in verdicts(study).values():
         means = matrix.meaning(found)
         if means == "not-run":
@@ -334,7 +331,7 @@ def test_a_known_limit_is_never_marked_as_unexpected(study: Study) -> None:
         assert ("unexpected" in shown.look) == (means == "unexpected")
 
 
-def test_systems_come_in_the_order_of_the_sources() -> None:
+def test_systems_come_in_the_order_of_the_sources():
     names = ["simple-pendulum", "a-new-one", "capsule-turn", "cone-pendulum", "capsule-line"]
     assert matrix.in_order(names) == [
         "cone-pendulum",
@@ -346,7 +343,7 @@ def test_systems_come_in_the_order_of_the_sources() -> None:
 
 
 @pytest.mark.parametrize("logarithms", [False, True])
-def test_a_picture_has_every_point_where_it_belongs(logarithms: bool) -> None:
+def test_a_picture_has_every_point_where_it_belongs(logarithms):
     drawn = picture(_drawn([1.0, 10.0, 100.0], logarithms))
     (path,) = re.findall(r'stroke="#0072b2"[^>]* d="M([^"]+)"', drawn)
     across, up = np.cumsum(
@@ -358,7 +355,7 @@ def test_a_picture_has_every_point_where_it_belongs(logarithms: bool) -> None:
     assert middle == pytest.approx(0.5 if logarithms else 9.0 / 99.0, abs=0.01)
 
 
-def test_a_picture_leaves_out_what_has_no_place() -> None:
+def test_a_picture_leaves_out_what_has_no_place():
     assert picture(_drawn([0.0, -1.0], True)) == ""
     assert "nan" not in picture(_drawn([1.0, float("nan"), 3.0], False))
 
@@ -369,7 +366,7 @@ def _drawn(values: list[float], logarithms: bool) -> Figure:
     return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))
 
 
-def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
+def test_a_legend_tells_dashed_curves_from_solid_ones():
     lines = [
         curve([1.0, 2.0], [1.0, 2.0], colour="#d55e00", dash=dash, name=dash)
         for dash in ("solid", "dot", "dash")
@@ -396,13 +393,11 @@ def test_a_legend_tells_dashed_curves_from_solid_ones() -> None:
         (float("inf"), "–"),
     ],
 )
-def test_relative_errors_have_digits_that_mean_something(error: float, said: str) -> None:
+def test_relative_errors_have_digits_that_mean_something(error, said):
     assert notation.relative(error) == said
 
 
-def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(
-    study: Study,
-) -> None:
+def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(study):
     scene = find_scene("capsule-line/heading-030")
     own = tuple(c for c in study.convergence if c.scene == scene.name)
     best = {  # nothing runs at other errors: of each engine one is better than its default

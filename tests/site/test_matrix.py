@@ -3,15 +3,9 @@ and without JavaScript."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 import pytest
 
 from plumbob.tests.support.browser import Visit, visited
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 SEEN = """() => {
   const visible = (one) => one.checkVisibility();
@@ -33,7 +27,7 @@ def _reached(visit: Visit) -> None:
 
 
 @pytest.mark.long
-def test_the_keyboard_filters_and_the_address_restores(index: Path, browser: Browser) -> None:
+def test_the_keyboard_filters_and_the_address_restores(index, browser):
     with visited(browser, index) as visit:
         whole = visit.ask(SEEN)
         _reached(visit)
@@ -63,14 +57,14 @@ def test_the_keyboard_filters_and_the_address_restores(index: Path, browser: Bro
 
 
 @pytest.mark.long
-def test_a_name_that_is_nowhere_is_said(index: Path, browser: Browser) -> None:
+def test_a_name_that_is_nowhere_is_said(index, browser):
     with visited(browser, index, "#matrix?filter=no-such-thing") as visit:
         assert visit.ask(SEEN)["cells"] == []
         assert visit.page.locator(".choices [role=status]").inner_text() == "nothing has this name"
 
 
 @pytest.mark.long
-def test_without_javascript_the_table_is_whole(index: Path, browser: Browser) -> None:
+def test_without_javascript_the_table_is_whole(index, browser):
     with visited(browser, index) as visit:
         whole = visit.ask(SEEN)
     context = browser.new_context(java_script_enabled=False)

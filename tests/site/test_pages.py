@@ -8,7 +8,6 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -45,21 +44,21 @@ HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>"
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(tmp_path_factory):
     return site(small(), tmp_path_factory.mktemp("page") / "new")
 
 
 @pytest.fixture(scope="module")
-def documents(page: Path) -> dict[Path, Document]:
+def documents(page):
     return {file: Document(file.read_text("utf-8")) for file in site_files(page)}
 
 
 @pytest.fixture(scope="module")
-def figures(documents: dict[Path, Document]) -> list[dict[str, Any]]:
+def figures(documents):
     return [figure for file in documents for figure in plotted(file)]
 
 
-def test_an_index_and_a_folder(page: Path) -> None:
+def test_an_index_and_a_folder(page):
     (folder,) = (path for path in page.parent.iterdir() if path.is_dir())
     assert {path.name for path in page.parent.iterdir()} == {"index.html", folder.name}
     assert page.stat().st_size < KILOBYTES * 1e3
@@ -69,7 +68,7 @@ def test_an_index_and_a_folder(page: Path) -> None:
     }
 
 
-def test_they_load_nothing_from_elsewhere(documents: dict[Path, Document]) -> None:
+def test_they_load_nothing_from_elsewhere(documents):
     for file, document in documents.items():
         files = {Path(name).name for name in document.loaded}
         pictures = {name for name in files if re.fullmatch(r"[0-9a-f]{12}\.svg", name)}
@@ -81,7 +80,7 @@ def test_they_load_nothing_from_elsewhere(documents: dict[Path, Document]) -> No
         assert all((file.parent / name).is_file() for name in document.loaded)
 
 
-def test_every_link_leads_somewhere(documents: dict[Path, Document]) -> None:
+def test_every_link_leads_somewhere(documents):
     assert broken_links(documents) == []
     (first, *_) = documents
     text = first.read_text("utf-8")
@@ -89,7 +88,7 @@ def test_every_link_leads_somewhere(documents: dict[Path, Document]) -> None:
         assert broken_links({**documents, first: Document(broken)}) != []
 
 
-def test_every_scene_method_and_number_is_in_a_table(documents: dict[Path, Document]) -> None:
+def test_every_scene_method_and_number_is_in_a_table(documents):
     study, said = quick(), " ".join(" ".join(one.cells) for one in documents.values())
     for scene in study.scenes:
         assert scene.name in said
@@ -99,18 +98,18 @@ def test_every_scene_method_and_number_is_in_a_table(documents: dict[Path, Docum
         assert name in said
 
 
-def test_foot_says_where_it_comes_from(page: Path) -> None:
+def test_foot_says_where_it_comes_from(page):
     for file in site_files(page):
         foot = file.read_text("utf-8").partition('id="provenance"')[2].partition("</footer>")[0]
         for word in ("plumbob validate", "cone-*", "mujoco", "numpy", "UTC", "cores"):
             assert word in foot
 
 
-def test_commands_on_the_pages_run(page: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_on_the_pages_run(page, capsys):
     """Each can be read, and what it names is there; the shortest of each cheap kind runs."""
     text = "".join(file.read_text("utf-8") for file in site_files(page))
     shown = sorted(set(re.findall(r"<code>(plumbob .*?)</code>", text.replace("<wbr>", ""))))
-    kinds: dict[str, list[str]] = {}
+    kinds = {}
     for command in map(html.unescape, shown):
         resolve(command, page.parent)
         kinds.setdefault(words(command)[0], []).append(command)
@@ -121,7 +120,7 @@ def test_commands_on_the_pages_run(page: Path, capsys: pytest.CaptureFixture[str
         assert capsys.readouterr().err == ""
 
 
-def test_plots_are_light(figures: list[dict[str, Any]]) -> None:
+def test_plots_are_light(figures):
     assert len(figures) >= 5 * len(quick().scenes)
     for found in figures:
         for trace in found["data"]:
@@ -133,7 +132,7 @@ def test_plots_are_light(figures: list[dict[str, Any]]) -> None:
                 assert len(trace["x"]) == len(trace["y"])
 
 
-def test_work_precision_hints_state_method_step_error_cost(figures: list[dict[str, Any]]) -> None:
+def test_work_precision_hints_state_method_step_error_cost(figures):
     plots = [f for f in figures if "real-time factor" in f["layout"]["xaxis"]["title"]["text"]]
     assert len(plots) == len(quick().scenes) + 1  # the leading one is on the system's page too
     for trace in plots[0]["data"]:
@@ -145,7 +144,7 @@ def test_work_precision_hints_state_method_step_error_cost(figures: list[dict[st
                 assert word in trace["hovertemplate"]
 
 
-def test_axes_have_units(figures: list[dict[str, Any]]) -> None:
+def test_axes_have_units(figures):
     for found in figures:
         for name, axis in found["layout"].items():
             if re.fullmatch(r"[xy]axis\d*", name) and "ticktext" not in axis:
@@ -153,7 +152,7 @@ def test_axes_have_units(figures: list[dict[str, Any]]) -> None:
                 assert "[" in title or " / " in title, title
 
 
-def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
+def test_markup_from_outside_is_escaped(tmp_path):
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     scene = replace(study.scenes[0], summary=HOSTILE)
     convergence_study = study.convergence[0]
@@ -177,13 +176,13 @@ def test_markup_from_outside_is_escaped(tmp_path: Path) -> None:
     assert any("onerror" in file.read_text("utf-8") for file in site_files(index))
 
 
-def test_figure_json_is_no_markup() -> None:
+def test_figure_json_is_no_markup():
     plot = figure("t", "c", [curve([1.0], [2.0], name="</script>")], linear("x"), linear("y"))
     assert "<" not in figure_json(plot)
     assert json.loads(figure_json(plot))["data"][0]["name"] == "</script>"
 
 
-def test_nothing_is_half_written(tmp_path: Path) -> None:
+def test_nothing_is_half_written(tmp_path):
     broken = Analysed("no/such/template", "finding", "cone-pendulum", "", {})
     old = tmp_path / "index.html"
     old.write_text("old", "utf-8")
@@ -192,7 +191,7 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
-def test_an_engine_that_is_not_installed_is_a_line(tmp_path: Path) -> None:
+def test_an_engine_that_is_not_installed_is_a_line(tmp_path):
     """Its methods have no row each, in any table, and no curve."""
     ran = Method("made/up", Scheme(RK4), 4)
     gone = [Method(f"absent/{name}", Scheme(RK4), 4) for name in ("one", "two")]
@@ -212,7 +211,7 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path: Path) -> None:
     assert "Not run, because not installed: absent (2 methods)." in text
 
 
-def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path: Path) -> None:
+def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path):
     """The section is there where engines differ, and not where plumbob or numpy alone do."""
     pairs = (("3.16.0", "1"), ("3.17.0", "1"), ("3.17.0", "2"))
     made = [
@@ -246,9 +245,7 @@ def _folders(out: Path) -> set[str]:
     return {path.name for path in out.iterdir() if path.is_dir()}
 
 
-def test_the_old_site_is_whole_until_the_new_index_stands(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_old_site_is_whole_until_the_new_index_stands(tmp_path, monkeypatch):
     index = write_page(_small(), tmp_path)
     old, (folder,) = index.read_text("utf-8"), _folders(tmp_path)
     files = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
@@ -268,7 +265,7 @@ def _full(text: str, folder: Path, name: str) -> Path:
     raise OSError("no space left")
 
 
-def test_the_same_study_has_the_same_site_and_repairs_it(tmp_path: Path) -> None:
+def test_the_same_study_has_the_same_site_and_repairs_it(tmp_path):
     index = write_page(_small(), tmp_path)
     before = {file: file.read_bytes() for file in site_files(index)}
     style = next(tmp_path.glob("site-*/page.css"))
@@ -278,7 +275,7 @@ def test_the_same_study_has_the_same_site_and_repairs_it(tmp_path: Path) -> None
     assert style.read_text("utf-8") != "broken"
 
 
-def test_other_folders_are_left_alone(tmp_path: Path) -> None:
+def test_other_folders_are_left_alone(tmp_path):
     for name in ("site-0123456789ab", "other"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "page.css").write_text("other", "utf-8")
@@ -287,7 +284,7 @@ def test_other_folders_are_left_alone(tmp_path: Path) -> None:
     assert {"site-0123456789ab", "other"} < _folders(tmp_path)
 
 
-def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
+def test_a_file_in_the_way_is_left_alone(tmp_path):
     study = _small()
     (tmp_path / "out").write_text("other", "utf-8")
     with pytest.raises(OSError, match="out"):
@@ -295,26 +292,26 @@ def test_a_file_in_the_way_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text("utf-8") == "other"
 
 
-def test_a_system_without_a_section_has_none() -> None:
+def test_a_system_without_a_section_has_none():
     assert section("no-such-system") is None
     assert section("cone-pendulum") is not None
 
 
-def test_methods_keep_their_colours() -> None:
+def test_methods_keep_their_colours():
     methods = quick().methods
     whole, part = styles(methods), styles(methods[1:])
     assert all(whole[m.name].colour == part[m.name].colour for m in methods[1:])
     assert len({(s.colour, s.marker) for s in whole.values()}) == len(methods)
 
 
-def test_front_has_no_dominated_point() -> None:
+def test_front_has_no_dominated_point():
     costs, errors = (1.0, 2.0, 2.0, 3.0, 4.0), (1.0, 0.5, 0.7, 0.6, 0.1)
     points = [Point("m", 1.0, e, c) for c, e in zip(costs, errors, strict=True)]
     kept = front(points, lambda p: (p.ns_per_second, p.error))
     assert [(p.ns_per_second, p.error) for p in kept] == [(1, 1), (2, 0.5), (4, 0.1)]
 
 
-def test_a_curve_is_thinned_and_its_gaps_remain() -> None:
+def test_a_curve_is_thinned_and_its_gaps_remain():
     y = np.ones(10_000)
     y[0] = math.nan
     drawn = curve(np.arange(10_000.0), y)
@@ -324,9 +321,9 @@ def test_a_curve_is_thinned_and_its_gaps_remain() -> None:
     assert axis["xaxis"]["dtick"] == 2
 
 
-def test_a_cell_that_is_text_alone_is_what_every_cell_is() -> None:
+def test_a_cell_that_is_text_alone_is_what_every_cell_is():
     """Rows write the plain ones themselves, in a third of the time."""
-    parts: Any = filled_pages._environment().get_template("parts.html.jinja")
+    parts = filled_pages._environment().get_template("parts.html.jinja")
     made = parts.make_module({"styles": {}, "href": str})
     kinds = (
         "",

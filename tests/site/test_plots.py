@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from plumbob.engines.registry import method
 from plumbob.reports.advice.work_precision import Point
-from plumbob.reports.view.content import Figure, Trace
+from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import drawing, shown
 from plumbob.reports.view.page import Plots
 from plumbob.reports.view.palette import styles
@@ -28,9 +26,6 @@ from plumbob.reports.view.plotly_figure import (
 from plumbob.reports.view.plots import error_against_cost
 from plumbob.tests.support.browser import Visit, visited
 from plumbob.tests.support.page_document import site_files
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 SCENE = "capsule-line-ca1.html"
 # Of pictures, those of whose labels one is not inside, and those with two that overlap by more
@@ -75,9 +70,7 @@ def _pictures(index: Path, whole: bool) -> dict[str, str]:
     return {name: (folder / name).read_text("utf-8") for name in sorted(names)}
 
 
-def test_every_label_is_inside_its_picture_and_apart(
-    index: Path, browser: Browser, pytestconfig: pytest.Config
-) -> None:
+def test_every_label_is_inside_its_picture_and_apart(index, browser, pytestconfig):
     pictures = _pictures(index, pytestconfig.getoption("--suite") == "whole")
     assert len(pictures) > 2
     with visited(browser, index) as visit:
@@ -87,10 +80,8 @@ def test_every_label_is_inside_its_picture_and_apart(
         assert len(visit.ask(MISPLACED, {name: moved})) > 2
 
 
-def test_a_legend_below_and_names_at_ends_and_a_map_are_apart_too(
-    index: Path, browser: Browser
-) -> None:
-    def of(curves: Sequence[Trace], *, wide: bool = False) -> Figure:
+def test_a_legend_below_and_names_at_ends_and_a_map_are_apart_too(index, browser):
+    def of(curves, *, wide=False):
         return figure("", "", curves, linear("x [m]"), logarithmic("y [m]"), legend=True, wide=wide)
 
     curves = [curve([1.0, 2.0], [k + 1e-3, 1.0], name=f"engine/method-{k}") for k in range(9)]
@@ -119,7 +110,7 @@ def _svg(of: Figure, *chosen: str) -> str:
 
 
 @pytest.mark.long
-def test_a_plot_is_a_picture_until_it_is_pressed(index: Path, browser: Browser) -> None:
+def test_a_plot_is_a_picture_until_it_is_pressed(index, browser):
     page = site_files(index)[1].parent / SCENE
     with visited(browser, page) as visit:
         plots = visit.page.locator(".area")
@@ -145,7 +136,7 @@ def _pressed(visit: Visit, place: int) -> None:
     assert not plot.locator("img").is_visible()
 
 
-def test_a_picture_has_the_methods_that_are_chosen_and_their_front() -> None:
+def test_a_picture_has_the_methods_that_are_chosen_and_their_front():
     fast = curve([1.0, 10.0], [1e-3, 1e-2], method="a/fast", marks=True)
     slow = curve([1.0, 2.0], [1e-6, 1e-4], method="b/slow", marks=True)
     edge = {**curve([1.0], [1.0], name="Pareto front"), "meta": FRONT}
@@ -157,7 +148,7 @@ def test_a_picture_has_the_methods_that_are_chosen_and_their_front() -> None:
     assert "b/slow" in _svg(both)
 
 
-def test_a_curve_breaks_at_a_gap_and_keeps_its_course() -> None:
+def test_a_curve_breaks_at_a_gap_and_keeps_its_course():
     x = np.linspace(0.0, 6.0, 300)
     y = np.where(abs(x - 3.0) < 0.1, np.nan, np.sin(x))
     text = _svg(figure("", "", [curve(x, y, colour="#123456")], linear("x [1]"), linear("y [1]")))
@@ -171,7 +162,7 @@ def test_a_curve_breaks_at_a_gap_and_keeps_its_course() -> None:
     assert np.max(np.abs(height - np.sin(angle))) < 0.01
 
 
-def test_pictures_inside_a_page_are_no_files() -> None:
+def test_pictures_inside_a_page_are_no_files():
     drawn = figure("t", "", [curve([1.0, 2.0], [1.0, 2.0])], linear("x [1]"), linear("y [1]"))
     inside, beside = Plots(), Plots("folder/", "page")
     address, size = inside.picture(drawn, ())
@@ -181,11 +172,11 @@ def test_pictures_inside_a_page_are_no_files() -> None:
     assert size
     address, _ = beside.picture(drawn, ())
     assert beside.files[address.removeprefix("folder/")].decode() == size.svg
-    nothing: Any = replace(drawn, traces=({**drawn.traces[0], "x": [None], "y": [None]},))
+    nothing = replace(drawn, traces=({**drawn.traces[0], "x": [None], "y": [None]},))
     assert beside.picture(nothing, ()) == ("", None)
 
 
-def test_a_curve_ends_in_a_cross_at_the_speed_of_its_largest_step() -> None:
+def test_a_curve_ends_in_a_cross_at_the_speed_of_its_largest_step():
     """Dotted from the largest run that is stable, past those that are not; none without a limit."""
     runs = [Point("mujoco/rk4", step, 1e-3 * step, 1e4 / step) for step in (1.0, 0.1, 0.01)]
     methods = {"mujoco/rk4": method("mujoco/rk4")}

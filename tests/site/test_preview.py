@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from pathlib import Path
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from plumbob.tests.support.page_document import site_files
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
-def test_a_circle_is_drawn_where_it_is() -> None:
+def test_a_circle_is_drawn_where_it_is():
     trace = {"x": 3.0 * np.cos(CIRCLE), "y": 3.0 * np.sin(CIRCLE), "line": {"color": RED}}
     png = preview(Figure("", "", (trace,), {}))
     assert struct.unpack(">II", png[16:24]) == (WIDTH, HEIGHT)
@@ -30,7 +29,7 @@ def test_a_circle_is_drawn_where_it_is() -> None:
     assert len(radii) > 2 * np.pi * 275 * 8
 
 
-def test_each_page_has_words_of_its_own_and_the_icon(index: Path) -> None:
+def test_each_page_has_words_of_its_own_and_the_icon(index):
     shown = []
     for file in site_files(index):
         text = file.read_text("utf-8")

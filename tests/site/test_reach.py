@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -13,9 +12,6 @@ from plumbob.reports.cli import main
 from plumbob.reports.view.page import TEMPLATES
 from plumbob.tests.support.browser import Visit, visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 NODES, KILOBYTES, SHEETS, STOPS, HEIGHT = 8000, 400.0, 12, 60, 5000
 LEAST, TALLER = 10, 100  # systems that the height is for, and [px] that each further one may add
@@ -79,9 +75,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.mark.long
-def test_nothing_is_out_of_reach(
-    name: str, index: Path, browser: Browser, pytestconfig: pytest.Config
-) -> None:
+def test_nothing_is_out_of_reach(name, index, browser, pytestconfig):
     """No violation of axe-core, nothing wider than the window, and few elements, at two widths, in
     light and dark (where colours alone differ), with everything opened."""
     page = _page(index, name)
@@ -116,7 +110,7 @@ def _faults(visit: Visit, *, whole: bool = False) -> list[str]:
     return found
 
 
-def test_the_dark_theme_changes_colours_alone() -> None:
+def test_the_dark_theme_changes_colours_alone():
     """Each declaration in it is one of a colour by its own name, on an element that is there."""
     sheets = {path.name: path.read_text("utf-8") for path in TEMPLATES.glob("*.css")}
     blocks = {name: DARK.findall(text) for name, text in sheets.items()}
@@ -167,7 +161,7 @@ SEEN = [
 
 
 @pytest.mark.long
-def test_sensitivity_of_the_looks(index: Path, browser: Browser) -> None:
+def test_sensitivity_of_the_looks(index, browser):
     """What is wrong in one theme or at one width alone, of one line among dozens that are alike but
     for it, is seen there and nowhere else; so are a link without words and an error in a script."""
     with visited(browser, index) as visit:
@@ -180,7 +174,7 @@ def test_sensitivity_of_the_looks(index: Path, browser: Browser) -> None:
 
 
 @pytest.mark.long
-def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
+def test_a_page_that_stands_alone(browser, tmp_path):
     """What `plumbob solve --figures` writes is made of the same parts."""
     page = tmp_path / "figures.html"
     assert main(["solve", "cone-pendulum", "--figures", str(page)]) == 0
@@ -193,14 +187,14 @@ def test_a_page_that_stands_alone(browser: Browser, tmp_path: Path) -> None:
         assert visit.requests == [page.resolve().as_uri()]
 
 
-def test_every_link_of_a_whole_study_leads_somewhere(index: Path) -> None:
+def test_every_link_of_a_whole_study_leads_somewhere(index):
     files = site_files(index)
     assert broken_links({file: Document(file.read_text("utf-8")) for file in files}) == []
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["index", "capsule-line", SCENE])
-def test_what_is_pressed_is_large_enough(name: str, index: Path, browser: Browser) -> None:
+def test_what_is_pressed_is_large_enough(name, index, browser):
     for width in (DESK, PHONE):
         with visited(browser, _page(index, name), width=width) as visit:
             assert visit.ask(SMALL) == []
@@ -210,9 +204,7 @@ def test_what_is_pressed_is_large_enough(name: str, index: Path, browser: Browse
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["capsule-line", "sources", SCENE])
-def test_on_paper_no_column_is_cut_and_no_name_broken(
-    name: str, index: Path, browser: Browser
-) -> None:
+def test_on_paper_no_column_is_cut_and_no_name_broken(name, index, browser):
     with visited(browser, _page(index, name), width=PAPER) as visit:
         visit.page.emulate_media(media="print")
         assert visit.ask(ON_PAPER, PAPER) == []
@@ -224,7 +216,7 @@ def test_on_paper_no_column_is_cut_and_no_name_broken(
 
 
 @pytest.mark.long
-def test_an_index_is_short(index: Path, browser: Browser) -> None:
+def test_an_index_is_short(index, browser):
     """With all that is folded: what leads a reader is within a few screens."""
     with visited(browser, index) as visit:
         further = len(systems()) - LEAST
@@ -232,12 +224,12 @@ def test_an_index_is_short(index: Path, browser: Browser) -> None:
         assert visit.ask("document.documentElement.scrollHeight") <= tallest
 
 
-def test_an_index_is_light(index: Path) -> None:
+def test_an_index_is_light(index):
     assert index.stat().st_size < KILOBYTES * 1e3
 
 
 @pytest.mark.long
-def test_index_and_a_system_fit_on_twelve_sheets(index: Path, browser: Browser) -> None:
+def test_index_and_a_system_fit_on_twelve_sheets(index, browser):
     sheets = 0
     for name in ("index", "capsule-line"):
         with visited(browser, _page(index, name)) as visit:
@@ -248,7 +240,7 @@ def test_index_and_a_system_fit_on_twelve_sheets(index: Path, browser: Browser) 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["index", "cone-pendulum", SCENE])
-def test_every_button_works(name: str, index: Path, browser: Browser) -> None:
+def test_every_button_works(name, index, browser):
     """Hints appear on focus, tap and hover; methods come and go; tables of plots open."""
     with visited(browser, _page(index, name)) as visit:
         visit.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
@@ -309,7 +301,7 @@ def _table_of_a_plot(visit: Visit) -> None:
     rows.first.wait_for(state="detached")
 
 
-def test_a_long_line_of_code_says_that_it_scrolls(index: Path, browser: Browser) -> None:
+def test_a_long_line_of_code_says_that_it_scrolls(index, browser):
     said = "getComputedStyle(document.querySelector('#with-contacts .code'), '::after').content"
     scroll = "(to) => { document.querySelector('#with-contacts pre').scrollLeft = to; }"
     with visited(browser, index, width=PHONE) as visit:

@@ -41,7 +41,7 @@ def _sentences(default: Error, rk4: Error) -> tuple[str, ...]:
     return scene_answer.sentences(study.convergence, about, cells, record.recommendations)
 
 
-def test_default_recommended_cost_and_a_smaller_step() -> None:
+def test_default_recommended_cost_and_a_smaller_step():
     default, advice = _sentences(lambda h: 20 * h, lambda h: 1e3 * h**2)
     assert default == (
         "MuJoCo's default settings (mujoco/euler): the error is 4 % at 0.002 s. A smaller step "
@@ -63,19 +63,19 @@ def test_default_recommended_cost_and_a_smaller_step() -> None:
         (lambda h: inf if h > 1e-4 else 0.04, "the run diverges at 0.002 s. A smaller step helps"),
     ],
 )
-def test_whether_a_smaller_step_helps_is_measured(error: Error, words: str) -> None:
+def test_whether_a_smaller_step_helps_is_measured(error, words):
     default, *_ = _sentences(error, lambda h: h**2)
     assert words in default
 
 
-def test_where_nothing_is_accurate_enough_the_best_is_named() -> None:
+def test_where_nothing_is_accurate_enough_the_best_is_named():
     *_, advice = _sentences(lambda h: 20 * h, lambda h: 0.5 * h**0.5)
     assert advice == (
         "No method that was run has an error of 0.1 % or less: mujoco/euler has 0.2 % at 1e-4 s."
     )
 
 
-def test_each_method_has_its_error_its_verdict_with_a_reason_and_its_cost() -> None:
+def test_each_method_has_its_error_its_verdict_with_a_reason_and_its_cost():
     study = _study(lambda h: 20 * h, lambda h: 0.3)
     record, cells = _parts(study)
     methods = {method.name: method for method in study.methods}

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-from plumbob.engines.study.results import Study
-from plumbob.reports.view.site.writing import Content
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, carried_text, site_files
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 ACTIVE = "document.getElementById(document.activeElement.getAttribute('aria-activedescendant'))"
 SCENE = "capsule-line-ca1"
 
 
 @pytest.fixture(scope="module")
-def entries(index: Path) -> list[list[str]]:
+def entries(index):
     """Kind, name, text and address of each entry, as the site's pages load them."""
-    found: list[list[str]] = json.loads(carried_text(site_files(index)[1].parent / "search.js"))
+    found = json.loads(carried_text(site_files(index)[1].parent / "search.js"))
     return found
 
 
-def test_every_scene_method_finding_and_term_is_found(
-    entries: list[list[str]], study: Study, shown: Content
-) -> None:
+def test_every_scene_method_finding_and_term_is_found(entries, study, shown):
     names = {kind: {of[1] for of in entries if of[0] == kind} for kind in {of[0] for of in entries}}
     assert names["scene"] == {scene.name for scene in study.scenes}
     assert names["method"] == {method.name for method in study.methods}
@@ -39,7 +30,7 @@ def test_every_scene_method_finding_and_term_is_found(
     assert len(names["system"]) == len(shown.views)
 
 
-def test_every_entry_leads_to_a_place(entries: list[list[str]], index: Path) -> None:
+def test_every_entry_leads_to_a_place(entries, index):
     files = {
         file.resolve(): set(Document(file.read_text("utf-8")).ids) for file in site_files(index)
     }
@@ -50,7 +41,7 @@ def test_every_entry_leads_to_a_place(entries: list[list[str]], index: Path) -> 
         assert not inside or inside.partition("?")[0] in ids, place
 
 
-def test_every_label_of_a_finding_is_explained(shown: Content) -> None:
+def test_every_label_of_a_finding_is_explained(shown):
     explained = (*shown.common["labels"], *shown.common["terms"])
     labels = ", ".join(label for label, _ in explained).split(", ")
     assert {finding.judgement for finding in whole_profile.findings()} <= set(labels)
@@ -58,7 +49,7 @@ def test_every_label_of_a_finding_is_explained(shown: Content) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["", SCENE])
-def test_keys_open_it_choose_and_close(name: str, index: Path, browser: Browser) -> None:
+def test_keys_open_it_choose_and_close(name, index, browser):
     page = site_files(index)[1].parent / f"{name}.html" if name else index
     with visited(browser, page) as visit:
         keys, box = visit.page.keyboard, visit.page.locator("#find")
@@ -87,7 +78,7 @@ def test_keys_open_it_choose_and_close(name: str, index: Path, browser: Browser)
 
 
 @pytest.mark.long
-def test_a_method_is_shown_in_the_matrix(index: Path, browser: Browser) -> None:
+def test_a_method_is_shown_in_the_matrix(index, browser):
     with visited(browser, site_files(index)[1].parent / f"{SCENE}.html") as visit:
         visit.page.locator("#find").fill("mujoco/rk4+coulomb")
         visit.page.locator("#found li").first.click()
@@ -97,7 +88,7 @@ def test_a_method_is_shown_in_the_matrix(index: Path, browser: Browser) -> None:
 
 
 @pytest.mark.long
-def test_without_scripts_there_is_no_field(index: Path, browser: Browser) -> None:
+def test_without_scripts_there_is_no_field(index, browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(index.resolve().as_uri())

@@ -50,7 +50,7 @@ CLIPBOARDS = {
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(tmp_path_factory):
     study = made_up([(find_method(name), (1e-3, 1e-4), lambda h: h) for name in METHODS])
     text = render(recorded(study))
     # Without plots, and so without plotly, which would take longer to load than all the rest.
@@ -64,9 +64,7 @@ def _codes(page: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_it_is_what_the_command_prints(
-    method: str, page: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_is_what_the_command_prints(method, page, capsys):
     assert main(["settings", method, "--step", "1e-3"]) == 0
     printed = "".join(capsys.readouterr().out.split())
     shown = page.read_text("utf-8").partition(f"<code>{method}</code> at")[2]
@@ -77,16 +75,14 @@ def test_it_is_what_the_command_prints(
         assert "".join(said.split()) in printed
 
 
-def test_an_engine_that_is_not_in_the_study_is_not_spoken_of() -> None:
+def test_an_engine_that_is_not_in_the_study_is_not_spoken_of():
     study = made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)])
     assert CODE.findall(render(recorded(study))) == []
 
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("clipboard", CLIPBOARDS)
-def test_a_click_copies_or_selects(
-    clipboard: str, page: Path, browser: Browser, tmp_path: Path
-) -> None:
+def test_a_click_copies_or_selects(clipboard, page, browser, tmp_path):
     seen = _clicked(browser, page.read_text("utf-8"), clipboard, tmp_path)
     assert len(seen) == len(_codes(page)) == 5
     for one, code in zip(seen, _codes(page), strict=True):
@@ -99,7 +95,7 @@ def test_a_click_copies_or_selects(
 
 
 @pytest.mark.long
-def test_sensitivity_to_what_is_copied(page: Path, browser: Browser, tmp_path: Path) -> None:
+def test_sensitivity_to_what_is_copied(page, browser, tmp_path):
     """A button that copies another text, or does nothing where it is refused, is seen."""
     text = page.read_text("utf-8")
     other = text.replace("writeText(text.textContent)", "writeText(button.textContent)", 1)

@@ -5,18 +5,14 @@ from __future__ import annotations
 import gzip
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 from plumbob.models.registry import systems
 from plumbob.reports.view.page import written
-from plumbob.reports.view.site.writing import Content, one_file
+from plumbob.reports.view.site.writing import one_file
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import folded, site_files
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 MEGABYTES = 9.0
 OF_SITE = 6.0  # [MB]: of a site to publish
@@ -27,20 +23,20 @@ SIZE_OF_PICTURE = """() => {
 
 
 @pytest.fixture(scope="module")
-def single(shown: Content, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def single(shown, tmp_path_factory):
     return written(one_file(shown), tmp_path_factory.mktemp("single"), "all.html")
 
 
-def test_it_is_small(single: Path) -> None:
+def test_it_is_small(single):
     assert single.stat().st_size < MEGABYTES * 1e6
 
 
-def test_a_site_is_small(index: Path) -> None:
+def test_a_site_is_small(index):
     files = [index, *(file for file in site_files(index)[1].parent.iterdir())]
     assert sum(file.stat().st_size for file in files) < OF_SITE * 1e6
 
 
-def test_nothing_large_is_in_it_twice(single: Path) -> None:
+def test_nothing_large_is_in_it_twice(single):
     """Each model's picture and each replay is held by one page, and others take it from there."""
     text = single.read_text("utf-8")
     pictures = re.findall(r'"data:image/png;base64,([^"]+)"', text)
@@ -80,7 +76,7 @@ def _unfolded(file: Path) -> str:
     return re.sub("<noscript>.*?</noscript>", "", shown)
 
 
-def test_without_a_script_a_file_has_all_folded_tables(index: Path) -> None:
+def test_without_a_script_a_file_has_all_folded_tables(index):
     _, *others = site_files(index)
     text = gzip.decompress((others[0].parent / "tables.html.gz").read_bytes()).decode()
     tables = [(file.stem, table) for file in others for table in folded(file)]
@@ -94,7 +90,7 @@ def _text(html: str) -> list[str]:
     return re.sub(r"<[^>]+>", " ", re.sub(r"<script.*?</script>", " ", main, flags=re.S)).split()
 
 
-def test_it_has_the_content_of_every_page(single: Path, index: Path) -> None:
+def test_it_has_the_content_of_every_page(single, index):
     text = single.read_text("utf-8")
     parts = dict(re.findall(r'<template data-page="([^"]+)">(.*?)</template>', text, re.S))
     first, *others = site_files(index)
@@ -105,7 +101,7 @@ def test_it_has_the_content_of_every_page(single: Path, index: Path) -> None:
 
 
 @pytest.mark.long
-def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
+def test_its_links_turn_pages(single, browser):
     with visited(browser, single) as visit:
         heading = visit.page.locator("h1")
         first = heading.inner_text()
@@ -126,8 +122,8 @@ def test_its_links_turn_pages(single: Path, browser: Browser) -> None:
 
 @pytest.mark.long
 def test_a_link_from_outside_leads_to_a_place_on_a_page_which_takes_what_another_holds(
-    single: Path, browser: Browser
-) -> None:
+    single, browser
+):
     """Two systems with the same picture show it, and both the canvas of their replay."""
     with visited(browser, single, "#printed-hamiltonian") as visit:
         found = visit.page.locator("#printed-hamiltonian > details")

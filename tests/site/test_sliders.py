@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +16,6 @@ from plumbob.models.scene import Case
 from plumbob.reports.view.site.links import page_file
 from plumbob.tests.support.browser import Visit, visited
 from plumbob.tests.support.page_document import site_files
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
 
 NEAR = (
     1e-9  # of a value's size: integrals are refined to 1e-13, and rounding grows at a turning point
@@ -41,7 +38,7 @@ SET = """(values) => {
 
 
 @pytest.fixture(scope="module")
-def visit(index: Path, browser: Browser) -> Iterator[Visit]:
+def visit(index, browser):
     with visited(browser, index) as there:
         yield there
         assert there.console == []
@@ -77,9 +74,7 @@ def repeated(command: str) -> tuple[Case, dict[str, float]]:
         ("simple-pendulum", {"theta": 0.03}, "Libration"),
     ],
 )
-def test_a_pendulum_moves_as_the_closed_form_says(
-    visit: Visit, index: Path, system: str, values: dict[str, float], kind: str
-) -> None:
+def test_a_pendulum_moves_as_the_closed_form_says(visit, index, system, values, kind):
     shown = moved(visit, index, system, values)
     case, changes = repeated(shown["command"])
     assert {k: v for k, v in values.items() if k != "com_distance"}.items() <= changes.items()
@@ -103,9 +98,7 @@ def test_a_pendulum_moves_as_the_closed_form_says(
         {"w2": 3.3, "t1": 0.051},
     ],
 )
-def test_the_line_moves_as_the_closed_form_says(
-    visit: Visit, index: Path, values: dict[str, float]
-) -> None:
+def test_the_line_moves_as_the_closed_form_says(visit, index, values):
     shown = moved(visit, index, "capsule-line", values)
     case, changes = repeated(shown["command"])
     assert changes == values
@@ -126,9 +119,7 @@ def test_the_line_moves_as_the_closed_form_says(
         {"forcing_amplitude": 0.4, "forcing_frequency": 1.3, "theta": 0.2},
     ],
 )
-def test_a_driven_pendulum_moves_as_in_python(
-    visit: Visit, index: Path, values: dict[str, float]
-) -> None:
+def test_a_driven_pendulum_moves_as_in_python(visit, index, values):
     shown = moved(visit, index, "simple-pendulum", values)
     case, changes = repeated(shown["command"])
     assert changes == values
@@ -140,7 +131,7 @@ def test_a_driven_pendulum_moves_as_in_python(
         assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
 
 
-def test_the_notebooks_cases_are_its_scenes(visit: Visit, index: Path) -> None:
+def test_the_notebooks_cases_are_its_scenes(visit, index):
     moved(visit, index, "simple-pendulum", {})
     buttons = visit.page.locator(".sliders [data-values]")
     assert buttons.count() == len(CASES)
@@ -151,7 +142,7 @@ def test_the_notebooks_cases_are_its_scenes(visit: Visit, index: Path) -> None:
 
 
 @pytest.mark.parametrize("epsilon", [0.037, 0.223, 0.417, 0.861])
-def test_a_turn_ends_as_its_exact_motion_does(visit: Visit, index: Path, epsilon: float) -> None:
+def test_a_turn_ends_as_its_exact_motion_does(visit, index, epsilon):
     """Within what the page says of the table, and eq. 32's next term as Python has it."""
     shown = moved(visit, index, "capsule-turn", {"epsilon": epsilon})
     case, _ = repeated(shown["command"])
@@ -164,7 +155,7 @@ def test_a_turn_ends_as_its_exact_motion_does(visit: Visit, index: Path, epsilon
     assert shown["panels"] == 2
 
 
-def test_a_push_below_the_threshold_is_said(visit: Visit, index: Path) -> None:
+def test_a_push_below_the_threshold_is_said(visit, index):
     shown = moved(visit, index, "capsule-line", {"w1": 3.1})
     assert shown["said"] == "The body stays: w₁ must be more than f g/μ = 12.75 m/s²"
     assert shown["panels"] == 0
@@ -172,7 +163,7 @@ def test_a_push_below_the_threshold_is_said(visit: Visit, index: Path) -> None:
     assert "w₂ may be f g/μ = 12.75 m/s² at most" in shown["said"]
 
 
-def test_keys_move_a_slider(visit: Visit, index: Path) -> None:
+def test_keys_move_a_slider(visit, index):
     moved(visit, index, "cone-pendulum", {})
     visit.page.locator(".sliders input").first.focus()
     visit.page.keyboard.press("ArrowRight")

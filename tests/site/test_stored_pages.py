@@ -50,13 +50,13 @@ def files(index: Path) -> Mapping[str, bytes]:
 
 
 @pytest.mark.parametrize("name", MOTIONS)
-def test_what_a_page_does_not_need_is_refused(name: str) -> None:
+def test_what_a_page_does_not_need_is_refused(name):
     script = f"{REFUSING}import importlib\nimportlib.import_module({name!r})"
     done = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True)
     assert f"{name} is refused".encode() in done.stderr
 
 
-def test_report_needs_no_engine_and_no_theory(tmp_path: Path) -> None:
+def test_report_needs_no_engine_and_no_theory(tmp_path):
     store.save(quick(), tmp_path / store.FILE)
     drawn = files(write_page(quick(), tmp_path / "here"))
     assert files(report(tmp_path)) == drawn
@@ -64,9 +64,7 @@ def test_report_needs_no_engine_and_no_theory(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_report_draws_what_validate_drew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_report_draws_what_validate_drew(tmp_path, monkeypatch, capsys):
     """With an accuracy that was asked for, too, which is an option of `validate` alone."""
     without_findings(monkeypatch)
     chosen = ["--scenes", NAME, "--methods", "mujoco/euler,ode/rk4", "--jobs", "1"]
@@ -76,11 +74,11 @@ def test_report_draws_what_validate_drew(
     assert files(report(tmp_path)) == drawn
 
 
-def test_a_page_says_what_is_stored(tmp_path: Path) -> None:
+def test_a_page_says_what_is_stored(tmp_path):
     """Whatever the code would work out now."""
     kept = "what another version wrote"
 
-    def changed(numbers: Mapping[str, object]) -> Mapping[str, object]:
+    def changed(numbers):
         verdicts = numbers["verdicts"]
         assert isinstance(verdicts, Mapping)
         other = {name: {**verdict, "reason": kept} for name, verdict in verdicts.items()}
@@ -94,9 +92,7 @@ def test_a_page_says_what_is_stored(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", [SCENE, STUDY])
-def test_a_store_of_another_version_is_refused_in_a_line(
-    place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_store_of_another_version_is_refused_in_a_line(place, tmp_path, capsys):
     kept = tuple(a for a in quick().analyses if a.place != place)
     older = replace(quick(), analyses=kept)
     store.save(older, tmp_path / store.FILE)

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.engines.study.results import Study
 from plumbob.reports.view.site import first_screen
-from plumbob.reports.view.site.writing import Content
 from plumbob.tests.support.page_document import site_files
 from plumbob.tests.support.studies import verdicts
 
@@ -23,7 +21,7 @@ def _lead(index: Path, name: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]+>", "", text)).split())
 
 
-def test_statements_of_the_sources_are_counted(index: Path, shown: Content) -> None:
+def test_statements_of_the_sources_are_counted(index, shown):
     counted = Counter(of.verdict for f in shown.common["findings"] for of in f.statements)
     wrong = counted["corrected"] + counted["refuted"]
     assert min(counted.values()) > 0
@@ -33,7 +31,7 @@ def test_statements_of_the_sources_are_counted(index: Path, shown: Content) -> N
     )
 
 
-def test_a_page_that_speaks_of_a_paper_links_to_it(index: Path, shown: Content) -> None:
+def test_a_page_that_speaks_of_a_paper_links_to_it(index, shown):
     folder, linked = site_files(index)[1].parent, set[str]()
     for view in shown.views:
         for of in view.scenes:
@@ -45,7 +43,7 @@ def test_a_page_that_speaks_of_a_paper_links_to_it(index: Path, shown: Content) 
     assert len(linked) == 2  # the two papers
 
 
-def test_tolerances_are_counted(index: Path, shown: Content) -> None:
+def test_tolerances_are_counted(index, shown):
     every = shown.common["tight"]
     for bound_only in (False, True):
         held = [of.held for of in every if of.bound_only is bound_only]
@@ -55,7 +53,7 @@ def test_tolerances_are_counted(index: Path, shown: Content) -> None:
 
 
 @pytest.mark.parametrize("meaning", ["predicted", "converges", "limit", "unexpected"])
-def test_pairs_of_an_engine_sum_up_to_those_of_the_study(meaning: str, study: Study) -> None:
+def test_pairs_of_an_engine_sum_up_to_those_of_the_study(meaning, study):
     judged = verdicts(study)
     total = {of.meaning: of.count for of in first_screen.counts(judged)}
     by_engine = first_screen.by_engine(judged)

@@ -10,7 +10,7 @@ from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, find_builder, installed, method, methods
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import built_in, case_of, scenes
-from plumbob.models.scene import SMOOTH, Scene, System
+from plumbob.models.scene import SMOOTH
 from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.verdict import judge
 
@@ -23,7 +23,7 @@ PAIRS = [(s, m.name) for s in QUICK for m in OURS if meant(m, s)]
 
 
 @pytest.mark.parametrize("system", [*SYSTEMS, built_in()["servo"]], ids=lambda system: system.name)
-def test_rebuilt_at_the_default_parameters_it_is_the_file(system: System) -> None:
+def test_rebuilt_at_the_default_parameters_it_is_the_file(system):
     (default,) = scenes(f"{system.name}/{system.default}")
     file = mujoco.MjModel.from_xml_path(str(system.mjcf))
     rebuilt = find_builder("mujoco", system).whole(system.mjcf, case_of(default).problem).compile()
@@ -38,7 +38,7 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file(system: System) -> Non
 
 
 @pytest.mark.parametrize("chosen", SCENES, ids=lambda scene: scene.name)
-def test_the_exact_motion_conserves_what_it_should(chosen: Scene) -> None:
+def test_the_exact_motion_conserves_what_it_should(chosen):
     case = case_of(chosen)
     observed = case.reference.observe(np.linspace(0.0, case.scene.duration, 301))
     drifts = case.system.invariants(case.problem, observed)
@@ -49,7 +49,7 @@ def test_the_exact_motion_conserves_what_it_should(chosen: Scene) -> None:
 
 @pytest.mark.long(keep=6)
 @pytest.mark.parametrize(("chosen", "name"), PAIRS, ids=lambda x: getattr(x, "name", x))
-def test_every_method_makes_the_error_that_is_predicted(chosen: Scene, name: str) -> None:
+def test_every_method_makes_the_error_that_is_predicted(chosen, name):
     case, how = case_of(chosen), method(name)
     if not installed(engine_of(how)):
         pytest.skip(f"{how.engine} is not installed")

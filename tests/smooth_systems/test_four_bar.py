@@ -39,12 +39,12 @@ def passed(bars: FourBar, angle: Any) -> Any:
 
 
 @pytest.mark.parametrize("bars", [BARS, DRAG_LINK], ids=["crank-rocker", "drag-link"])
-def test_40_digits(bars: FourBar) -> None:
+def test_40_digits(bars):
     error, doubt = links.error_at(0.1, bars, passed)
     assert error < doubt < 2e-13
 
 
-def test_links_keep_their_lengths() -> None:
+def test_links_keep_their_lengths():
     for name in ("four-bar/crank-rocker", "four-bar/near-change-point"):
         case = case_of(scene(name))
         seen = case.reference.observe(np.linspace(0.0, case.scene.duration, 101))
@@ -55,7 +55,7 @@ def test_links_keep_their_lengths() -> None:
         np.testing.assert_allclose(lengths[1], case.problem.rocker, 1e-13)
 
 
-def test_the_transmission_angle_is_the_smallest_between_coupler_and_rocker() -> None:
+def test_the_transmission_angle_is_the_smallest_between_coupler_and_rocker():
     turned = np.linspace(0.0, 2 * math.pi, 721)
     crank = BARS.crank * np.exp(1j * turned)
     cosine = BARS.coupler**2 + BARS.rocker**2 - np.abs(BARS.ground - crank) ** 2
@@ -63,14 +63,14 @@ def test_the_transmission_angle_is_the_smallest_between_coupler_and_rocker() -> 
     assert BARS.transmission_angle == pytest.approx(least, rel=1e-14)
 
 
-def test_the_soft_loop_pulls_as_mujoco_s_does() -> None:
+def test_the_soft_loop_pulls_as_mujoco_s_does():
     for gap in (0.0, 1e-5):  # [rad] of the rocker
         joints, ours = links.loop_accelerations(TURNING, gap)
         # the solver's Hessian costs four digits: a condition of 1/(1 - d)
         np.testing.assert_allclose(np.cumsum(joints), ours, 1e-10, 1e-8)
 
 
-def test_a_change_point_is_refused_and_so_is_a_crank_that_stops() -> None:
+def test_a_change_point_is_refused_and_so_is_a_crank_that_stops():
     for rocker, coupler in ((0.2, 0.5), (0.2, 0.5 + 1e-16), (0.3, 0.4)):
         with pytest.raises(ParameterError, match="motion beyond the change point is not unique"):
             replace(BARS, rocker=rocker, coupler=coupler)

@@ -43,7 +43,7 @@ def passed(top: HeavyTop, tilt: Any) -> tuple[Any, Any]:
     [TOP, replace(TOP, inertia_axis=3e-3, spin_rate=30.0, tilt_rate=2.0)],
     ids=["scene", "wide"],
 )
-def test_40_digits(top: HeavyTop) -> None:
+def test_40_digits(top):
     time = 0.01  # before the tilt turns back
     exact, doubt = (f(np.array([time])) for f in (top.motion.observe, top.motion.uncertainty))
     assert exact["tilt_rate"][0] > 0.0
@@ -55,7 +55,7 @@ def test_40_digits(top: HeavyTop) -> None:
     assert abs(around - moved - exact["precession"][0]) < doubt["precession"][0] < 1e-14
 
 
-def test_a_fast_top_goes_round_evenly() -> None:
+def test_a_fast_top_goes_round_evenly():
     slow = TOP.mass * TOP.gravity * TOP.length / (TOP.inertia_axis * 1e5)
     top = replace(TOP, spin_rate=1e5, precession_rate=slow, tilt_rate=0.0)
     late = top.motion.observe(np.array([0.01]))
@@ -64,7 +64,7 @@ def test_a_fast_top_goes_round_evenly() -> None:
     assert late["tilt"][0] == pytest.approx(TOP.tilt, abs=1e-12)
 
 
-def test_what_no_top_has_is_refused() -> None:
+def test_what_no_top_has_is_refused():
     with pytest.raises(ParameterError, match=r"tilt = 0\.0: must be between 0 and pi"):
         replace(TOP, tilt=0.0)
     with pytest.raises(ParameterError, match="at most twice the moment across"):

@@ -10,13 +10,13 @@ from plumbob.analytic.systems.n_pendulum import NPendulum
 from plumbob.engines.registry import find_builder
 from plumbob.models.registry import case_of, scene, systems
 from plumbob.tests.smooth_systems.recorded_chains import FILE
-from plumbob.tests.support.extrapolation import Recorded, recorded
+from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(FILE)
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_40_digits(case: Recorded) -> None:
+def test_40_digits(case):
     count, times = len(case.start) // 2, np.array(case.times)
     masses, lengths = case.constants[:count], case.constants[count:-1]
     start, rates = case.start[:count], case.start[count:]
@@ -27,7 +27,7 @@ def test_40_digits(case: Recorded) -> None:
         assert doubt[name].max() < 2e-13
 
 
-def test_small_swings_are_those_of_the_modes() -> None:
+def test_small_swings_are_those_of_the_modes():
     small = np.array([2e-6, 0.0, 1e-6])
     chain = case_of(scene("n-pendulum/small", {"angles": tuple(small)})).problem
     # l = 0.4 m, m = 1 kg: what hangs on each axis, in rods, times l^2 and g l
@@ -41,7 +41,7 @@ def test_small_swings_are_those_of_the_modes() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_the_model_has_as_many_rods_as_angles(count: int) -> None:
+def test_the_model_has_as_many_rods_as_angles(count):
     chain = NPendulum(2.0, 0.3, 9.81, (0.5,) * count, 1.0)
     whole = find_builder("mujoco", systems()["n-pendulum"]).whole
     model = whole(systems()["n-pendulum"].mjcf, chain).compile()

@@ -13,7 +13,7 @@ CASE = case_of(scene("projectile/thrown"))
 TIMES = np.linspace(0.0, 1.5, 31)
 
 
-def test_40_digits() -> None:
+def test_40_digits():
     observed, doubt = (f(TIMES) for f in (CASE.reference.observe, CASE.reference.uncertainty))
     body = CASE.problem
     with mp.workdps(40):
@@ -34,7 +34,7 @@ def test_40_digits() -> None:
     ("name", "added"),
     [("mujoco/euler", -0.5), ("ode/euler", -0.5), ("pymunk/contact", 0.5), ("ode/leapfrog", 0.0)],
 )
-def test_a_step_adds_half_of_g_h_t(name: str, added: float) -> None:
+def test_a_step_adds_half_of_g_h_t(name, added):
     how, step = method(name), 1e-2
     run = engine_of(how).prepare(CASE, how, step).run()
     exact = CASE.reference.observe(run.times)

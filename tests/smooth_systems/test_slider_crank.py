@@ -35,12 +35,12 @@ def passed(crank: SliderCrank, angle: Any) -> Any:
 @pytest.mark.parametrize(
     "crank", [CRANK, replace(CRANK, rod=0.21, gravity=1.6, slider_mass=3.0)], ids=["scene", "short"]
 )
-def test_40_digits(crank: SliderCrank) -> None:
+def test_40_digits(crank):
     error, doubt = links.error_at(0.25, crank, passed)
     assert error < doubt < 2e-13
 
 
-def test_the_slider_is_where_the_angle_puts_it() -> None:
+def test_the_slider_is_where_the_angle_puts_it():
     times = np.linspace(0.0, 1.0, 11)
     observed, doubt = CRANK.motion.observe(times), CRANK.motion.uncertainty(times)
     t = observed["angle"]
@@ -56,14 +56,14 @@ def test_the_slider_is_where_the_angle_puts_it() -> None:
     np.testing.assert_allclose(found, rounded, 1e-12)
 
 
-def test_the_soft_loop_pulls_as_mujoco_s_does() -> None:
+def test_the_soft_loop_pulls_as_mujoco_s_does():
     for gap in (0.0, 1e-5):  # [m]
         (crank, rod, slider), ours = links.loop_accelerations(TURNING, gap)
         # the solver's Hessian costs four digits: a condition of 1/(1 - d)
         np.testing.assert_allclose([crank, crank + rod, slider], ours, 1e-10)
 
 
-def test_a_rod_as_long_as_the_crank_is_refused() -> None:
+def test_a_rod_as_long_as_the_crank_is_refused():
     for rod in (0.2, 0.1):
         with pytest.raises(ParameterError, match=r"rod = .*: must be longer than the crank, 0.2 m"):
             replace(CRANK, rod=rod)

@@ -19,9 +19,8 @@ from plumbob.analytic.errors.stability.linear_steps import (
     step_matrices,
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, LINEARLY_IMPLICIT, RK4, Scheme
-from plumbob.analytic.tableau import CLASSICAL, Tableau, order_5, order_8
+from plumbob.analytic.tableau import CLASSICAL, order_5, order_8
 
 PLAIN = (
     Scheme(EULER),
@@ -64,7 +63,7 @@ def closed_form(scheme: Scheme, damping: float) -> float:
 
 @pytest.mark.parametrize("damping", [0.0, 20.0])
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
-def test_limits_of_an_oscillator(scheme: Scheme, damping: float) -> None:
+def test_limits_of_an_oscillator(scheme, damping):
     system, wanted = oscillator(damping), closed_form(scheme, damping)
     # eq. 13.2 is exact; a margin of 1e-9 a step moves a root of slope one by as much
     assert limit(scheme, system) == pytest.approx(wanted, rel=1e-6)
@@ -74,9 +73,7 @@ def test_limits_of_an_oscillator(scheme: Scheme, damping: float) -> None:
 
 @pytest.mark.parametrize("tableau", [CLASSICAL, order_5(), order_8()], ids=["4", "5", "8"])
 @pytest.mark.parametrize("z", [-2.5 + 0.0j, 2.0j, -1.0 + 3.0j])
-def test_the_stability_function_by_its_definition_in_40_digits(
-    tableau: Tableau, z: complex
-) -> None:
+def test_the_stability_function_by_its_definition_in_40_digits(tableau, z):
     stages = len(tableau.weights)
     with mpmath.workdps(40):
         number = mpmath.mpc(z)
@@ -91,7 +88,7 @@ def test_the_stability_function_by_its_definition_in_40_digits(
     assert found == pytest.approx(wanted, rel=1e-13)  # 12 stages, 4.8 at most a weight: 100 ulp
 
 
-def test_the_limits_of_rk4_on_both_axes_in_40_digits() -> None:
+def test_the_limits_of_rk4_on_both_axes_in_40_digits():
     with mpmath.workdps(40):
         real = mpmath.findroot(lambda z: 1 + z / 2 + z**2 / 6 + z**3 / 24, -2.785)
         imaginary = mpmath.findroot(lambda y: -(y**6) / 72 + y**8 / 576, 2.828)
@@ -103,7 +100,7 @@ def test_the_limits_of_rk4_on_both_axes_in_40_digits() -> None:
 
 
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
-def test_step_matrices_are_the_derivatives_of_the_steps_taken_elsewhere(scheme: Scheme) -> None:
+def test_step_matrices_are_the_derivatives_of_the_steps_taken_elsewhere(scheme):
     rotor = DrivenRotor(stiffness=7.0, damping_rate=0.9)
     steps = np.array([1e-3, 0.1, 0.6])
     advance, state = many_steps(rotor, (0.3, 0.0), scheme, steps)
@@ -113,7 +110,7 @@ def test_step_matrices_are_the_derivatives_of_the_steps_taken_elsewhere(scheme: 
     np.testing.assert_allclose(matrices(steps), taken, rtol=1e-13, atol=1e-15)  # a few roundings
 
 
-def test_the_fastest_mode_of_a_coupled_system_sets_the_limit() -> None:
+def test_the_fastest_mode_of_a_coupled_system_sets_the_limit():
     mass = np.array([[2.0, 0.3], [0.3, 1.0]])
     stiffness = np.array([[50.0, -20.0], [-20.0, 400.0]])
     system = LinearSystem(mass, np.zeros((2, 2)), stiffness)
@@ -122,7 +119,7 @@ def test_the_fastest_mode_of_a_coupled_system_sets_the_limit() -> None:
     assert limit(Scheme(RK4), system) * fastest == pytest.approx(2.0 * 2.0**0.5, rel=1e-6)
 
 
-def test_a_growing_flow_is_no_instability_of_the_step() -> None:
+def test_a_growing_flow_is_no_instability_of_the_step():
     """An inverted pendulum falls in any step that is right."""
     system = oscillator(stiffness=-9.8)
     matrices = step_matrices(system, Scheme(EULER))
@@ -137,22 +134,22 @@ def test_a_growing_flow_is_no_instability_of_the_step() -> None:
     assert excess(matrices, neutral, np.array([0.1]))[0] > 0.1
 
 
-def test_a_stiff_mode_is_seen_beside_a_growing_one() -> None:
+def test_a_stiff_mode_is_seen_beside_a_growing_one():
     stiffness = np.diag([-9.8, 1e4])
     system = LinearSystem(np.eye(2), np.zeros((2, 2)), stiffness)
     assert limit(Scheme(EULER), system) == pytest.approx(0.02, rel=1e-6)
 
 
-def test_sabotaged_schemes_have_other_limits() -> None:
+def test_sabotaged_schemes_have_other_limits():
     """A weight of RK4 changed by a half, and by a tenth; damping explicit in place of implicit; a
     spring in the wrong stage: each moves the limit."""
     system = oscillator()
 
-    def rk4_with(weights: tuple[float, ...]) -> float:
+    def rk4_with(weights):
         tableau = replace(CLASSICAL, weights=weights, divisor=sum(weights))
         one, flow = np.eye(2), system.flow
 
-        def matrices(steps: Array) -> Array:
+        def matrices(steps):
             h = steps[:, None, None]
             change = tableau.change(lambda time, state: flow @ state, 0.0, one, h)
             return np.asarray(one + change)
@@ -169,13 +166,13 @@ def test_sabotaged_schemes_have_other_limits() -> None:
     # a spring read at the start of the step, as explicit Euler has it, in place of its end
     free = oscillator()
 
-    def early(steps: Array) -> Array:
+    def early(steps):
         return np.eye(2) + steps[:, None, None] * free.flow
 
     assert largest_step(early, free.rates) < 0.05 * limit(Scheme(EULER), free)
 
 
-def test_linearly_implicit_euler_is_euler_with_implicit_damping_here() -> None:
+def test_linearly_implicit_euler_is_euler_with_implicit_damping_here():
     system, steps = oscillator(0.7), np.array([0.2])
     both = (
         step_matrices(system, Scheme(LINEARLY_IMPLICIT)),
@@ -185,7 +182,7 @@ def test_linearly_implicit_euler_is_euler_with_implicit_damping_here() -> None:
     np.testing.assert_array_equal(first, second)
 
 
-def test_what_stiffness_costs_a_solver_that_chooses_its_steps() -> None:
+def test_what_stiffness_costs_a_solver_that_chooses_its_steps():
     rates = np.array([-1e4 + 0j, -1.0 + 3.0j])
     assert stiffness_cost(None, rates) == 0.0
     fifth, eighth = (stiffness_cost(tableau, rates) for tableau in (order_5(), order_8()))

@@ -42,14 +42,11 @@ def motion(name: str) -> PeriodicMotion:
 
 
 @pytest.mark.parametrize(("name", "scheme", "step", "growth"), RUNS, ids=str)
-def test_the_time_until_an_error_is_as_predicted(
-    name: str, scheme: Scheme, step: float, growth: str
-) -> None:
+def test_the_time_until_an_error_is_as_predicted(name, scheme, step, growth):
     """Within 1.1 at 1 % and at 10 %, but in the first SHORTEST periods: two terms of the series, an
     interpolated orbit, and an error that is at its largest once a period."""
     exact = motion(name)
     predicted = exact.long_run(scheme, step, scales(name)["theta"])
-    assert predicted is not None
     assert predicted.growth == growth
     steps = math.ceil((1.2 * predicted.times[0.1] + 2.0 * exact.period) / step)
     theta, _ = fixed_step.run(exact.rotor, *exact.start, step, steps, scheme)
@@ -62,31 +59,27 @@ def test_the_time_until_an_error_is_as_predicted(
         assert 1.0 / 1.1 < measured / predicted.times[level] < 1.1
 
 
-def test_the_drift_of_the_energy_and_of_its_sign() -> None:
+def test_the_drift_of_the_energy_and_of_its_sign():
     exact = motion("simple-pendulum/free-large")
     euler, rk4 = (exact.long_run(scheme, 0.02, 1.0) for scheme in (Scheme(EULER), Scheme(RK4)))
-    assert euler is not None
-    assert rk4 is not None
     assert euler.energy_rate == 0.0  # bounded, for ever
     half = exact.long_run(Scheme(RK4), 0.01, 1.0)
-    assert half is not None
     assert rk4.energy_rate < 0.0
     assert rk4.energy_rate / half.energy_rate == pytest.approx(32.0, rel=0.02)  # next: h^7
 
 
-def test_a_gravity_error_of_a_thousandth_is_seen_in_the_time_to_one_per_cent() -> None:
+def test_a_gravity_error_of_a_thousandth_is_seen_in_the_time_to_one_per_cent():
     """What the prediction would miss: a period that differs by 5e-4 is 1 % wrong after 3 periods,
     where leapfrog's own error takes 50."""
     exact = motion("simple-pendulum/free-large")
     scale = scales("simple-pendulum/free-large")["theta"]
     predicted = exact.long_run(Scheme(LEAPFROG), 0.01, scale)
-    assert predicted is not None
     assert predicted.times[0.01] > 50.0 * exact.period
     shift = 5e-4 * 3.0 * exact.period
     assert predicted.rate * predicted.times[0.01] < shift
 
 
-def test_motions_and_schemes_without_an_answer() -> None:
+def test_motions_and_schemes_without_an_answer():
     exact = motion("simple-pendulum/free-large")
     assert exact.long_run(Scheme("velocity-verlet"), 0.01, 1.0) is None
     endless = PeriodicMotion(exact.rotor, exact.start, exact.exact, math.inf)
@@ -110,13 +103,10 @@ LATER = 0.1  # [s]: two steps at most
 
 
 @pytest.mark.parametrize(("name", "scheme", "step", "growth"), FOLLOWED, ids=str)
-def test_errors_that_die_or_grow_exponentially_are_followed(
-    name: str, scheme: Scheme, step: float, growth: str
-) -> None:
+def test_errors_that_die_or_grow_exponentially_are_followed(name, scheme, step, growth):
     case = case_of(find_scene(name))
     assert case.system.stability is not None
     predicted = case.system.stability(case.problem).long_run(scheme, step, scales(name))
-    assert predicted is not None
     assert predicted.growth == growth
     start = case.problem.started
     steps = math.ceil(min(1.2 * predicted.times[0.1] + 2.0, 140.0) / step)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -71,7 +69,7 @@ def held(name: str, scheme: Scheme, step: float) -> tuple[bool, bool]:
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("name", "scheme", "kind"), FIRST, ids=lambda part: str(part))
-def test_runs_hold_below_the_limit_and_are_lost_above(name: str, scheme: Scheme, kind: str) -> None:
+def test_runs_hold_below_the_limit_and_are_lost_above(name, scheme, kind):
     first = min(theory(name).limits(scheme), key=lambda limit: limit.step)
     assert first.kind == kind
     assert held(name, scheme, 0.9 * first.step) == (True, True)
@@ -82,7 +80,7 @@ def test_runs_hold_below_the_limit_and_are_lost_above(name: str, scheme: Scheme,
     assert not all(same if kind == "changes-kind" else stable for stable, same in beyond)
 
 
-def test_a_symplectic_pendulum_leaves_its_well_long_before_the_limit_of_its_swing() -> None:
+def test_a_symplectic_pendulum_leaves_its_well_long_before_the_limit_of_its_swing():
     """Chirikov's standard map with K = (h omega)^2: the last curve that goes round breaks at K =
     0.9716, h omega = 0.986, and a rotation and a swing of 120 degrees are lost next to it."""
     omega = math.sqrt(9.8)
@@ -95,9 +93,7 @@ def test_a_symplectic_pendulum_leaves_its_well_long_before_the_limit_of_its_swin
 
 @pytest.mark.parametrize("swing", [1e-3, 1e-2])
 @pytest.mark.parametrize(("scheme", "wanted"), [(Scheme(EULER), 2.0), (Scheme(RK4), 2.0 * 2**0.5)])
-def test_by_an_equilibrium_eigenvalues_set_the_limit(
-    swing: float, scheme: Scheme, wanted: float
-) -> None:
+def test_by_an_equilibrium_eigenvalues_set_the_limit(swing, scheme, wanted):
     pendulum = SimplePendulum(1.0, 9.8, 0.0, 0.0, 0.0, theta=swing, theta_dot=0.0)
     limits = simple_pendulum.stability(pendulum)
     assert limits.equilibrium
@@ -105,7 +101,7 @@ def test_by_an_equilibrium_eigenvalues_set_the_limit(
     assert unstable.step * math.sqrt(9.8) == pytest.approx(wanted, rel=1e-3)  # the margin's part
 
 
-def test_an_inverted_pendulum_at_rest_is_not_called_unstable() -> None:
+def test_an_inverted_pendulum_at_rest_is_not_called_unstable():
     rotor = DrivenRotor(sin=-9.8)
     limits = pendulum_stability(rotor, (0.0, 0.0), UnendingMotion(rotor, 0.0, 0.0), math.inf)
     assert limits.equilibrium
@@ -116,7 +112,7 @@ def test_an_inverted_pendulum_at_rest_is_not_called_unstable() -> None:
 @pytest.mark.parametrize(
     "name", ["free-large", "rotating-slow", "damped-rotating", "near-top-1e-2"]
 )
-def test_growth_of_the_exact_motion(name: str) -> None:
+def test_growth_of_the_exact_motion(name):
     """Beside the variational equations, carried for three times as long as theory does."""
     limits, problem = (
         theory(f"simple-pendulum/{name}"),
@@ -135,7 +131,7 @@ def kind(theta: Array, rate: Array, rotor: DrivenRotor | None = None) -> str:
     return PendulumKinds(rotor or DrivenRotor(sin=9.8), 3.0)({"theta": theta, "theta_dot": rate})
 
 
-def test_kinds_of_motion() -> None:
+def test_kinds_of_motion():
     phase = np.linspace(0.0, 40.0, 300)
     swing = np.sin(phase)
     assert kind(swing, np.cos(phase)) == "libration in well 0"
@@ -154,7 +150,7 @@ def test_kinds_of_motion() -> None:
     assert kind(2.0 * swing, np.cos(phase), wells) == "libration in well 0 and 1"
 
 
-def test_euler_on_a_steady_rotation_in_closed_form() -> None:
+def test_euler_on_a_steady_rotation_in_closed_form():
     """Explicit there: |1 + i h Omega|^n = 1000 within 10^4 steps or 100 turns."""
     body = FreeBody(1.0, 1.0, 1.75, (0.0, 0.0, 2.0))
     step = free_body.stability(body).limits(Scheme(EULER))[0].step
@@ -176,9 +172,7 @@ def test_euler_on_a_steady_rotation_in_closed_form() -> None:
         ("free-body/about-largest", RK4, 2.940, 2.970),
     ],
 )
-def test_an_iteration_and_a_quaternion_set_limits_of_their_own(
-    name: str, scheme: str, holds: float, fails: float
-) -> None:
+def test_an_iteration_and_a_quaternion_set_limits_of_their_own(name, scheme, holds, fails):
     """As the engines' runs measure them: before 2 over the largest rate, at which the iteration
     would no longer contract, and where RK4 lets the quaternion grow, whatever the rotation."""
     first = min(theory(name).limits(Scheme(scheme)), key=lambda limit: limit.step)
@@ -188,7 +182,7 @@ def test_an_iteration_and_a_quaternion_set_limits_of_their_own(
 @pytest.mark.parametrize(
     "name", ["simple-pendulum", "linear-pendulum", "cone-pendulum", "free-body"]
 )
-def test_every_smooth_system_has_a_theory(name: str) -> None:
+def test_every_smooth_system_has_a_theory(name):
     limits = theory(name)
     assert limits.fastest > 0.0
     assert limits.growth(0.0) >= 1.0
@@ -199,7 +193,7 @@ def test_every_smooth_system_has_a_theory(name: str) -> None:
     assert 0.0 < unstable.step < math.inf
 
 
-def test_a_swing_is_not_taken_for_one_at_rest_where_samples_are_half_a_period_apart() -> None:
+def test_a_swing_is_not_taken_for_one_at_rest_where_samples_are_half_a_period_apart():
     """Leapfrog near the top: its period of 8.57 s is 78 steps of 0.1098 s, twice an even stride of
     39 steps in 10 000, which found each sample by a turning point."""
     limits = {
@@ -212,11 +206,11 @@ def test_a_swing_is_not_taken_for_one_at_rest_where_samples_are_half_a_period_ap
     assert np.histogram(turns, 10, (0.0, 0.5))[0].min() > len(taken) / 20.0
 
 
-def test_a_nudge_that_grows_too_much_late_in_a_run_is_not_missed() -> None:
+def test_a_nudge_that_grows_too_much_late_in_a_run_is_not_missed():
     """By e^(n (h/0.1)^8 log(1000)/10^4) in n steps: too much at the end of a run for h > 0.1, and
     in its first third for h > 0.115 alone."""
 
-    def begin(steps: Array) -> tuple[Callable[..., Any], Any]:
+    def begin(steps):
         factor = np.exp(math.log(FACTOR) / 1e4 * (steps / 0.1) ** 8)
         return lambda time, nudge: [nudge * factor], [np.ones(len(steps))]
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -26,7 +24,7 @@ PEER = Ratio("DOP853 over closed form", 190.0, 200.0, 210.0, least=100.0)
 
 
 @pytest.fixture
-def history(tmp_path: Path) -> Path:
+def history(tmp_path):
     """Three runs: the second is slower in both ratios, the third as the first, with another."""
     file = tmp_path / "kept" / "history.jsonl"
     slow = (
@@ -38,22 +36,22 @@ def history(tmp_path: Path) -> Path:
     return file
 
 
-def test_what_is_added_is_read_again(history: Path) -> None:
+def test_what_is_added_is_read_again(history):
     runs = stored(history)
     assert len(runs) == 3
     assert runs[0] == BenchmarkRun(MADE, (LOOP, PEER))
     assert benchmarks.keeps_benchmarks(history)
 
 
-def test_times_are_taken_in_turn() -> None:
-    order: list[str] = []
-    ticks: Iterator[int] = count(1)
+def test_times_are_taken_in_turn():
+    order = []
+    ticks = count(1)
 
-    def one() -> float:
+    def one():
         order.append("one")
         return 3.0 * next(ticks)
 
-    def other() -> float:
+    def other():
         order.append("other")
         return 1.0 * next(ticks)
 
@@ -63,7 +61,7 @@ def test_times_are_taken_in_turn() -> None:
 
 
 @given(st.lists(st.floats(1e-3, 1e3), min_size=2, max_size=30))
-def test_quartiles_hold_the_median(values: list[float]) -> None:
+def test_quartiles_hold_the_median(values):
     found = ratio("x", values, most=1.0)
     assert min(values) <= found.low <= found.median <= found.high <= max(values)
     assert holds(found) == (found.median <= 1.0)
@@ -78,14 +76,7 @@ def test_quartiles_hold_the_median(values: list[float]) -> None:
         ("#1", "#1", ["nothing has moved"], 0),
     ],
 )
-def test_compare_tells_what_moved(
-    old: str,
-    new: str,
-    said: list[str],
-    code: int,
-    history: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_compare_tells_what_moved(old, new, said, code, history, capsys):
     words = ["compare", f"{history}{old}", f"{history}{new}"]
     assert main(words) == 0
     out = capsys.readouterr().out
@@ -97,7 +88,7 @@ def test_compare_tells_what_moved(
     assert len(json.loads(capsys.readouterr().out)) == len([one for one in said if "->" in one])
 
 
-def test_quartiles_that_overlap_have_not_moved(tmp_path: Path) -> None:
+def test_quartiles_that_overlap_have_not_moved(tmp_path):
     first = BenchmarkRun(MADE, (LOOP,))
     wide = replace(LOOP, low=1.02, median=1.5, high=1.9)
     near = replace(LOOP, low=1.1, median=1.2, high=1.3)

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import pytest
 
@@ -25,10 +24,10 @@ from plumbob.models.registry import scene
 SCENE = "linear-pendulum/overdamped"
 
 
-def test_a_key_follows_from_all_that_defines_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_key_follows_from_all_that_defines_a_result(monkeypatch):
     one, rk4 = scene(SCENE), method("ode/rk4")
 
-    def key(**changed: object) -> str:
+    def key(**changed):
         given = {"scene": one, "method": rk4, "most": 1000, **changed}
         return key_of(*given.values(), versions_of(rk4))
 
@@ -59,9 +58,7 @@ OTHERS = ("mujoco", "mujoco"), ("pymunk", "pymunk"), ("pinocchio", "pin"), ("mjx
 
 
 @pytest.mark.parametrize(("engine", "package"), OTHERS)
-def test_the_version_of_an_engine_is_known(
-    engine: str, package: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_version_of_an_engine_is_known(engine, package, monkeypatch):
     monkeypatch.setattr(provenance, "_version", lambda named: f"version of {named}")
     assert versions_of(methods(engine)[0])[package] == f"version of {package}"
 
@@ -88,17 +85,17 @@ def _in_another_process(do: Callable[[], None]) -> Iterator[int]:
         os.waitpid(child, 0)
 
 
-def test_one_process_measures_into_a_folder_until_it_ends(tmp_path: Path) -> None:
+def test_one_process_measures_into_a_folder_until_it_ends(tmp_path):
     held = ExitStack()
 
-    def begin() -> None:
+    def begin():
         kept = held.enter_context(measured_into(tmp_path / FILE))
         kept.begin("a plan", ["one", "two"])
         kept.keep({"one": TaskResult(seconds=3.0, reference_step=1.0)})
 
-    notes: list[str] = []
+    notes = []
 
-    def note(what: str) -> None:
+    def note(what):
         if not notes:  # in the middle of what it does
             os.kill(child, signal.SIGKILL)
         notes.append(what)
@@ -116,7 +113,7 @@ def test_one_process_measures_into_a_folder_until_it_ends(tmp_path: Path) -> Non
     assert {file.name for file in tmp_path.iterdir()} == {FILE}
 
 
-def test_a_result_that_was_given_up_is_open_again(tmp_path: Path) -> None:
+def test_a_result_that_was_given_up_is_open_again(tmp_path):
     lost = TaskResult().given_up("the first", "no memory")
     with measured_into(tmp_path / FILE) as kept:
         kept.begin("a plan", ["one"])
@@ -136,7 +133,7 @@ def test_a_result_that_was_given_up_is_open_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["update result set body = '{'", "update result set key = 2"])
-def test_a_result_that_is_not_as_it_was_stored_is_one_line(damage: str, tmp_path: Path) -> None:
+def test_a_result_that_is_not_as_it_was_stored_is_one_line(damage, tmp_path):
     with measured_into(tmp_path / FILE) as kept:
         kept.begin("a plan", ["one"])
         kept.keep({"one": TaskResult()})
@@ -147,7 +144,7 @@ def test_a_result_that_is_not_as_it_was_stored_is_one_line(damage: str, tmp_path
         kept.begin("a plan", ["one", "2"])
 
 
-def test_a_fresh_study_leaves_what_is_complete(tmp_path: Path) -> None:
+def test_a_fresh_study_leaves_what_is_complete(tmp_path):
     for fresh, there in ((False, False), (False, True), (True, False), (False, True)):
         with measured_into(tmp_path / FILE, fresh) as kept:
             assert kept.begin("a plan", ["one"]) is there

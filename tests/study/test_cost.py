@@ -50,7 +50,7 @@ class Clock:
         ("closed_form", "exact/closed-form", 1e-15),
     ],
 )
-def test_waiting_is_no_cost(module: str, method: str, step: float, monkeypatch: Patch) -> None:
+def test_waiting_is_no_cost(module, method, step, monkeypatch):
     pytest.importorskip("heyoka" if module == "heyoka" else "plumbob")
     chosen = find_method(method)
     simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, step)
@@ -59,7 +59,7 @@ def test_waiting_is_no_cost(module: str, method: str, step: float, monkeypatch: 
 
 
 @pytest.mark.parametrize("method", ["mujoco/rk4", "pymunk/tight", "ode/rk4"])
-def test_a_fraction_of_the_steps_is_taken(method: str) -> None:
+def test_a_fraction_of_the_steps_is_taken(method):
     chosen = find_method(method)
     simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, 1e-2)
     assert [simulation.stepped(f).steps for f in (1e-9, 0.1, 1.0)] == [1, 500, 5000]
@@ -104,12 +104,8 @@ def cost_of(
     ],
 )
 def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
-    milliseconds: tuple[float, ...],
-    median: float,
-    low: float,
-    high: float,
-    monkeypatch: Patch,
-) -> None:
+    milliseconds, median, low, high, monkeypatch
+):
     one, unit = cost_of(monkeypatch, milliseconds, repeat(500.0))
     assert unit == 500.0
     assert (one.ns_per_step, one.ratio) == pytest.approx((1e3 * median, 2 * median), rel=1e-9)
@@ -117,7 +113,7 @@ def test_a_cost_is_computing_time_over_steps_with_its_quartiles(
     assert (one.compile_seconds, one.repeats) == (0.5, len(milliseconds))
 
 
-def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch: Patch) -> None:
+def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch):
     """All of it takes three times as long from the second round on, or grows slower evenly."""
     one, unit = cost_of(monkeypatch, (3.0, 9.0, 9.0), (500.0, 500.0, 2500.0, 500.0))
     assert (one.ratio, unit) == pytest.approx((6.0, 500.0))
@@ -131,7 +127,7 @@ def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch: Patch) -> No
     ("method", "step", "scale"),
     [("mujoco/euler", 1e-4, 1.0), ("mujoco/euler", 1e-4, 1e3), ("ode/dop853", 1e-8, 1.0)],
 )
-def test_a_known_run_gives_a_piece_that_fits(method: str, step: float, scale: float) -> None:
+def test_a_known_run_gives_a_piece_that_fits(method, step, scale):
     """Also where the run was slower by a factor `scale`, since others used the machine: the piece
     is then too short, and made longer before it counts."""
     simulation = engine_of(find_method(method)).prepare(case_of(SCENE), find_method(method), step)
@@ -148,14 +144,14 @@ def test_a_known_run_gives_a_piece_that_fits(method: str, step: float, scale: fl
 
 
 @pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])
-def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name: str) -> None:
+def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name):
     scene = find_scene(name)
     method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
     found = trimming(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
     assert found.identical
 
 
-def test_turns_end_where_they_agree_and_go_on_where_one_is_slow() -> None:
+def test_turns_end_where_they_agree_and_go_on_where_one_is_slow():
     """In three turns one model's time over its turn's mean differs by up to CLOSE of its median;
     others that use the machine slow whole turns, which changes nothing."""
     alike = np.array([[1.0, 2.0], [1.0 + trimming_.CLOSE / 3, 2.0], [1.0, 2.0]])
@@ -171,7 +167,7 @@ def test_turns_end_where_they_agree_and_go_on_where_one_is_slow() -> None:
         assert not trimming_.agree(slow)
 
 
-def test_a_slow_turn_changes_no_saving(monkeypatch: Patch) -> None:
+def test_a_slow_turn_changes_no_saving(monkeypatch):
     seconds = np.array([[5.0, 4.0, 3.0], [20.0, 16.0, 12.0], [5.0, 4.0, 3.0], [10.0, 8.0, 6.0]])
     monkeypatch.setattr(trimming_, "_timed_in_turn", lambda *_: (seconds, np.zeros((3, 2))))
     found = trimming(case_of(SCENE), find_method("mujoco/euler"), 1e-4, steps=1000)

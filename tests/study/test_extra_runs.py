@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,14 +14,12 @@ from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study import store
 from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, StudyPlan, TrimmingRun
 from plumbob.engines.study.request import Request, UndeclaredRun
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.models.scene import System
 from plumbob.reports.judge import verdict
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.tests.support.fixture_types import Patch
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
@@ -55,7 +52,7 @@ def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def study():
     chosen = [replace(s, steps=(5e-3, 2e-3)) for s in scenes(SCENE)]
     return run_study(chosen, methods("ode/rk4"), timed=False, requests=wanted, command="plumbob")
 
@@ -76,11 +73,11 @@ def run_directly(request: ExtraRun) -> Trajectory:
 
 
 @pytest.mark.parametrize("request_", [PLAIN, CHANGED, SETTING])
-def test_a_recording_is_that_of_the_run(study: Study, request_: ExtraRun) -> None:
+def test_a_recording_is_that_of_the_run(study, request_):
     assert untimed(study.answer(request_)) == untimed(run_directly(request_))
 
 
-def test_settings_of_a_request_replace_those_of_the_method() -> None:
+def test_settings_of_a_request_replace_those_of_the_method():
     request = ExtraRun("simple-pendulum/free-large", "pymunk/tight", 4e-3, 0.4)
     how = method(request.method)
     plain, again, other = (
@@ -93,32 +90,29 @@ def test_settings_of_a_request_replace_those_of_the_method() -> None:
     assert untimed(again) == untimed(plain) != untimed(other)
 
 
-def test_where_there_is_nothing_to_show(study: Study) -> None:
+def test_where_there_is_nothing_to_show(study):
     assert set(study.extras) == set(ALL)
     assert study.answer(NOT_MEANT) is None
     assert study.answer(DIVERGES) is None
     assert study.answer(NO_TRIMMING) is None
 
 
-def test_convergence_and_trimming(study: Study) -> None:
+def test_convergence_and_trimming(study):
     convergence, trimming = study.answer(CONVERGENCE), study.answer(TRIMMING)
-    assert convergence is not None
     assert [m.step for m in convergence.measurements] == [5e-3, 2e-3, 1e-3]
-    assert trimming is not None
     assert trimming.identical
     assert trimming.ns_trimmed > 0.0
 
 
-def test_what_was_not_declared_is_refused(study: Study) -> None:
+def test_what_was_not_declared_is_refused(study):
     with pytest.raises(UndeclaredRun, match=r"ExtraRun\(.*step=0.002"):
         study.answer(replace(PLAIN, step=2e-3))
     with pytest.raises(UndeclaredRun):
         study.answer(replace(TRIMMING, steps=21))
 
 
-def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
+def test_a_stored_study_is_the_study(study, tmp_path):
     back = store.load(tmp_path / "new", store.save(study, tmp_path / "new"))
-    assert back is not None
     for request, result in study.extras.items():
         again = back.extras[request]
         if isinstance(result, Trajectory):
@@ -126,25 +120,25 @@ def test_a_stored_study_is_the_study(study: Study, tmp_path: Path) -> None:
             assert bits(again) == bits(result)
         else:
             assert again == result
-    nothing: dict[str, Any] = {"extras": {}, "reference_step": 0.0}  # which is NaN: not timed
+    nothing = {"extras": {}, "reference_step": 0.0}  # which is NaN: not timed
     assert replace(back, **nothing) == replace(study, **nothing)
     assert math.isnan(back.reference_step)
 
 
 @pytest.mark.long
-def test_two_processes_make_the_same(study: Study) -> None:
+def test_two_processes_make_the_same(study):
     both = run_study(study.scenes, study.methods, jobs=2, timed=False, requests=wanted)
     for request in (PLAIN, CHANGED, SETTING):
         assert untimed(study.answer(request)) == untimed(both.answer(request))
 
 
-def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: Patch) -> None:
+def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch):
     """Each verdict is computed once, for all that use it."""
-    calls: Counter[str] = Counter()
+    calls = Counter()
     system = systems()["cone-pendulum"]
 
-    def counted(name: str, inner: Any) -> Any:
-        def call(*arguments: Any) -> Any:
+    def counted(name, inner):
+        def call(*arguments):
             calls[name] += 1
             return inner(*arguments)
 
@@ -173,15 +167,13 @@ def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch: Patch) -> Non
     assert calls["judge"] == sum(len(c.measurements) + 1 for c in study.convergence)  # one is drawn
 
 
-def test_validate_judges_each_run_once(
-    monkeypatch: Patch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_validate_judges_each_run_once(monkeypatch, tmp_path, capsys):
     from plumbob.reports.cli import main
 
-    judged: list[int] = []
+    judged = []
     inner = verdict.judge
 
-    def counted(*arguments: Any) -> verdict.Judgement:
+    def counted(*arguments):
         judged.append(1)
         return inner(*arguments)
 
@@ -190,5 +182,4 @@ def test_validate_judges_each_run_once(
     junit = str(tmp_path / "junit.xml")
     assert main(["validate", *words, "--json", "--junitxml", junit]) == 0
     study = store.load(tmp_path / store.FILE)
-    assert study is not None
     assert len(judged) == sum(len(c.measurements) + 1 for c in study.convergence)  # one is drawn

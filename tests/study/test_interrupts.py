@@ -24,7 +24,7 @@ print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
 """
 
 
-def test_nor_do_the_first_that_a_process_begins() -> None:
+def test_nor_do_the_first_that_a_process_begins():
     """With the first of them Python begins another process, and lets interrupts through then."""
     said = subprocess.run(
         [sys.executable, "-c", BEGINS], capture_output=True, text=True, timeout=300, check=True
@@ -32,12 +32,12 @@ def test_nor_do_the_first_that_a_process_begins() -> None:
     assert (said.stdout.split(), said.stderr) == (["True", "True", "False"], "")
 
 
-def test_an_interrupt_that_comes_while_processes_begin_is_not_lost() -> None:
+def test_an_interrupt_that_comes_while_processes_begin_is_not_lost():
     with pytest.raises(KeyboardInterrupt), interrupts_held():
         signal.raise_signal(signal.SIGINT)
 
 
-def test_processes_end_with_what_began_them() -> None:
+def test_processes_end_with_what_began_them():
     others = set(multiprocessing.active_children())
     with pytest.raises(KeyboardInterrupt):
         _interrupted_while_a_process_sleeps()

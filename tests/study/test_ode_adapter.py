@@ -53,11 +53,11 @@ def error(method: Method, step: float, **given: Any) -> float:
     return float(trajectory.observables["theta"][-1]) - THETA
 
 
-def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed() -> None:
-    asked: list[Any] = []
+def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed():
+    asked = []
 
     class Recorder:
-        def __init__(self, *_: Any, rtol: float, atol: Any) -> None:
+        def __init__(self, *_, rtol, atol):
             asked.extend((rtol, *atol))
             raise ValueError("enough")
 
@@ -78,7 +78,7 @@ def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed() -> None:
         ("ode/lsoda", 1e-13, 1e-10),  # erratic: 2e-11 here, ten times that at 3e-13
     ],
 )
-def test_solver_reaches_the_exact_motion(name: str, step: float, tolerance: float) -> None:
+def test_solver_reaches_the_exact_motion(name, step, tolerance):
     trajectory = run(METHODS[name], step)
     exact = DEFAULT.motion.observe(trajectory.times)
     assert np.abs(trajectory.observables["theta"] - exact["theta"]).max() < tolerance
@@ -92,7 +92,7 @@ def test_solver_reaches_the_exact_motion(name: str, step: float, tolerance: floa
     ("name", "first", "power"),
     [("ode/euler", 500, 1), ("ode/leapfrog", 250, 2), ("ode/rk4", 200, 4)],
 )
-def test_order_and_leading_coefficients(name: str, first: int, power: int) -> None:
+def test_order_and_leading_coefficients(name, first, power):
     # remainder after two terms, at the coarsest step: 0.04 %, 0.01 % and 0.6 %
     method = METHODS[name]
     steps = np.array([0.5 / (first * 2**n) for n in range(5)])
@@ -109,7 +109,7 @@ def test_order_and_leading_coefficients(name: str, first: int, power: int) -> No
 
 
 @pytest.mark.parametrize(("ours", "theirs"), [("euler", "euler"), ("rk4", "rk4")])
-def test_mujoco_takes_the_same_steps(ours: str, theirs: str) -> None:
+def test_mujoco_takes_the_same_steps(ours, theirs):
     # the same scheme on the same equation in two programs: they differ by 500 steps of round-off
     other = next(method for method in MUJOCO.methods if method.name == f"mujoco/{theirs}")
     engine = MUJOCO.prepare(SYSTEM.case(scene()), other, 1e-3).run()
@@ -128,7 +128,7 @@ SKEW = replace(DEFAULT.body, inertia_y=DEFAULT.body.inertia_y + 0.03)
     [{"platform_rate": 0.0, "theta_dot": 13.0}, {"body": WIDE}, {"body": SKEW}, {"excess": 1e-3}],
     ids=["still", "wide", "skew", "excess"],
 )
-def test_other_parameters_follow_the_closed_form(given: dict[str, Any]) -> None:
+def test_other_parameters_follow_the_closed_form(given):
     # DOP853 as above; near the separatrix (rate 25/s) an error grows by e^(25 t) in passing it
     trajectory = run(METHODS["ode/dop853"], 1e-13, **given)
     exact = replace(DEFAULT, **given).motion.observe(trajectory.times)["theta"]
@@ -146,7 +146,7 @@ def test_other_parameters_follow_the_closed_form(given: dict[str, Any]) -> None:
     ],
     ids=lambda changed: next(iter(changed)),
 )
-def test_a_small_change_is_seen(changed: dict[str, Any]) -> None:
+def test_a_small_change_is_seen(changed):
     assert abs(error(METHODS["ode/dop853"], 1e-13, **changed)) > 1e-11
     assert abs(error(METHODS["ode/rk4"], 2.5e-5, **changed)) > 5e-13
 
@@ -161,7 +161,7 @@ def driven(rotor: DrivenRotor, theta: float, theta_dot: float) -> Equation:
 
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
-def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
+def test_damping_and_forcing_are_as_predicted(method):
     # first two terms of the error, as above; here time and damping both matter
     rotor = DrivenRotor(
         sin=9.8, damping_rate=0.5, forcing_amplitude=1.5, forcing_frequency=2.8, forcing_phase=0.3
@@ -178,14 +178,14 @@ def test_damping_and_forcing_are_as_predicted(method: Method) -> None:
 
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
-def test_a_step_far_too_large_is_a_divergence(method: Method) -> None:
+def test_a_step_far_too_large_is_a_divergence(method):
     # the torque is bounded, so one step of half a second exceeds any speed the body can have
     trajectory = run(method, 0.5, 200.0)
     assert trajectory.diverged_at is not None
     assert np.abs(trajectory.observables["theta_dot"]).max() < 620.0
 
 
-def test_no_motion_exceeds_the_speed_that_limits_are_based_on() -> None:
+def test_no_motion_exceeds_the_speed_that_limits_are_based_on():
     generator = np.random.default_rng(1)
     for _ in range(30):
         rotor = DrivenRotor(*generator.normal(scale=100.0, size=3))
@@ -197,18 +197,18 @@ def test_no_motion_exceeds_the_speed_that_limits_are_based_on() -> None:
 
 @pytest.mark.parametrize("step", [0.0, -1.0, float("nan"), 1.0, 1e-15])
 @pytest.mark.parametrize("method", [*FIXED, *ADAPTIVE], ids=lambda method: method.name)
-def test_a_step_or_tolerance_that_cannot_be_is_refused(method: Method, step: float) -> None:
+def test_a_step_or_tolerance_that_cannot_be_is_refused(method, step):
     with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
         prepare(SYSTEM.case(scene()), method, step)
 
 
-def test_a_system_without_equation_is_unsupported() -> None:
+def test_a_system_without_equation_is_unsupported():
     other = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
     with pytest.raises(Unsupported, match="no builder for spring-mattress"):
         prepare(other.case(scene()), FIXED[0], 1e-3)
 
 
-def test_the_linear_systems_of_a_run_are_solved_to_the_bit_as_scipy_does() -> None:
+def test_the_linear_systems_of_a_run_are_solved_to_the_bit_as_scipy_does():
     random = np.random.default_rng(5)
     for dtype in (float, complex):
         for size in (2, 7):

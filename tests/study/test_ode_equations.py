@@ -25,7 +25,7 @@ from plumbob.engines.adapters.ode.simulation import (
 )
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.study.measurement import measure
-from plumbob.models.scene import ONE_SMOOTH, Case, Observable, Scene, System
+from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, System
 
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
 ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"]
@@ -114,11 +114,11 @@ PROBLEMS = (Fall(), Throw(declared=True), Throw(declared=False))
 
 
 @pytest.fixture(params=PROBLEMS, ids=["fall", "throw", "throw-undeclared"])
-def case(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Case:
+def case(request, monkeypatch):
     """A scene of a system whose builder is a module of the adapter's, as CONTRIBUTING has it."""
-    problem: Fall | Throw = request.param
+    problem = request.param
     module = ModuleType("plumbob.engines.adapters.ode.falling_body")
-    module.build = lambda problem, method: problem.equation()  # type: ignore[attr-defined]
+    module.build = lambda problem, method: problem.equation()
     monkeypatch.setitem(sys.modules, module.__name__, module)
     system = System(
         name="falling-body",
@@ -140,7 +140,7 @@ def case(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Cas
 
 
 @pytest.mark.parametrize("method", FIXED, ids=lambda method: method.name)
-def test_fixed_steps_converge_with_their_order(case: Case, method: Method) -> None:
+def test_fixed_steps_converge_with_their_order(case, method):
     # two octaves of steps, at which the next term of the series is some per cent of the first
     assert method.order is not None
     steps = np.array([0.02, 0.01, 0.005])
@@ -153,16 +153,15 @@ def test_fixed_steps_converge_with_their_order(case: Case, method: Method) -> No
 
 
 @pytest.mark.parametrize("method", ADAPTIVE, ids=lambda method: method.name)
-def test_adaptive_solvers_follow_the_exact_motion(case: Case, method: Method) -> None:
+def test_adaptive_solvers_follow_the_exact_motion(case, method):
     # the tolerance a step, grown over some tens to hundreds of steps
     found, trajectory = measure(case, method, 1e-7)
-    assert trajectory is not None
     assert set(trajectory.observables) == set(case.reference.observe(np.zeros(1)))
     for error in found.errors.values():
         assert 0.0 < error.largest < 3e-5
 
 
-def test_a_declared_damping_rate_gives_the_same_leapfrog() -> None:
+def test_a_declared_damping_rate_gives_the_same_leapfrog():
     # the implicit half kick is solved in closed form or by iteration, to the rounding of 200 steps
     leapfrog = next(method for method in FIXED if method.name == "ode/leapfrog")
     ends = [run_of(Throw(declared=declared), leapfrog, 0.01) for declared in (True, False)]
@@ -199,9 +198,8 @@ DIVERGING = {
 @pytest.mark.long(keep=6)
 @pytest.mark.parametrize("kind", DIVERGING)
 @pytest.mark.parametrize("method", ENGINE.methods, ids=lambda method: method.name)
-def test_divergence_is_a_result(method: Method, kind: str) -> None:
+def test_divergence_is_a_result(method, kind):
     equation = DIVERGING[kind]
-    simulation: FixedStepSimulation | AdaptiveSimulation
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
         simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
@@ -210,7 +208,6 @@ def test_divergence_is_a_result(method: Method, kind: str) -> None:
         solver = SOLVERS[method.settings["method"]]
         simulation = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0)
     trajectory = simulation.run()
-    assert trajectory.diverged_at is not None
     assert len(trajectory.times) > 1
     assert (trajectory.times < trajectory.diverged_at).all() or method in ADAPTIVE
     for values in trajectory.observables.values():
@@ -218,7 +215,7 @@ def test_divergence_is_a_result(method: Method, kind: str) -> None:
         assert np.isfinite(values).all()
 
 
-def test_the_same_run_twice(case: Case) -> None:
+def test_the_same_run_twice(case):
     # the start is copied: no run changes what the next one starts from
     simulation = prepare(case, FIXED[0], 0.01)
     first, second = simulation.run(), simulation.run()
@@ -226,12 +223,12 @@ def test_the_same_run_twice(case: Case) -> None:
         np.testing.assert_array_equal(values, second.observables[name])
 
 
-def test_heyoka_refuses_what_is_no_rotor(case: Case) -> None:
+def test_heyoka_refuses_what_is_no_rotor(case):
     with pytest.raises(Unsupported, match="heyoka has no builder for falling-body"):
         heyoka.prepare(case, heyoka.METHODS[0], 1e-9)
 
 
-def test_ode_methods_are_meant_for_all_but_dry_friction(case: Case) -> None:
+def test_ode_methods_are_meant_for_all_but_dry_friction(case):
     slide = Scene("capsule-line/ca1", "", {}, 1.0, (), "")
     for method in ENGINE.methods:
         assert meant(method, case.scene)

@@ -18,7 +18,7 @@ ULPS = (-4, 0, 4)
 
 @pytest.mark.parametrize("how", ["ode/dop853", "ode/lsoda", "ode/radau"])
 @pytest.mark.parametrize("name", ["cone-pendulum/fast-platform", "simple-pendulum/rotating-slow"])
-def test_ulps_of_the_start_move_single_errors_and_leave_their_median(name: str, how: str) -> None:
+def test_ulps_of_the_start_move_single_errors_and_leave_their_median(name, how):
     swing, known = scene(name), limits_of(how).solvers[name, how]
     moved, spread = next(n for n, x in swing.parameters.items() if n.startswith("theta") and x), []
     for ulps in ULPS:

@@ -28,14 +28,13 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.models.scene import Quantity
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def study():
     chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4, 2e-4)) for s in scenes(SCENE)]
     return run_study(chosen, methods("mujoco/euler,ode/rk4,ode/dop853"))
 
@@ -51,12 +50,12 @@ def _kept(study: Study, file: Path) -> Study:
     return back
 
 
-def test_a_study_comes_back_as_it_was(study: Study, tmp_path: Path) -> None:
+def test_a_study_comes_back_as_it_was(study, tmp_path):
     back = _kept(study, tmp_path / store.FILE)
     assert replace(back, scenes=study.scenes, extras=study.extras) == study
 
 
-def test_the_studies_of_a_scene(study: Study, tmp_path: Path) -> None:
+def test_the_studies_of_a_scene(study, tmp_path):
     file = tmp_path / store.FILE
     assert store.load(file) is None
     first = _save(study, file)
@@ -76,7 +75,7 @@ PARTS = ("study", "result")
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def stored(tmp_path_factory):
     """A store with a study of two scenes, with an extra run."""
     file = tmp_path_factory.mktemp("stored") / store.FILE
     chosen = [replace(s, steps=(1e-2, 5e-3)) for s in (*scenes(SCENE), *scenes(OTHER))]
@@ -94,7 +93,7 @@ def _all_columns(file: Path) -> list[tuple[str, str]]:
         ]
 
 
-def test_any_change_of_a_stored_study_is_noticed(stored: bytes, tmp_path: Path) -> None:
+def test_any_change_of_a_stored_study_is_noticed(stored, tmp_path):
     """One value of one row, whichever it is, and as slightly as can be; or a row less, or twice."""
     file = tmp_path / store.FILE
     file.write_bytes(stored)
@@ -118,7 +117,7 @@ def test_any_change_of_a_stored_study_is_noticed(stored: bytes, tmp_path: Path) 
             store.load(file)
 
 
-def test_one_scene_is_read_though_another_is_damaged(stored: bytes, tmp_path: Path) -> None:
+def test_one_scene_is_read_though_another_is_damaged(stored, tmp_path):
     file = tmp_path / store.FILE
     file.write_bytes(stored)
     before = store.studies_of(file, OTHER)
@@ -130,7 +129,7 @@ def test_one_scene_is_read_though_another_is_damaged(stored: bytes, tmp_path: Pa
         store.studies_of(file, SCENE)
 
 
-def test_a_recording_comes_back_as_it_was() -> None:
+def test_a_recording_comes_back_as_it_was():
     values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
     channels = {"contacts": np.array([3.0, 4.0])}
     times, said = np.array([0.0, 0.1]), ("NaN", "unstable")
@@ -138,7 +137,7 @@ def test_a_recording_comes_back_as_it_was() -> None:
     assert bits(from_json(to_json(run), Trajectory)) == bits(run)
 
 
-def test_every_kind_of_float_comes_back(study: Study, tmp_path: Path) -> None:
+def test_every_kind_of_float_comes_back(study, tmp_path):
     found = study.convergence[0]
     odd = (math.nan, math.inf, -math.inf, 5e-324, 0.1 + 0.2, -0.0, 1.7976931348623157e308)
     errors = {str(x): ObservedError(x, x, 0.0, 1.0, {"a reason": x}) for x in odd}
@@ -147,7 +146,7 @@ def test_every_kind_of_float_comes_back(study: Study, tmp_path: Path) -> None:
     assert repr(_kept(kept, tmp_path / "new").convergence) == repr(kept.convergence)
 
 
-def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None:
+def test_every_scene_and_method_comes_back(study, tmp_path):
     """And a user's settings; without scales of plans, each of which would be planned first."""
     contact = {"solref": (0.02, 1.0), "condim": 3}
     settings = {"integrator": "euler", "contact": contact}
@@ -159,17 +158,13 @@ def test_every_scene_and_method_comes_back(study: Study, tmp_path: Path) -> None
     assert (back.methods, back.scenes, back.interest) == (every, whole.scenes, interest)
 
 
-def test_observables_and_scales_are_stored_where_a_study_has_none(
-    study: Study, tmp_path: Path
-) -> None:
+def test_observables_and_scales_are_stored_where_a_study_has_none(study, tmp_path):
     back = _kept(replace(study, observed={}, interest={}), tmp_path / "new")
     assert (back.observed, back.interest) == (study.observed, study.interest)
 
 
 @pytest.mark.parametrize(("error", "code", "said"), [("1e-6", 0, "use"), ("1e-30", 1, "the best")])
-def test_recommend_answers_from_what_is_stored(
-    error: str, code: int, said: str, study: Study, tmp_path: Path, capsys: Capture
-) -> None:
+def test_recommend_answers_from_what_is_stored(error, code, said, study, tmp_path, capsys):
     _save(study, tmp_path / store.FILE)
     assert main(_asked(tmp_path, error)) == code
     captured = capsys.readouterr()
@@ -181,9 +176,7 @@ def _asked(folder: Path, error: str, *words: str) -> list[str]:
     return ["recommend", SCENE, "--error", error, "--out", str(folder), "--stored", *words]
 
 
-def test_recommend_leaves_other_versions_out_and_names_them(
-    study: Study, tmp_path: Path, capsys: Capture
-) -> None:
+def test_recommend_leaves_other_versions_out_and_names_them(study, tmp_path, capsys):
     here = provenance("plumbob validate")
     old = replace(here, date="1999-12-31 00:00 UTC", versions={**here.versions, "mujoco": "2.0.0"})
     store.save(replace(study, provenance=old), tmp_path / store.FILE)
@@ -197,9 +190,7 @@ def test_recommend_leaves_other_versions_out_and_names_them(
     assert main(_asked(tmp_path, "1e-6", "--engine", "mujoco")) == 1  # nothing of it counts
 
 
-def test_a_later_smaller_study_changes_no_answer(
-    study: Study, tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_later_smaller_study_changes_no_answer(study, tmp_path, capsys):
     first = replace(study, provenance=provenance(""))
     euler, answers = study.convergence[0], []
     fewer = replace(euler, measurements=euler.measurements[:2])
@@ -211,12 +202,11 @@ def test_a_later_smaller_study_changes_no_answer(
     assert answers[0] == answers[1]
 
 
-def test_costs_are_the_median_ratio_to_the_reference_step(study: Study) -> None:
+def test_costs_are_the_median_ratio_to_the_reference_step(study):
     key = (SCENE, "ode/rk4")
     slow = replace(study, reference_step=3.0 * study.reference_step)
     tenfold = {k: replace(c, ratio=9.0 * c.ratio) for k, c in study.costs.items()}
     both = merged([study, slow, replace(study, costs=tenfold)])
-    assert both is not None
     ratio = study.costs[key].ratio
     assert both.costs[key].ratio == ratio
     assert both.costs[key].ns_per_step == pytest.approx(ratio * study.reference_step)
@@ -234,7 +224,7 @@ print(code, *sorted(set(sys.argv[3:]) & set(sys.modules)))
 """
 
 
-def test_recommend_loads_no_engine(study: Study, tmp_path: Path) -> None:
+def test_recommend_loads_no_engine(study, tmp_path):
     # Modules that an answer from a file needs not; systems and engines take a second to load.
     _save(study, tmp_path / store.FILE)
     answer = subprocess.run(

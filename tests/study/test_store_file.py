@@ -25,7 +25,7 @@ READERS = (
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def whole(tmp_path_factory):
     """The bytes of a small store."""
     file = tmp_path_factory.mktemp("whole") / store.FILE
     store.save(made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)]), file)
@@ -77,13 +77,7 @@ BAD: dict[str, tuple[Callable[[Path, bytes], object], str]] = {
 
 @pytest.mark.parametrize("kind", BAD)
 @pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
-def test_what_is_no_store_is_one_line_and_stays_as_it_is(
-    kind: str,
-    words: tuple[str, ...],
-    whole: bytes,
-    tmp_path: Path,
-    capsys: Capture,
-) -> None:
+def test_what_is_no_store_is_one_line_and_stays_as_it_is(kind, words, whole, tmp_path, capsys):
     file = tmp_path / store.FILE
     make, said = BAD[kind]
     make(file, whole)
@@ -111,13 +105,7 @@ def _locked(file: Path) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("words", [*WRITERS, *READERS], ids=lambda words: str(words[0]))
-def test_a_locked_store_is_said_to_be_locked(
-    words: tuple[str, ...],
-    whole: bytes,
-    tmp_path: Path,
-    capsys: Capture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_locked_store_is_said_to_be_locked(words, whole, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(store_file, "PATIENCE", 0.01)
     file = tmp_path / store.FILE
     file.write_bytes(whole)
@@ -126,12 +114,7 @@ def test_a_locked_store_is_said_to_be_locked(
     assert file.read_bytes() == whole
 
 
-def test_a_read_only_store_is_read_and_not_written(
-    whole: bytes,
-    tmp_path: Path,
-    capsys: Capture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_read_only_store_is_read_and_not_written(whole, tmp_path, capsys, monkeypatch):
     file = tmp_path / store.FILE
     file.write_bytes(whole)
     # The permissions alone do not keep root from writing.
@@ -142,7 +125,7 @@ def test_a_read_only_store_is_read_and_not_written(
     assert file.read_bytes() == whole
 
 
-def test_a_reader_cannot_write(whole: bytes, tmp_path: Path) -> None:
+def test_a_reader_cannot_write(whole, tmp_path):
     file = tmp_path / store.FILE
     file.write_bytes(whole)
     with (
@@ -152,7 +135,7 @@ def test_a_reader_cannot_write(whole: bytes, tmp_path: Path) -> None:
         opened.execute("delete from result")
 
 
-def test_what_goes_wrong_while_a_store_is_open_is_not_laid_to_the_file(tmp_path: Path) -> None:
+def test_what_goes_wrong_while_a_store_is_open_is_not_laid_to_the_file(tmp_path):
     with (
         pytest.raises(ValueError, match="of an engine"),
         store_file.writing(tmp_path / store.FILE),
@@ -160,9 +143,7 @@ def test_what_goes_wrong_while_a_store_is_open_is_not_laid_to_the_file(tmp_path:
         raise ValueError("of an engine")
 
 
-def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(
-    whole: bytes, tmp_path: Path
-) -> None:
+def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(whole, tmp_path):
     file = tmp_path / store.FILE
     file.write_bytes(whole)
     child = os.fork()
@@ -177,6 +158,5 @@ def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(
     assert Path(f"{file}-journal").exists()
     assert file.read_bytes() != whole
     found = store.load(file)
-    assert found is not None
     assert found.convergence[0].measurements[0].step == 1e-2
     assert file.read_bytes()[:100] == whole[:100]

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
-from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import (
     ConvergenceStudy,
@@ -19,14 +15,12 @@ from plumbob.engines.study.convergence import (
     convergence_study,
     steps_beside,
 )
-from plumbob.engines.study.cost import ENOUGH, Cost
+from plumbob.engines.study.cost import ENOUGH
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, run_study
-from plumbob.engines.workers import Task, Workers
+from plumbob.engines.workers import Workers
 from plumbob.models.registry import case_of, scene, scenes, system_of
-from plumbob.models.scene import Case
-from plumbob.tests.support.fixture_types import Patch
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
@@ -46,7 +40,7 @@ def _errors(convergence: tuple[ConvergenceStudy, ...]) -> list[tuple[str, str, f
 
 
 @pytest.mark.long
-def test_one_process_two_and_an_executor_agree_to_the_last_bit() -> None:
+def test_one_process_two_and_an_executor_agree_to_the_last_bit():
     alone = _errors(_study(jobs=1).convergence)
     assert len(alone) == 16
     assert _errors(_study(jobs=2).convergence) == alone
@@ -54,12 +48,12 @@ def test_one_process_two_and_an_executor_agree_to_the_last_bit() -> None:
         assert _errors(_study(executor=executor).convergence) == alone
 
 
-def test_every_scene_and_method_can_be_sent_to_a_worker() -> None:
+def test_every_scene_and_method_can_be_sent_to_a_worker():
     every = (scenes(), methods())
     assert pickle.loads(pickle.dumps(every)) == every
 
 
-def test_costs_are_medians_and_ratios_of_one_run() -> None:
+def test_costs_are_medians_and_ratios_of_one_run():
     study = run_study(scenes("cone-pendulum/deep-well"), methods("ode/euler,ode/rk4"))
     cheap, expensive = (
         study.costs["cone-pendulum/deep-well", f"ode/{m}"] for m in ("euler", "rk4")
@@ -70,7 +64,7 @@ def test_costs_are_medians_and_ratios_of_one_run() -> None:
         assert cost.repeats >= ENOUGH
 
 
-def test_two_more_step_sizes_follow_the_first_at_the_floor() -> None:
+def test_two_more_step_sizes_follow_the_first_at_the_floor():
     chosen = scene("cone-pendulum/resting-base")
     runs = convergence_study(chosen, method("ode/rk4"), 10**6).measurements
     assert runs[-1].step > min(chosen.steps)
@@ -80,26 +74,24 @@ def test_two_more_step_sizes_follow_the_first_at_the_floor() -> None:
     assert at_floor[-1]
 
 
-def test_the_step_that_is_asked_about_is_run_whatever_it_takes() -> None:
+def test_the_step_that_is_asked_about_is_run_whatever_it_takes():
     chosen = scene("cone-pendulum/rotating-base")  # 0.5 s
     own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(1e-6, 1e-3, 5e-7))
     assert chosen_step_sizes(chosen, own, 1000) == (1e-6, 1e-3)
     assert 1e-6 not in chosen_step_sizes(chosen, method("ode/rk4"), 1000, (1e-3, 1e-6))
 
 
-def test_an_error_curve_has_the_sign_of_the_error() -> None:
+def test_an_error_curve_has_the_sign_of_the_error():
     # of the method less the exact answer; at the end it is the error that is stored
     chosen = replace(scene("cone-pendulum/rotating-base"), steps=(1e-3,))
     found = convergence_study(chosen, method("mujoco/euler"), 10**6)
-    assert found.trace is not None
     assert found.trace.errors[-1] == found.measurements[-1].errors["theta"].end != 0.0
 
 
-def test_rounding_alone_leaves_open_what_the_floor_is_made_of() -> None:
+def test_rounding_alone_leaves_open_what_the_floor_is_made_of():
     # where theory knows a run at its very step: four standard deviations of a random walk
     found, _ = measure(case_of(scene("capsule-line/ca1")), method("mujoco/euler+coulomb"), 1e-3)
     error = found.errors["displacement"]
-    assert error.predicted is not None
     assert error.predicted.for_this_step
     wanted = floor(replace(error, model={}), found.steps)
     assert error.predicted.open == pytest.approx(wanted, rel=1e-9, abs=0.0)
@@ -107,14 +99,10 @@ def test_rounding_alone_leaves_open_what_the_floor_is_made_of() -> None:
     assert wanted == pytest.approx(own, rel=1e-12, abs=0.0)
 
 
-def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
-    monkeypatch: Patch,
-) -> None:
-    asked: list[float] = []
+def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(monkeypatch):
+    asked = []
 
-    def record(
-        tasks: Sequence[tuple[Case, Method, float, Stepping]], *how: object
-    ) -> tuple[dict[tuple[str, str], Cost], float]:
+    def record(tasks, *how):
         asked.extend(step for _, _, step, _ in tasks)
         return {}, 1.0
 
@@ -138,9 +126,7 @@ def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(
         ("capsule-hold/0.999", 2e-3),
     ],
 )
-def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(
-    name: str, finest: float
-) -> None:
+def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(name, finest):
     chosen = scene(name)
     how = method("mujoco/rk4+coulomb" if "capsule" in name else "ode/rk4")
     found = convergence_study(chosen, how, most_steps(chosen, "quick"))
@@ -152,12 +138,11 @@ def test_every_pair_is_run_at_the_step_that_methods_are_compared_at(
     assert set(rest) <= set(chosen.steps)
 
 
-def test_a_run_beside_the_step_sizes_tells_of_no_order() -> None:
+def test_a_run_beside_the_step_sizes_tells_of_no_order():
     chosen, how = scene("cone-pendulum/fast-platform"), method("ode/rk4")
     found = convergence_study(chosen, how, 25_000)
     assert found.beside == (REFERENCE_STEP,)
     alone = convergence_study(chosen, how, 25_000, chosen.steps)
-    assert alone.order is not None
     assert found.order == alone.order
     assert [m.step for m in found.measurements[1:]] == [m.step for m in alone.measurements]
     at = found.measurements[0]
@@ -165,7 +150,7 @@ def test_a_run_beside_the_step_sizes_tells_of_no_order() -> None:
     assert at.errors["theta"].largest > 1.0  # with it the order would be another one
 
 
-def test_no_step_is_run_beside_those_that_are_asked_for() -> None:
+def test_no_step_is_run_beside_those_that_are_asked_for():
     chosen = scene("cone-pendulum/fast-platform")
     own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(1e-4, 5e-5))
     assert steps_beside(chosen, own, 25_000) == ()
@@ -177,13 +162,13 @@ def test_no_step_is_run_beside_those_that_are_asked_for() -> None:
 
 
 @pytest.mark.long
-def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it() -> None:
+def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it():
     class Watched(Workers):
-        def results(self, tasks: Sequence[Task], *how: Any) -> Iterator[tuple[Task, Any]]:
+        def results(self, tasks, *how):
             asked.extend((task.group, task.arguments[0]) for task in tasks)
             yield from super().results(tasks, *how)
 
-    asked: list[tuple[str, Any]] = []
+    asked = []
     chosen = [scene("cone-pendulum/deep-well"), scene("linear-pendulum/overdamped")]
     with Watched(2) as workers:
         study = run_study(chosen, methods("ode/euler,ode/rk4"), jobs=workers)
@@ -191,9 +176,7 @@ def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it() ->
     assert len(study.costs) == 4
 
 
-def test_an_engine_that_is_not_there_is_missing_and_nothing_else(
-    monkeypatch: Patch,
-) -> None:
+def test_an_engine_that_is_not_there_is_missing_and_nothing_else(monkeypatch):
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     chosen = scene("cone-pendulum")
     found, run = measure(system_of(chosen).case(chosen), method("mujoco/rk4"), 1e-3)
@@ -201,7 +184,7 @@ def test_an_engine_that_is_not_there_is_missing_and_nothing_else(
     assert "mujoco" in found.reason
 
 
-def test_a_step_far_too_large_diverges_as_a_result(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_a_step_far_too_large_diverges_as_a_result(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     chosen = scene("cone-pendulum", {"platform_rate": 900.0})
     found, _ = measure(case_of(chosen), method("mujoco/euler"), 0.05)

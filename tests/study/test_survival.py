@@ -19,13 +19,13 @@ from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.engines.study.results import TaskResult
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
-from plumbob.tests.support.fixture_types import Capture, Patch
+from plumbob.tests.support.fixture_types import Patch
 
 OLD = "the page of an older study"
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def undisturbed(tmp_path_factory):
     """A folder with the study as it is when nothing ends it."""
     out = tmp_path_factory.mktemp("undisturbed")
     assert main(disturbed.words(out, 1)) == 0
@@ -33,7 +33,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def out(tmp_path: Path) -> Path:
+def out(tmp_path):
     """A folder with an older page."""
     (tmp_path / "index.html").write_text(OLD)
     return tmp_path
@@ -76,14 +76,7 @@ def _counting(monkeypatch: Patch, out: Path, ends: int = 0, number: int = 0) -> 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("moment", [1, 3, 6])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_a_study_goes_on_after_a_signal(
-    number: signal.Signals,
-    moment: int,
-    out: Path,
-    undisturbed: Path,
-    capsys: Capture,
-    monkeypatch: Patch,
-) -> None:
+def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys, monkeypatch):
     words = disturbed.words(out, 1)
     with monkeypatch.context() as patched:
         _counting(patched, out, moment, number)
@@ -109,9 +102,7 @@ def test_a_study_goes_on_after_a_signal(
 
 
 @pytest.mark.long
-def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
-    out: Path, undisturbed: Path
-) -> None:
+def test_workers_are_killed_then_the_parent_then_all_are_interrupted(out, undisturbed):
     study = disturbed.begun(out, 2)
     disturbed.until(lambda: len(disturbed.children(study)) == 2, study)
     disturbed.sent(study, signal.SIGKILL, "worker")
@@ -121,7 +112,6 @@ def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
     assert study.returncode == -signal.SIGKILL
     assert seconds < disturbed.LOADED * disturbed.ENDS
     study = disturbed.begun(out, 2)
-    assert study.stderr is not None
     assert "plumbob: goes on: " in study.stderr.readline()
     disturbed.until(lambda: len(disturbed.children(study)) > 0, study)
     disturbed.sent(study, signal.SIGINT, "group")
@@ -136,9 +126,7 @@ def test_workers_are_killed_then_the_parent_then_all_are_interrupted(
 
 
 @pytest.mark.long
-def test_a_second_process_waits_for_the_first(
-    out: Path, undisturbed: Path, capsys: Capture
-) -> None:
+def test_a_second_process_waits_for_the_first(out, undisturbed, capsys):
     first = disturbed.begun(out, 1)
     disturbed.until(lambda: len(disturbed.logged(out)) > 0, first)
     assert first.poll() is None
@@ -151,12 +139,7 @@ def test_a_second_process_waits_for_the_first(
 
 
 @pytest.mark.long
-def test_what_two_workers_die_of_is_named_and_tried_again(
-    out: Path,
-    undisturbed: Path,
-    capsys: Capture,
-    monkeypatch: Patch,
-) -> None:
+def test_what_two_workers_die_of_is_named_and_tried_again(out, undisturbed, capsys, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(runner, "_pair", disturbed.fatal)
         assert main(disturbed.words(out, 2)) == 3
@@ -178,9 +161,7 @@ def test_what_two_workers_die_of_is_named_and_tried_again(
     ("limit", "said"),
     [(30_000, "store = "), (90_000, "store = "), (1_500_000, "the study is stored: `plumbob re")],
 )
-def test_a_full_disk_loses_nothing(
-    limit: int, said: str, out: Path, undisturbed: Path, capsys: Capture
-) -> None:
+def test_a_full_disk_loses_nothing(limit, said, out, undisturbed, capsys):
     code, err = _forked(out, disturbed.words(out, 1), limit)
     assert code == 2
     assert err.count("\n") == 1
@@ -191,7 +172,7 @@ def test_a_full_disk_loses_nothing(
 
 
 @pytest.mark.long
-def test_a_complete_study_is_measured_anew(undisturbed: Path, tmp_path: Path) -> None:
+def test_a_complete_study_is_measured_anew(undisturbed, tmp_path):
     shutil.copytree(undisturbed, tmp_path / "again")
     assert main(disturbed.words(tmp_path / "again", 1)) == 0
     assert disturbed.rows(tmp_path / "again", "study") == 2

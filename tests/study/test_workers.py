@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -43,7 +42,7 @@ def _worked_out(tasks: list[Task], jobs: int = 1) -> tuple[dict[Any, Any], dict[
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("kind", FATAL)
-def test_a_fatal_task_is_tried_once_more_and_given_up(kind: str) -> None:
+def test_a_fatal_task_is_tried_once_more_and_given_up(kind):
     do, arguments, limit, said = FATAL[kind]
     others = set(multiprocessing.active_children())
     found, lost = _worked_out(
@@ -55,7 +54,7 @@ def test_a_fatal_task_is_tried_once_more_and_given_up(kind: str) -> None:
     assert set(multiprocessing.active_children()) <= others
 
 
-def test_a_task_that_is_fatal_once_is_worked_out(tmp_path: Path) -> None:
+def test_a_task_that_is_fatal_once_is_worked_out(tmp_path):
     code = f"import os, signal\ntry: os.mkdir({str(tmp_path / 'tried')!r})\n"
     code += "except FileExistsError: pass\nelse: signal.raise_signal(signal.SIGKILL)"
     assert _worked_out([Task(1, exec, (code,), 60.0)]) == ({1: None}, {})
@@ -70,13 +69,13 @@ def _cut_short() -> None:
     signal.raise_signal(signal.SIGKILL)
 
 
-def test_a_worker_that_is_killed_in_the_middle_of_an_answer_costs_its_task() -> None:
+def test_a_worker_that_is_killed_in_the_middle_of_an_answer_costs_its_task():
     found, lost = _worked_out([Task(1, _cut_short, (), 60.0), Task(2, abs, (-2,), 60.0)])
     assert found == {2: 2}
     assert "ended by SIGKILL, 2 times" in lost[1]
 
 
-def test_workers_that_are_killed_while_they_load_cost_nothing() -> None:
+def test_workers_that_are_killed_while_they_load_cost_nothing():
     with Workers(2) as workers:
         workers.begin(2)
         for child in multiprocessing.active_children()[:1]:
@@ -87,8 +86,8 @@ def test_workers_that_are_killed_while_they_load_cost_nothing() -> None:
         }
 
 
-def test_a_worker_has_its_next_task_before_the_last_result_is_handed_over() -> None:
-    begun: list[Any] = []
+def test_a_worker_has_its_next_task_before_the_last_result_is_handed_over():
+    begun = []
     tasks = [Task(number, abs, (-number,), 60.0) for number in (1, 2, 3)]
     with Workers(1) as workers:
         seen = [
@@ -99,8 +98,8 @@ def test_a_worker_has_its_next_task_before_the_last_result_is_handed_over() -> N
         assert len(multiprocessing.active_children()) > 0  # for what comes after
 
 
-def test_tasks_are_for_the_worker_that_knows_their_group() -> None:
-    def pids(workers: Workers, names: str) -> dict[Any, int]:
+def test_tasks_are_for_the_worker_that_knows_their_group():
+    def pids(workers, names):
         tasks = [Task((name, k), os.getpid, (), 60.0, name) for k, name in enumerate(names)]
         return {task.key: pid for task, pid in workers.results(tasks)}
 
@@ -113,7 +112,7 @@ def test_tasks_are_for_the_worker_that_knows_their_group() -> None:
         assert pids(workers, "b")["b", 0] != first["b", 1]
 
 
-def test_no_worker_is_idle_while_another_is_busy(tmp_path: Path) -> None:
+def test_no_worker_is_idle_while_another_is_busy(tmp_path):
     file = str(tmp_path / "there")
     waits = f"import os, time\nwhile not os.path.exists({file!r}): time.sleep(0.01)"
     tasks = [
@@ -124,7 +123,7 @@ def test_no_worker_is_idle_while_another_is_busy(tmp_path: Path) -> None:
     assert _worked_out(tasks, jobs=2) == ({1: None, 2: 2, 3: None}, {})
 
 
-def test_workers_that_begin_early_do_the_work_then() -> None:
+def test_workers_that_begin_early_do_the_work_then():
     others = set(multiprocessing.active_children())
     with Workers(2) as workers:
         workers.begin(5, "json")
@@ -135,15 +134,15 @@ def test_workers_that_begin_early_do_the_work_then() -> None:
         assert found <= {process.pid for process in early}
 
 
-def test_workers_are_an_executor() -> None:
+def test_workers_are_an_executor():
     with Workers(2) as workers:
         futures = [workers.submit(abs, number) for number in (-1, -2, -3)]
         assert [future.result() for future in futures] == [1, 2, 3]
         assert isinstance(workers.submit(signal.raise_signal, 9).exception(), BrokenExecutor)
 
 
-def test_another_executor_has_few_tasks_at_a_time() -> None:
-    begun: list[Any] = []
+def test_another_executor_has_few_tasks_at_a_time():
+    begun = []
     tasks = [Task(number, abs, (-number,), 60.0) for number in range(100)]
     with ThreadPoolExecutor(1) as executor:
         for task, result in results(tasks, executor, lambda task: begun.append(task.key), 2):
@@ -151,7 +150,7 @@ def test_another_executor_has_few_tasks_at_a_time() -> None:
             assert len(begun) <= int(str(task.key)) + 2 + 2 * module.AHEAD
 
 
-def test_what_a_task_raises_is_raised_and_ends_the_others() -> None:
+def test_what_a_task_raises_is_raised_and_ends_the_others():
     others = set(multiprocessing.active_children())
     tasks = [
         Task(1, signal.pause, (), 60.0),
@@ -163,19 +162,19 @@ def test_what_a_task_raises_is_raised_and_ends_the_others() -> None:
     assert set(multiprocessing.active_children()) <= others
 
 
-def test_bad_input_comes_back_as_what_it_is() -> None:
+def test_bad_input_comes_back_as_what_it_is():
     code = "from plumbob.analytic.parameters import positive\npositive('length', -1.0)"
     with pytest.raises(ParameterError, match=r"length = -1\.0: must be greater than 0"):
         _worked_out([Task(1, exec, (code,), 60.0)])
 
 
-def test_an_error_that_cannot_be_sent_comes_back_as_text() -> None:
+def test_an_error_that_cannot_be_sent_comes_back_as_text():
     code = "class Own(Exception): pass\nraise Own('of its own')"
     with pytest.raises(RuntimeError, match="Own: of its own"):
         _worked_out([Task(1, exec, (code, {"__name__": "nowhere"}), 60.0)])
 
 
-def test_a_machine_that_starts_no_process_is_one_line() -> None:
+def test_a_machine_that_starts_no_process_is_one_line():
     multiprocessing.set_executable("/bin/false")
     try:
         with pytest.raises(ParameterError, match=r"jobs = 1: .*exit code 1"):
@@ -184,7 +183,7 @@ def test_a_machine_that_starts_no_process_is_one_line() -> None:
         multiprocessing.set_executable(sys.executable)
 
 
-def test_workers_never_see_an_interrupt() -> None:
+def test_workers_never_see_an_interrupt():
     found, _ = _worked_out([Task(1, signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0)])
     assert signal.SIGINT in found[1]
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -18,15 +16,12 @@ from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep import cluster as module
 from plumbob.engines.sweep.cluster import cluster
-from plumbob.engines.sweep.sweep import Chunk, sweep, sweep_of
+from plumbob.engines.sweep.sweep import sweep, sweep_of
 from plumbob.models.registry import scenes as find_scenes
-
-if TYPE_CHECKING:
-    from distributed import LocalCluster
 
 
 @pytest.fixture(scope="module")
-def workers() -> Iterator[LocalCluster]:
+def workers():
     """Two workers, a process each."""
     distributed = pytest.importorskip("distributed", reason="the extra `distributed` is missing")
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
@@ -35,12 +30,12 @@ def workers() -> Iterator[LocalCluster]:
 
 
 @pytest.mark.long
-def test_a_worker_that_is_killed_loses_nothing(workers: LocalCluster) -> None:
+def test_a_worker_that_is_killed_loses_nothing(workers):
     headings = box("capsule-line", {}, [Side("heading", 0.0, 6.0)])
     asked = replace(sweep_of(headings, [40], [method("mujoco/euler")], [1e-3]), chunk=4)
-    kept: list[int] = []
+    kept = []
 
-    def keep(number: int, chunk: Chunk) -> None:
+    def keep(number, chunk):
         kept.append(number)
         if len(kept) == 2:
             workers.workers[0].process.process._process.kill()
@@ -54,7 +49,7 @@ def test_a_worker_that_is_killed_loses_nothing(workers: LocalCluster) -> None:
 
 
 @pytest.mark.long
-def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers: LocalCluster) -> None:
+def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers):
     scenes = find_scenes("simple-pendulum/free-small,capsule-hold/0.5", "full")
     tried = find_methods("mujoco/rk4,mujoco/euler+coulomb,ode/dop853")
     with cluster(workers.scheduler_address) as (executor, count):
@@ -69,15 +64,13 @@ def _figures(found: ConvergenceStudy) -> object:
 
 
 @pytest.mark.long
-def test_workers_with_other_versions_are_refused(
-    workers: LocalCluster, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers_with_other_versions_are_refused(workers, monkeypatch):
     monkeypatch.setattr(module, "provenance", lambda command: replace(_now, versions=_older))
     with pytest.raises(ParameterError, match=r"mujoco .* \(here 2\.0\.0\) on 2 of 2"):
         module.cluster(workers.scheduler_address).__enter__()
 
 
-def test_nothing_at_an_address_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_at_an_address_is_one_line(monkeypatch):
     pytest.importorskip("distributed", reason="the extra `distributed` is missing")
     monkeypatch.setattr(module, "PATIENCE", 0.5)
     with pytest.raises(ParameterError, match="the address of one that runs"):

@@ -36,9 +36,7 @@ def records(capsys: pytest.CaptureFixture[str], *words: str) -> list[Mapping[str
         ("mujoco/euler+coulomb", ("--all-samples",), 0.3004),
     ],
 )
-def test_friction_of_a_slide(
-    capsys: pytest.CaptureFixture[str], name: str, more: tuple[str, ...], friction: float
-) -> None:
+def test_friction_of_a_slide(capsys, name, more, friction):
     (found,) = records(capsys, LINE, name, "--parameter", "friction", *more)
     assert found["parameter"] == "friction"
     assert found["true"] == 0.3
@@ -48,9 +46,7 @@ def test_friction_of_a_slide(
 
 
 @pytest.mark.parametrize(("name", "friction"), [("euler", 0.3976), ("euler+coulomb", 0.30003)])
-def test_mujocos_own_identification_has_the_same_bias(
-    capsys: pytest.CaptureFixture[str], name: str, friction: float
-) -> None:
+def test_mujocos_own_identification_has_the_same_bias(capsys, name, friction):
     sysid = importlib.import_module("mujoco.sysid")
     words = (LINE, f"mujoco/{name}", "--parameter", "friction", "--way", "sysid")
     if not hasattr(sysid, "optimize"):
@@ -62,12 +58,12 @@ def test_mujocos_own_identification_has_the_same_bias(
     assert found["way"] == "sysid"
 
 
-def test_a_way_to_fit_is_one_of_the_engine(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_way_to_fit_is_one_of_the_engine(capsys):
     assert main(["identify", PENDULUM, "ode/rk4", "--parameter", "length", "--way", "sysid"]) == 2
     assert "way = 'sysid': must be one of search with ode/rk4" in capsys.readouterr().err
 
 
-def test_a_falsified_truth_is_found(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_falsified_truth_is_found(capsys):
     words = (LINE, "mujoco/euler+coulomb", "--parameter", "friction", "--budget", "60")
     (found,) = records(capsys, *words, "--set", "friction=0.27")
     assert found["true"] == 0.27
@@ -80,7 +76,7 @@ def test_a_falsified_truth_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert beyond.residual > 0.01
 
 
-def test_a_length_is_what_the_step_makes_of_it() -> None:
+def test_a_length_is_what_the_step_makes_of_it():
     """Semi-implicit Euler swings faster by (ωh)²/24 and is ahead by ωh/2 from the start: a fit over
     a time T of many periods makes up for both with a length longer by (ωh)²/12 + 3h/2T."""
     step, small = 0.01, scene(PENDULUM, {"theta": 1e-3})
@@ -92,7 +88,7 @@ def test_a_length_is_what_the_step_makes_of_it() -> None:
     assert found.parameters[0].deviation is not None
 
 
-def test_length_and_gravity_are_not_separated_and_their_ratio_is_found() -> None:
+def test_length_and_gravity_are_not_separated_and_their_ratio_is_found():
     true = case_of(scene(PENDULUM))
     sides = [Side("length", 0.5, 2.0), Side("gravity", 5.0, 20.0)]
     found = identify(box(PENDULUM, {}, sides), true, method("ode/rk4"), 0.01, 60)
@@ -101,7 +97,7 @@ def test_length_and_gravity_are_not_separated_and_their_ratio_is_found() -> None
     assert gravity / length == pytest.approx(9.8, rel=1e-4)
 
 
-def test_two_parameters_at_once_with_their_correlation() -> None:
+def test_two_parameters_at_once_with_their_correlation():
     """A small swing's length moves its phase and the damping its size: they are apart. A large one
     is faster the smaller it is."""
     sides = [Side("length", 0.5, 2.0), Side("damping_rate", -0.1, 0.1)]
@@ -116,7 +112,7 @@ def test_two_parameters_at_once_with_their_correlation() -> None:
     assert found[2.0] > 0.9
 
 
-def test_noise_moves_a_fit_by_its_deviation() -> None:
+def test_noise_moves_a_fit_by_its_deviation():
     true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
     fits = [
         identify(around, true, method("ode/rk4"), 0.01, 60, noise=0.01, seed=seed).parameters[0]
@@ -127,7 +123,7 @@ def test_noise_moves_a_fit_by_its_deviation() -> None:
     assert 0.3 < float(np.sqrt(np.mean(np.square(shifts)))) < 1.9
 
 
-def test_fewer_numbers_than_parameters_are_refused() -> None:
+def test_fewer_numbers_than_parameters_are_refused():
     sides = [Side("friction", 0.15, 0.6), Side("w1", 20.0, 60.0)]
     with pytest.raises(ParameterError, match="all-samples"):
         identify(box(LINE, {}, sides), case_of(scene(LINE)), method("mujoco/euler"), 1e-3, 10)

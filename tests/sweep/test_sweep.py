@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,13 +39,13 @@ def forgotten(number: int, chunk: Chunk) -> None:
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize(("name", "tried"), RUNS)
-def test_the_error_of_a_run_is_the_study_s(name: str, tried: str) -> None:
+def test_the_error_of_a_run_is_the_study_s(name, tried):
     case, chosen = case_of(scene(name)), method(tried)
     found, _ = measure(case, chosen, 2e-3)
     assert run_error(case, chosen, 2e-3) == relative_error(found, case.system.quantities(case))
 
 
-def test_every_point_is_the_run_of_its_own_parameters() -> None:
+def test_every_point_is_the_run_of_its_own_parameters():
     found = sweep(small(), {}, forgotten)
     assert found.errors.shape == (1, 1, 3, 4)
     assert found.reasons == {"w2 must be at most f g/mu = … m/s^2": 3}
@@ -59,19 +58,19 @@ def test_every_point_is_the_run_of_its_own_parameters() -> None:
 
 
 @pytest.mark.long
-def test_two_processes_give_the_same_to_the_bit() -> None:
+def test_two_processes_give_the_same_to_the_bit():
     alone = sweep(small(), {}, forgotten)
     shared = sweep(small(), {}, forgotten, jobs=2)
     assert np.array_equal(alone.errors, shared.errors, equal_nan=True)
     assert alone.reasons == shared.reasons
 
 
-def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
+def test_a_sweep_that_was_cut_off_goes_on(tmp_path):
     asked, file, made = small(), tmp_path / store.FILE, []
     with store.keeping(file, asked) as (nothing, keep):
         assert nothing == {}
 
-        def cut(number: int, chunk: Chunk) -> None:
+        def cut(number, chunk):
             keep(number, chunk)
             raise KeyboardInterrupt
 
@@ -87,7 +86,7 @@ def test_a_sweep_that_was_cut_off_goes_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["text", "another program's", "a trigger", "a folder"])
-def test_a_foreign_file_is_left_alone(kind: str, tmp_path: Path) -> None:
+def test_a_foreign_file_is_left_alone(kind, tmp_path):
     import sqlite3
 
     file = tmp_path / store.FILE
@@ -111,7 +110,7 @@ def test_a_foreign_file_is_left_alone(kind: str, tmp_path: Path) -> None:
     assert (file.read_bytes() if file.is_file() else b"") == before
 
 
-def test_a_sweep_without_an_answer_says_why() -> None:
+def test_a_sweep_without_an_answer_says_why():
     around = box("capsule-line", {}, [Side("friction", 0.01, 0.02)])
     with pytest.raises(ParameterError, match="w2 must be at most"):
         sweep(sweep_of(around, [2], [method("mujoco/euler")], [1e-3]), {}, forgotten)
@@ -119,13 +118,13 @@ def test_a_sweep_without_an_answer_says_why() -> None:
         around.case((0.5,))
 
 
-def test_a_box_keeps_what_is_changed() -> None:
+def test_a_box_keeps_what_is_changed():
     around = box("capsule-line", {"friction": 0.4}, [HEADING])
     assert around.parameters((0.5,)) == {"friction": 0.4, "heading": 3.0}
     assert around.case((0.5,)).scene.parameters["friction"] == 0.4
 
 
-def test_values_of_a_side() -> None:
+def test_values_of_a_side():
     assert Side("x", 1.0, 3.0).values(3).tolist() == [1.0, 2.0, 3.0]
     spaced = Side("x", 1e-3, 1e3, logarithmic=True).values(7)
     assert np.allclose(np.diff(np.log10(spaced)), 1.0, rtol=0.0, atol=1e-14)

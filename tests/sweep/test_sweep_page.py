@@ -17,14 +17,13 @@ from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render
 from plumbob.reports.view.sweep.text import lines
 from plumbob.reports.view.tables import paragraphs
-from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.page_document import plotted_inside
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
 VARY = ["--vary", "heading=0:1.5:3", "--vary", "friction=0.3:0.6:2:log"]
 
 
-def test_a_sweep_is_printed_written_and_kept(tmp_path: Path, capsys: Capture) -> None:
+def test_a_sweep_is_printed_written_and_kept(tmp_path, capsys):
     table = tmp_path / "all.csv"
     words = [*SWEEP, *VARY, "--out", str(tmp_path), "--csv", str(table)]
     assert main([*words, "--json"]) == 0
@@ -42,7 +41,7 @@ def test_a_sweep_is_printed_written_and_kept(tmp_path: Path, capsys: Capture) ->
 
 
 @pytest.mark.long
-def test_the_command_of_a_worst_point_gives_its_error(tmp_path: Path, capsys: Capture) -> None:
+def test_the_command_of_a_worst_point_gives_its_error(tmp_path, capsys):
     words = ["worst", "capsule-line", "mujoco/euler+coulomb", "--within", "friction=0.3:0.4"]
     assert main([*words, "--budget", "5", "--out", str(tmp_path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -62,7 +61,7 @@ def drawn(counts: tuple[int, ...]) -> Swept:
     return Swept(asked, errors, {})
 
 
-def test_axes_have_the_units_of_their_parameters() -> None:
+def test_axes_have_the_units_of_their_parameters():
     layout = figures(drawn((3, 2)))[0].layout
     titles = [layout[axis]["title"]["text"] for axis in ("xaxis", "yaxis")]
     assert titles == ["heading [rad]", "friction [1]"]
@@ -73,7 +72,7 @@ def test_axes_have_the_units_of_their_parameters() -> None:
 
 
 @pytest.mark.parametrize("counts", [(7,), (1000, 100), (5, 4, 3)])
-def test_a_map_shows_the_largest_error_and_stays_small(counts: tuple[int, ...]) -> None:
+def test_a_map_shows_the_largest_error_and_stays_small(counts):
     found = drawn(counts)
     page = render(found, Provenance(), "shared/")
     assert len(page.encode()) < 3e6

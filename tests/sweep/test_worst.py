@@ -42,7 +42,7 @@ def spoilt(case: Case, factor: float) -> Case:
 
 
 @pytest.mark.long
-def test_the_worst_heading_for_default_contacts() -> None:
+def test_the_worst_heading_for_default_contacts():
     found = search(box("capsule-line", {}, [AROUND]), EULER, 1e-3, 60)
     assert found.error > 0.34
     assert found.runs <= 60
@@ -56,7 +56,7 @@ def test_the_worst_heading_for_default_contacts() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("factor", "certain"), [(1.0, True), (1.5, False)])
-def test_a_wrong_exact_answer_is_not_confirmed(factor: float, certain: bool) -> None:
+def test_a_wrong_exact_answer_is_not_confirmed(factor, certain):
     case = spoilt(case_of(scene("capsule-line", {"heading": math.pi / 4})), factor)
     held = certificate(case, EULER)
     assert held
@@ -75,9 +75,7 @@ def test_a_wrong_exact_answer_is_not_confirmed(factor: float, certain: bool) -> 
         ("simple-pendulum", "ode/dop853", 1.0 + 1e-3, True),
     ],
 )
-def test_more_than_all_of_a_tolerance_is_a_failure(
-    name: str, tried: str, factor: float, fails: bool
-) -> None:
+def test_more_than_all_of_a_tolerance_is_a_failure(name, tried, factor, fails):
     case, chosen = spoilt(case_of(scene(name)), factor), method(tried)
     step = chosen.step_sizes[-1] if chosen.control == "tolerance" else 1e-3
     found, _ = measure(case, chosen, step)
@@ -86,6 +84,6 @@ def test_more_than_all_of_a_tolerance_is_a_failure(
     assert (of_tolerance(case, chosen, step) > 1.0) is fails
 
 
-def test_a_box_without_an_answer_says_why() -> None:
+def test_a_box_without_an_answer_says_why():
     with pytest.raises(ParameterError, match="w2 must be at most"):
         search(box("capsule-line", {}, [Side("friction", 0.01, 0.02)]), EULER, 1e-3, 10)

@@ -47,7 +47,7 @@ def asked(number: int) -> Plan:
 
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("number", TASKS)
-def test_a_pose_is_reached_along_any_arc_and_segments(number: int) -> None:
+def test_a_pose_is_reached_along_any_arc_and_segments(number):
     made, given = asked(number), task(number)
     assert max(made.error) <= REACHED
     assert made.path.end == pytest.approx((0.0, 0.0), abs=1e-16)
@@ -69,7 +69,7 @@ def test_a_pose_is_reached_along_any_arc_and_segments(number: int) -> None:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", TASKS)
-def test_its_replay_has_the_predicted_error(number: int) -> None:
+def test_its_replay_has_the_predicted_error(number):
     """In MuJoCo, open-loop: the error of the pose is the predicted one, a small part of the way."""
     made = asked(number)
     ran = run_plan(made, scene("capsule-plan", task(number)), method("mujoco/euler+coulomb"), STEP)
@@ -84,7 +84,7 @@ def test_its_replay_has_the_predicted_error(number: int) -> None:
 
 
 @pytest.mark.parametrize("across", [1.0, 0.3])
-def test_pieces_that_meet_are_one_curve(across: float) -> None:
+def test_pieces_that_meet_are_one_curve(across):
     """Segments that end on the arc, or cross it, join it: the slider keeps to the curve."""
     segments = ((0.2, 0.03, 0.12), (1.6, 0.05, 0.13))
     ends = (0.2, 1.6) if across == 1.0 else (-0.1, 1.9)
@@ -105,7 +105,7 @@ def test_pieces_that_meet_are_one_curve(across: float) -> None:
         plan(CHECK, RestPose(0.01, 0.0, 0.05), track="curve", arc=ends, segments=segments)
 
 
-def test_a_pose_out_of_reach_is_refused() -> None:
+def test_a_pose_out_of_reach_is_refused():
     """A turn through 0.01 rad of arc turns the body by 1.3 mrad."""
     with pytest.raises(ParameterError, match=r"^manoeuvres = 200: must be at least 15\d\d to"):
         plan(CHECK, RestPose(0.0, 0.0, 2.0), Limits(), "curve", arc=(0.0, 0.01))

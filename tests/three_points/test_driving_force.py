@@ -12,7 +12,6 @@ from hypothesis import given
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
@@ -32,7 +31,7 @@ STEP = 1e-3  # [s]
 
 
 @given(lines())
-def test_on_a_line_against_rational_arithmetic(line: LineManoeuvre) -> None:
+def test_on_a_line_against_rational_arithmetic(line):
     """F = m (a_C + w) of eq. 9 on each of the three intervals, and its mean square."""
     c, closed = line.capsule, line.closed
     m, mu = (
@@ -62,7 +61,7 @@ def test_on_a_line_against_rational_arithmetic(line: LineManoeuvre) -> None:
     assert wanted.power == pytest.approx(float(abs(exact[0]) * w1 * t1), rel=1e-12)
 
 
-def test_repeated_manoeuvres_ask_for_no_more_than_one() -> None:
+def test_repeated_manoeuvres_ask_for_no_more_than_one():
     many = RepeatedLine(LINE, 2, 0.9, pause=0.1)
     one, whole = demand(LINE, LINE.t2), demand(many, many.duration)
     back = demand(many.returning, many.returning.duration)
@@ -82,7 +81,7 @@ def in_space(motion: ThreePointMotion, times: Array) -> Array:
     return np.asarray(pose.position @ [1.0, 1j] + inside * np.exp(1j * pose.heading))
 
 
-def test_in_the_plane_it_is_what_accelerates_the_slider() -> None:
+def test_in_the_plane_it_is_what_accelerates_the_slider():
     """m times the second difference of the slider's place in space, extrapolated once."""
     motion = turning()
     tau = 0.5 * motion.path.duration
@@ -102,7 +101,7 @@ def test_in_the_plane_it_is_what_accelerates_the_slider() -> None:
     assert np.abs(pushed).max() < wanted.peak < 2 * np.abs(pushed).max()
 
 
-def test_a_line_in_the_plane_asks_for_the_same() -> None:
+def test_a_line_in_the_plane_asks_for_the_same():
     one, other = demand(LINE, LINE.t2), plane_demand(three_point_motion(CHECK, LINE.path))
     assert other.peak == pytest.approx(one.peak, rel=1e-9)
     assert other.rms == pytest.approx(one.rms, rel=1e-9)
@@ -121,7 +120,7 @@ def measured(name: str, method: str, other: object = None) -> tuple[float, float
 @pytest.mark.long(keep=3)
 @pytest.mark.parametrize("method", ENGINES)
 @pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-train/ten"])
-def test_engines_are_judged_by_it(name: str, method: str) -> None:
+def test_engines_are_judged_by_it(name, method):
     beyond, allowed = measured(name, method)
     assert beyond <= allowed < 0.15
     # the loosest bound, of feet whose iterations stall, is 1.5 % of the peak
@@ -129,7 +128,7 @@ def test_engines_are_judged_by_it(name: str, method: str) -> None:
     assert measured(name, method, wrong)[0] > allowed
 
 
-def test_mujoco_reads_it_as_its_actuator_without_the_armature() -> None:
+def test_mujoco_reads_it_as_its_actuator_without_the_armature():
     """What the actuator gives beyond the armature's inertia is what a force sensor reads; the
     difference of two numbers of 1e11 N keeps five digits."""
     simulation = compiled(
@@ -153,7 +152,7 @@ def test_mujoco_reads_it_as_its_actuator_without_the_armature() -> None:
 
 
 @pytest.mark.parametrize("model", ["feet", "side"])
-def test_pymunk_reads_it_as_the_impulse_of_its_joint(model: str) -> None:
+def test_pymunk_reads_it_as_the_impulse_of_its_joint(model):
     """The joint's impulse has no sign; from the side it carries the slider's weight as well."""
     problem = pymunk_capsule.problem_of(LINE)
     built = capsule.build(problem, pymunk_capsule.METHODS[model], STEP)

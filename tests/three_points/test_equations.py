@@ -15,7 +15,7 @@ from plumbob.tests.support.random_capsules import CHECK
 CHANGE = 1e-6  # central differences: 1e-12 of the third derivative, and 1e-10 of rounding
 
 
-def test_derivatives_by_the_velocities_are_those_of_small_changes() -> None:
+def test_derivatives_by_the_velocities_are_those_of_small_changes():
     body = mechanics(CHECK)
     at = configuration(body, arc_stroke(0.12, 0.3, 40.0, 0.1).pieces[0], np.array([0.02, 0.07]))
     state = np.array([[0.3, -0.2, 2.5], [-0.5, 0.1, -4.0]])

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import normal_forces
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
     fastest,
     fastest_speed,
@@ -28,7 +27,7 @@ STROKE = 0.5  # [m]
 
 
 @given(lines(), st.floats(0.01, 1.0))
-def test_it_is_displacement_over_period(line: LineManoeuvre, fraction: float) -> None:
+def test_it_is_displacement_over_period(line, fraction):
     many = RepeatedLine(line, 3, fraction)
     found = mean_speed(line.capsule, line.w1, line.w2, line.stroke, fraction)
     assert many.mean_speed == pytest.approx(abs(many.displacement) / many.duration, rel=1e-14)
@@ -38,7 +37,7 @@ def test_it_is_displacement_over_period(line: LineManoeuvre, fraction: float) ->
     assert found < fastest_speed(line.capsule, line.stroke)
 
 
-def test_the_bound_in_rational_arithmetic() -> None:
+def test_the_bound_in_rational_arithmetic():
     """V^2 of the bound is mu f g L/(2 sqrt 2 + 4)^2 = mu f g L (3 - 2 sqrt 2)/8."""
     m, f, g, stroke = (Fraction(v) for v in (0.3, 0.3, 9.81, STROKE))
     part = m / (1 + m) * f * g * stroke
@@ -47,7 +46,7 @@ def test_the_bound_in_rational_arithmetic() -> None:
     assert fastest_speed(CHECK, STROKE) ** 2 == pytest.approx(float(squared), rel=1e-14)
 
 
-def test_no_point_of_a_grid_is_faster() -> None:
+def test_no_point_of_a_grid_is_faster():
     most = 20 * LIMIT
     best = mean_speed(CHECK, most, LIMIT, STROKE)
     grid = product(
@@ -68,7 +67,7 @@ def test_no_point_of_a_grid_is_faster() -> None:
 
 
 @pytest.mark.parametrize("direction", [0.0, 1.0, -2.5])
-def test_the_longest_stroke_ends_where_a_support_is_unloaded(direction: float) -> None:
+def test_the_longest_stroke_ends_where_a_support_is_unloaded(direction):
     low, high = longest_stroke(CHECK, direction)
     unit = np.array([math.cos(direction), math.sin(direction)])
     ends = normal_forces(CHECK, np.outer([low, high], unit))
@@ -79,7 +78,7 @@ def test_the_longest_stroke_ends_where_a_support_is_unloaded(direction: float) -
         fastest(CHECK, 5 * LIMIT, 1.01 * (high - low), direction)
 
 
-def test_bad_input_is_named() -> None:
+def test_bad_input_is_named():
     for name, given_ in (("stroke", (LIMIT, LIMIT, 0.0)), ("w1", (-1.0, LIMIT, 1.0))):
         with pytest.raises(ParameterError, match=name):
             mean_speed(CHECK, *given_)

@@ -47,12 +47,12 @@ FAR = Limits(acceleration=4000.0, stroke=1.0, radius=0.15)
 
 
 @pytest.fixture(name="quick")
-def _quick(pytestconfig: pytest.Config) -> bool:
+def _quick(pytestconfig):
     return bool(pytestconfig.getoption("profile") == "quick")
 
 
 @pytest.fixture(autouse=True)
-def _of_the_profile(request: pytest.FixtureRequest, quick: bool) -> None:
+def _of_the_profile(request, quick):
     """Skip a case of the full profile in the quick one."""
     given = request.node.callspec.params if hasattr(request.node, "callspec") else {}
     later = (given.get("name"), given.get("track", "curve")) in LATER
@@ -72,7 +72,7 @@ def planned(name: str, track: str) -> Plan:
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "track"), CASES)
-def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) -> None:
+def test_every_pose_is_reached_at_rest_within_the_limits(name, track):
     made, limits = planned(name, track), Limits()
     assert max(made.error) <= REACHED
     assert made.path.end == pytest.approx(made.goal.slider, abs=1e-12)
@@ -100,7 +100,7 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name: str, track: str) 
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "track"), CASES)
-def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name: str, track: str) -> None:
+def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name, track):
     made = planned(name, track)
     kinds = np.array([one.kind for one in made.manoeuvres])
     resting, slow = kinds != "wait", kinds == "slow"
@@ -136,7 +136,7 @@ def parts_of_curve(made: Plan, place: Array) -> tuple[Array, Array]:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", PLACES)
-def test_the_curve_has_one_degree_of_freedom(name: str) -> None:
+def test_the_curve_has_one_degree_of_freedom(name):
     made = planned(name, "curve")
     times = np.linspace(0.0, made.duration, 4001)
     place, velocity = (xy @ [1.0, 1.0j] for xy in made.path.kinematics(times)[:2])
@@ -158,9 +158,7 @@ def on_curve(legs: tuple[int, int], arc: ArcName) -> Plan:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("legs", "arc"), PAIRS)
-def test_the_curve_may_have_any_two_lines_and_either_arc(
-    legs: tuple[int, int], arc: ArcName
-) -> None:
+def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
     made = on_curve(legs, arc)
     assert max(made.error) <= REACHED
     place = made.slider(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1.0j]
@@ -177,9 +175,7 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(
 
 
 @pytest.mark.parametrize(("case", "legs", "arc", "lasting", "profile"), CURVES)
-def test_scenes_of_other_curves_last_until_the_body_rests(
-    case: str, legs: tuple[int, int], arc: ArcName, lasting: float, profile: str
-) -> None:
+def test_scenes_of_other_curves_last_until_the_body_rests(case, legs, arc, lasting, profile):
     given = scene(f"capsule-plan/beside-curve-{case}")
     made = problem(given.parameters).motion
     assert (made.legs, made.arc, made.goal) == (legs, arc, BESIDE)
@@ -188,10 +184,10 @@ def test_scenes_of_other_curves_last_until_the_body_rests(
 
 
 @given(st.floats(1.2, 70.0), st.floats(0.05, 0.9))
-def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
+def test_no_push_within_the_limits_is_quicker(push, pull):
     limits, threshold = Limits(), CHECK.holding_acceleration
 
-    def time(w1: float, w2: float) -> float:
+    def time(w1, w2):
         """For one displacement, with the slow return (Chernousko 2020, eqs. 17, 18, 22)."""
         unit = closed_form(CHECK, w1, w2, 1.0)
         back = 2.0 * math.sqrt(unit.stroke / (limits.holding * threshold))
@@ -203,7 +199,7 @@ def test_no_push_within_the_limits_is_quicker(push: float, pull: float) -> None:
 
 
 @pytest.mark.parametrize("track", ["free", "curve"])
-def test_lines_take_about_as_long_as_is_estimated(track: str) -> None:
+def test_lines_take_about_as_long_as_is_estimated(track):
     limits = Limits()
     rails = Track(CHECK, limits) if track == "free" else curve(CHECK, limits)
     estimate = line_time(rails, PLACES["ahead"].place)
@@ -221,7 +217,7 @@ def quickened(path: SliderPath, factor: float) -> SliderPath:
 
 
 @pytest.mark.parametrize("body", [CHECK, SCALENE])
-def test_slow_motions_reach_the_friction_limit_and_no_more(body: Capsule) -> None:
+def test_slow_motions_reach_the_friction_limit_and_no_more(body):
     a = 0.12
     for slow in (
         slow_line(body, 0j, a + 0j, 1.0),
@@ -246,7 +242,7 @@ def test_slow_motions_reach_the_friction_limit_and_no_more(body: Capsule) -> Non
     st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-4.0, 4.0)),
     st.sampled_from([(0.0, 0.0), (0.15, 0.0)]),
 )
-def test_any_pose_from_any_pose(body, track, step, begin, slider) -> None:  # type: ignore[no-untyped-def]
+def test_any_pose_from_any_pose(body, track, step, begin, slider):
     if body is SCALENE:
         slider = (0.0, 0.0)  # the other position is not on its curve
     start = RestPose(begin[0], begin[1], begin[2], slider)
@@ -255,14 +251,14 @@ def test_any_pose_from_any_pose(body, track, step, begin, slider) -> None:  # ty
 
 
 @pytest.mark.parametrize("turns", [-3, 0, 1])
-def test_headings_are_alike_up_to_whole_turns(turns: int) -> None:
+def test_headings_are_alike_up_to_whole_turns(turns):
     there = RestPose(1.0, 2.0, 3.0 + 2.0 * math.pi * turns)
     assert pose_error(there, RestPose(1.0, 2.0, 3.0)) == pytest.approx((0.0, 0.0), abs=1e-14)
     distance, angle = pose_error(there, RestPose(1.3, 1.6, -3.0))
     assert (distance, angle) == pytest.approx((0.5, 2.0 * math.pi - 6.0), abs=1e-14)
 
 
-def test_what_is_said_of_a_plan_s_error() -> None:
+def test_what_is_said_of_a_plan_s_error():
     made = planned(next(iter(PLACES)), "free")
     elsewhere = RestPose(made.goal.x + 0.3, made.goal.y - 0.4, made.goal.heading + 0.1)
     said = described(replace(made, goal=elsewhere))
@@ -270,7 +266,7 @@ def test_what_is_said_of_a_plan_s_error() -> None:
     assert said["heading_error"] == pytest.approx(0.1, abs=1e-9)
 
 
-def test_a_pose_already_taken_needs_no_manoeuvre() -> None:
+def test_a_pose_already_taken_needs_no_manoeuvre():
     made = plan(CHECK, RestPose(0.0, 0.0, 2.0 * math.pi))
     assert (made.duration, made.manoeuvres) == (0.0, ())
     assert made.error == (0.0, 0.0)
@@ -285,14 +281,14 @@ def test_a_pose_already_taken_needs_no_manoeuvre() -> None:
         replace(CHECK, supports=((0.2 * (1 + 1e-4), 0.0), *CHECK.supports[1:])),
     ],
 )
-def test_sensitivity_to_the_body(body: Capsule) -> None:
+def test_sensitivity_to_the_body(body):
     made = planned("near", "free")
     assert max(made.error) <= REACHED
     assert max(replace(made, capsule=body).error) > 1e-6
 
 
 @pytest.mark.long
-def test_the_order_of_the_legs_does_not_matter_and_the_pair_does(quick: bool) -> None:
+def test_the_order_of_the_legs_does_not_matter_and_the_pair_does(quick):
     reversed_ = plan(SCALENE, BESIDE, track="curve", legs=(2, 1))
     assert reversed_.duration == pytest.approx(on_curve((1, 2), "shorter").duration, rel=1e-9)
     pairs = [pair for pair in PAIRS if not (quick and pair in LATER_PAIRS)]

@@ -49,7 +49,7 @@ def apart(of: ThreePointMotion, friction: float = 1.0) -> float:
 
 
 @pytest.mark.long
-def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
+def test_smoothed_friction_finds_the_same_pose(request):
     """And with `--profile full` no other where friction is 0.1 % off."""
     full = request.config.getoption("--profile") == "full"
     for name in SMOOTHED if full else QUICK:
@@ -61,7 +61,7 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("angle", [30, 45])
 @pytest.mark.parametrize(("system", "usual"), [("turn", "0.3"), ("plan", "")])
-def test_a_heading_at_the_start_changes_itself_alone(system: str, usual: str, angle: int) -> None:
+def test_a_heading_at_the_start_changes_itself_alone(system, usual, angle):
     turned = case_of(scene(f"capsule-{system}/heading-{angle:03d}"))
     straight = case_of(
         scene(f"capsule-turn/{usual}")
@@ -84,7 +84,7 @@ def test_a_heading_at_the_start_changes_itself_alone(system: str, usual: str, an
 @pytest.mark.parametrize(
     ("name", "part"), [("capsule-coast/edge", 1 / 300), ("capsule-hold/unloading", 1 / 300)]
 )
-def test_a_load_goes_to_zero(name: str, part: float) -> None:
+def test_a_load_goes_to_zero(name, part):
     """N_1 at the point nearest to the edge, by moments about it: what is in the scene's name."""
     case = case_of(scene(name))
     times = np.linspace(0.0, case.scene.duration, 4001)
@@ -94,7 +94,7 @@ def test_a_load_goes_to_zero(name: str, part: float) -> None:
     assert loads.min() > 0.0
 
 
-def test_a_coast_at_an_edge_stops_where_all_others_do() -> None:
+def test_a_coast_at_an_edge_stops_where_all_others_do():
     """v^2/(2 f g), wherever the load's centre is."""
     case = case_of(scene("capsule-coast/edge"))
     end = case.reference.observe(np.array([case.scene.duration]))
@@ -103,7 +103,7 @@ def test_a_coast_at_an_edge_stops_where_all_others_do() -> None:
     assert gone == pytest.approx(squared / (2.0 * CHECK["friction"] * CHECK["gravity"]), rel=1e-13)
 
 
-def test_a_heavy_slider_s_plan_is_one_line() -> None:
+def test_a_heavy_slider_s_plan_is_one_line():
     """The displacement is that of its line manoeuvre, whose formula has tests of its own."""
     case = case_of(scene("capsule-plan/heavy-slider"))
     plan = case.problem.motion

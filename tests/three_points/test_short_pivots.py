@@ -37,7 +37,7 @@ def heading(number: int, excess: float) -> float:
 
 
 @pytest.mark.parametrize("number", [0, 1])
-def test_a_pivot_shorter_than_a_sample_of_its_element(number: int) -> None:
+def test_a_pivot_shorter_than_a_sample_of_its_element(number):
     """The angle grows as the cube of the excess: the load exceeds its limit by the excess for a
     time proportional to it, which gives a rate of its square for a similar time."""
     small, large = heading(number, 1e-4), heading(number, 1e-3)
@@ -46,7 +46,7 @@ def test_a_pivot_shorter_than_a_sample_of_its_element(number: int) -> None:
 
 
 @pytest.mark.long
-def test_sensitivity_to_the_shorter_element(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sensitivity_to_the_shorter_element(monkeypatch):
     """If elements are not shortened such a pivot neither begins nor ends, but where rounding lets
     it: in most of these motions."""
     monkeypatch.setattr(pivoting, "SHORTEST", 1.0)  # of any piece

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +11,9 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule import Point
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
 from plumbob.analytic.systems.slider_path import (
     SliderPath,
     StraightPiece,
@@ -56,9 +55,7 @@ ROUND = 1e-14
         (replace(CHECK, slider_mass=1e3), 2.946 * 3, 2.946 * 0.8, 0.003),
     ],
 )
-def test_a_line_manoeuvre_is_its_formula(
-    capsule: Capsule, w1: float, w2: float, t1: float, heading: float
-) -> None:
+def test_a_line_manoeuvre_is_its_formula(capsule, w1, w2, t1, heading):
     line = LineManoeuvre(capsule, w1, w2, t1, heading)
     motion = three_point_motion(capsule, line_stroke((0.0, 0.0), heading, w1, w2, t1))
     times = np.linspace(0.0, 1.2 * line.t2, 41)
@@ -81,9 +78,7 @@ def test_a_line_manoeuvre_is_its_formula(
         (CHECK, (0.5, 0.05), pivoting(CHECK, (0.5, 0.05), 1, -1.5), "pivot rest"),
     ],
 )
-def test_a_residual_motion_is_its_formula(
-    capsule: Capsule, slider: Point, known: ResidualMotion, modes: str
-) -> None:
+def test_a_residual_motion_is_its_formula(capsule, slider, known, modes):
     begin = {name: float(values[0]) for name, values in known.observe(np.zeros(1)).items()}
     speed = (begin["velocity_x"], begin["velocity_y"])
     start = Start(velocity=speed, angular_velocity=begin["heading_rate"])
@@ -101,12 +96,12 @@ def test_a_residual_motion_is_its_formula(
     assert motion.rest_time == pytest.approx(known.duration, rel=1e-12)
 
 
-def test_a_slow_onset_of_sliding_is_its_formula() -> None:
+def test_a_slow_onset_of_sliding_is_its_formula():
     """w = k t along a line through C: rest until mu k t = f g, then dv/dt = -mu k t + f g."""
     jerk, last, heading = 400.0, 0.05, 0.4
     along = np.array([math.cos(heading), math.sin(heading)])
 
-    def ramp(times: Array) -> tuple[Array, Array, Array]:
+    def ramp(times):
         r, v, w = jerk * times**3 / 6, jerk * times**2 / 2, jerk * times
         return r[:, None] * along, v[:, None] * along, w[:, None] * along
 
@@ -135,7 +130,7 @@ def gradual(motion: ThreePointMotion) -> bool:
 
 
 @pytest.mark.long
-def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -> None:
+def test_smoothed_friction_finds_the_same_pose(request):
     """50 slides with `--profile full`, a few otherwise; 1e-9 is the accuracy of the smoothed
     motion, whose measured error is up to 1e-10."""
     # 24: a support passes through rest; coasting ends in a pivot.
@@ -150,7 +145,7 @@ def test_smoothed_friction_finds_the_same_pose(request: pytest.FixtureRequest) -
 
 
 @pytest.mark.long
-def test_extrapolation_takes_most_of_the_error_away() -> None:
+def test_extrapolation_takes_most_of_the_error_away():
     motion = COAST.motion()
     time = ending(motion)
     found = smoothed_pose(COAST.capsule, COAST.path, COAST.state, time, 1e-6)
@@ -166,7 +161,7 @@ def test_extrapolation_takes_most_of_the_error_away() -> None:
         (replace(CHECK, inertia=CHECK.inertia * (1 + 1e-6)), 1e-8),
     ],
 )
-def test_sensitivity_of_the_motion(wrong: Capsule, least: float) -> None:
+def test_sensitivity_of_the_motion(wrong, least):
     """Wrong motions, excluded by the bounds 1e-9 and 1e-12 above."""
     truth = pose(COAST.motion(), 1.0)
     assert np.abs(pose(replace(COAST, capsule=wrong).motion(), 1.0) - truth).max() > least
@@ -192,6 +187,6 @@ def far_out(times: Array) -> tuple[Array, Array, Array]:
         (lambda: fixed((0.0, 0.0)), 0.0, "friction"),
     ],
 )
-def test_bad_input_is_named(path: Callable[[], SliderPath], friction: float, name: str) -> None:
+def test_bad_input_is_named(path, friction, name):
     with pytest.raises(ParameterError, match=name):
         three_point_motion(replace(CHECK, friction=friction), path())

@@ -23,16 +23,16 @@ SEEDS = st.integers(0, 10**6)
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("seed", [2, 6, 24, 26, 27, 89, 120, 174])
-def test_energy_and_momentum_balance(seed: int) -> None:
+def test_energy_and_momentum_balance(seed):
     """Gauss quadrature of 64 points per segment is accurate to 1e-12 of the total exchange."""
     left = balance(slide(seed).motion())
     assert max(left.energy, left.momentum, left.angular_momentum) <= 5e-12
     assert left.friction_work <= 0.0
 
 
-def test_every_mode_occurs() -> None:
+def test_every_mode_occurs():
     """The seeds above cover pivots, slips from a pivot and passages through rest."""
-    pairs: set[tuple[str, str]] = set()
+    pairs = set()
     for seed in (2, 24, 26, 27):
         modes = [event.mode for event in slide(seed).motion().events]
         pairs |= set(itertools.pairwise(modes))
@@ -41,7 +41,7 @@ def test_every_mode_occurs() -> None:
 
 @given(SEEDS)
 @settings(max_examples=8)
-def test_friction_obeys_coulomb_and_the_body_stops(seed: int) -> None:
+def test_friction_obeys_coulomb_and_the_body_stops(seed):
     case = slide(seed)
     motion = case.motion()
     assert np.isfinite(motion.rest_time)
@@ -68,9 +68,7 @@ def mirrored(piece: Piece) -> SmoothPiece:
 
 @given(SEEDS, st.floats(-3.0, 3.0), st.sampled_from([1, -1]))
 @settings(max_examples=10)
-def test_turning_the_ground_and_a_mirror_do_the_same_to_the_motion(
-    seed: int, angle: float, side: int
-) -> None:
+def test_turning_the_ground_and_a_mirror_do_the_same_to_the_motion(seed, angle, side):
     case = slide(seed)
     capsule, path, start = case.capsule, case.path, case.start
     if side < 0:
@@ -79,7 +77,7 @@ def test_turning_the_ground_and_a_mirror_do_the_same_to_the_motion(
         path = SliderPath(tuple(mirrored(piece) for piece in path.pieces))
     cosine, sine = math.cos(angle), math.sin(angle)
 
-    def seen(x: float, y: float) -> tuple[float, float]:
+    def seen(x, y):
         return cosine * x - sine * side * y, sine * x + cosine * side * y
 
     moved = Start(
@@ -97,7 +95,7 @@ def test_turning_the_ground_and_a_mirror_do_the_same_to_the_motion(
 
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("seed", [0, 89, 27, 24])
-def test_it_knows_its_own_error(seed: int) -> None:
+def test_it_knows_its_own_error(seed):
     """The error against 36 nodes is within the error that the motion gives, and that is small."""
     case = slide(seed)
     motion = case.motion()
@@ -111,7 +109,7 @@ def test_it_knows_its_own_error(seed: int) -> None:
         assert getattr(said, name).max() <= 1e-11
 
 
-def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity() -> None:
+def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity():
     motion = slide(26).motion()
     times = np.linspace(0.0, motion.rest_time, 4001)
     at, step = motion.at(times), motion.rest_time / 4000
@@ -123,7 +121,7 @@ def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity() -> None:
         assert off.max() * step <= 1e-6
 
 
-def test_sensitivity_of_the_balance() -> None:
+def test_sensitivity_of_the_balance():
     """A friction too small by a millionth shows in the balance."""
     motion = COAST.motion()
     body = replace(motion.body, centre_limits=motion.body.centre_limits * (1 + 1e-6))

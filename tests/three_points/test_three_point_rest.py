@@ -40,9 +40,7 @@ def wrench(forces: Complex, arms: Complex) -> tuple[complex, float]:
 
 
 @given(supports(), st.tuples(RATES, RATES, RATES), st.floats(0.1, 5.0))
-def test_a_full_slip_is_the_edge_of_the_set(
-    held: tuple[Array, Complex], slip: tuple[float, float, float], size: float
-) -> None:
+def test_a_full_slip_is_the_edge_of_the_set(held, slip, size):
     """Forces f N_i along v_i of any rigid velocity are extreme: load factor 1, times any factor."""
     limits, arms = held
     velocities = rate(slip, arms)
@@ -64,9 +62,7 @@ AT_ITS_EDGE = (  # rounding puts this pivot's force beyond its friction limit
 
 @example(AT_ITS_EDGE, 0, -1.0, 0.0, 1.0)
 @given(supports(), st.integers(0, 2), st.sampled_from([-1.0, 1.0]), ANGLES, st.floats(0, 1))
-def test_a_pivot_is_a_flat_face_of_the_set(
-    held: tuple[Array, Complex], about: int, sense: float, angle: float, part: float
-) -> None:
+def test_a_pivot_is_a_flat_face_of_the_set(held, about, sense, angle, part):
     """In a rotation about A_i, its force is any in its friction disc."""
     limits, arms = held
     velocities = 1j * sense * (arms - arms[about])
@@ -77,9 +73,7 @@ def test_a_pivot_is_a_flat_face_of_the_set(
 
 
 @given(supports(), st.tuples(RATES, RATES, RATES), st.floats(0.02, 2.0))
-def test_a_slide_starts_with_the_acceleration_it_was_made_from(
-    held: tuple[Array, Complex], given_rate: tuple[float, float, float], inertia: float
-) -> None:
+def test_a_slide_starts_with_the_acceleration_it_was_made_from(held, given_rate, inertia):
     limits, arms = held
     accelerations = rate(given_rate, arms)
     if np.abs(accelerations).min() < 1e-3:
@@ -94,9 +88,7 @@ def test_a_slide_starts_with_the_acceleration_it_was_made_from(
 
 
 @given(supports(), st.integers(0, 2), st.floats(0.01, 3.0), ANGLES, st.floats(0, 0.999999))
-def test_a_pivot_starts_about_its_support(
-    held: tuple[Array, Complex], about: int, spin_up: float, angle: float, part: float
-) -> None:
+def test_a_pivot_starts_about_its_support(held, about, spin_up, angle, part):
     limits, arms = held
     accelerations = 1j * spin_up * (arms - arms[about])
     forces = np.array([complex(a) for a in accelerations])
@@ -110,9 +102,7 @@ def test_a_pivot_starts_about_its_support(
 
 
 @given(st.floats(0.1, 2.0), st.floats(0.001, 1.0), ANGLES, st.floats(1e-6, 10.0), ANGLES)
-def test_a_slip_starts_along_the_missing_force(
-    limit: float, inertia: float, angle: float, size: float, lean: float
-) -> None:
+def test_a_slip_starts_along_the_missing_force(limit, inertia, angle, size, lean):
     """a = -B (F_needed + f N a/|a|), with any anisotropy of B."""
     arm, a = 0.3 * complex(np.exp(1j * lean)), size * complex(np.exp(1j * angle))
     lever = np.array([-arm.imag, arm.real])
@@ -123,7 +113,7 @@ def test_a_slip_starts_along_the_missing_force(
     assert abs(found - a) <= 1e-9 * (1.0 + abs(a))
 
 
-def test_load_factor_without_load_and_without_friction() -> None:
+def test_load_factor_without_load_and_without_friction():
     arms = np.array([0.2, -0.1 + 0.15j, -0.1 - 0.15j])
     assert load_factor(np.ones(3), arms, 0j, 0.0)[0] == 0.0
     assert load_factor(np.zeros(3), arms, 1 + 0j, 0.0)[0] == math.inf

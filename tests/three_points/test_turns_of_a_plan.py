@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +12,7 @@ from plumbob.analytic.systems.planner import turns
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose, to_ten_digits
 from plumbob.analytic.systems.planner.tracks import ROUND, Track
-from plumbob.analytic.systems.planner.turns import Turn, computed_turn, turns_to
-from plumbob.tests.support.fixture_types import Patch
+from plumbob.analytic.systems.planner.turns import computed_turn, turns_to
 from plumbob.tests.support.random_capsules import CHECK
 
 REACHED = 1e-11  # the plan is exact: the errors of the reference remain
@@ -32,7 +30,7 @@ RATIOS = {
 
 
 @pytest.mark.long
-def test_a_pose_is_reached_whatever_the_mass_ratio(request: pytest.FixtureRequest) -> None:
+def test_a_pose_is_reached_whatever_the_mass_ratio(request):
     """With `--profile full` at all of these, and where a slider a thousand times as heavy as the
     body turns it the wrong way from some places: the turns then are all from one place."""
     full = request.config.getoption("--profile") == "full"
@@ -53,11 +51,11 @@ def test_a_pose_is_reached_whatever_the_mass_ratio(request: pytest.FixtureReques
 
 @pytest.mark.long
 @pytest.mark.parametrize("wanted", [0.2, -0.2])
-def test_a_turn_the_wrong_way_is_made_up_for(wanted: float, monkeypatch: Patch) -> None:
+def test_a_turn_the_wrong_way_is_made_up_for(wanted, monkeypatch):
     """By turns from one place, where the turns after the first go the other way."""
-    mirrored: list[Turn] = []
+    mirrored = []
 
-    def mirror(track: Track, start: float, swing: float) -> Turn:
+    def mirror(track, start, swing):
         steps = start / FULL_CIRCLE * len(ROUND)
         if abs(steps - round(steps)) > 1e-9:  # not the first turn, nor one tried for its size
             mirrored.append(computed_turn(track, start, -swing))
@@ -71,8 +69,8 @@ def test_a_turn_the_wrong_way_is_made_up_for(wanted: float, monkeypatch: Patch) 
     assert sum(one.heading for one in made) == pytest.approx(wanted, abs=1e-12)
 
 
-def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch: Patch) -> None:
-    def none(*given: Any) -> Turn:
+def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch):
+    def none(*given):
         return replace(computed_turn(*given), heading=0.0)
 
     monkeypatch.setattr(turns, "computed_turn", none)
@@ -80,14 +78,14 @@ def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch: Patch) -> None
         plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06))
 
 
-def test_turns_that_do_not_end_are_refused(monkeypatch: Patch) -> None:
+def test_turns_that_do_not_end_are_refused(monkeypatch):
     monkeypatch.setattr(turns, "exact_turn", lambda *given: None)
     with pytest.raises(ParameterError, match=r"^manoeuvres = 5: "):
         plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06, manoeuvres=5))
 
 
 @pytest.mark.long
-def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: Patch) -> None:
+def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch):
     """Here nothing is near enough."""
     monkeypatch.setattr("plumbob.analytic.systems.planner.construction.CLOSED", 1e-25)
     with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):
@@ -95,7 +93,7 @@ def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch: Patch) -> N
 
 
 @pytest.mark.parametrize("times", [(2.0, 1.0 + 1e-15, 1.0), (2.0, 1.0, 1.0 + 1e-15)])
-def test_rounding_decides_between_no_choices(times: tuple[float, ...]) -> None:
+def test_rounding_decides_between_no_choices(times):
     """As places round the circle, where the body needs to go nowhere, take the same time."""
     assert times.index(min(times, key=to_ten_digits)) == 1
     assert min((1.0 + 1e-9, 1.0), key=to_ten_digits) == 1.0

@@ -26,7 +26,6 @@ from plumbob.reports.view import notation
 from plumbob.reports.view.site import first_screen, views, writing
 from plumbob.tests.support.declared import declared, nothing
 from plumbob.tests.support.studies import recorded
-from plumbob.tests.validation.measured_once import Shared
 
 STEP = 1e-3  # [s]
 EQUAL = 0.01  # of a number, before it is rounded to its two digits
@@ -61,7 +60,7 @@ def read(html: str) -> Tables:
 
 
 @pytest.fixture(scope="module")
-def study(shared: Shared, pytestconfig: pytest.Config) -> Study:
+def study(shared, pytestconfig):
     """The errors of the quick profile, each pair measured as `validate` does; all costs alike."""
     option = pytestconfig.getoption
     usable = [m for m in methods(option("methods")) if installed(engine_of(m))]
@@ -81,7 +80,7 @@ def study(shared: Shared, pytestconfig: pytest.Config) -> Study:
 
 
 @pytest.fixture(scope="module")
-def index(study: Study, tmp_path_factory: pytest.TempPathFactory) -> Tables:
+def index(study, tmp_path_factory):
     """The index of that study, read, without findings and timings of trimmed models."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(views, "trimming", lambda *given: None)
@@ -123,7 +122,7 @@ def run_again(study: Study, scene: str, method: str, text: str) -> bool:
 
 
 @pytest.mark.long
-def test_every_number_of_the_matrix(study: Study, index: Tables) -> None:
+def test_every_number_of_the_matrix(study, index):
     seen, wrong = 0, []
     by_name = {(c.scene, c.method) for c in study.convergence}
     for caption, (heads, *rows) in index.found:
@@ -142,7 +141,7 @@ def test_every_number_of_the_matrix(study: Study, index: Tables) -> None:
 
 
 @pytest.mark.long
-def test_every_largest_error_of_the_first_screen(study: Study, index: Tables) -> None:
+def test_every_largest_error_of_the_first_screen(study, index):
     tables = [rows for caption, rows in index.found if LARGEST in caption]
     assert len(tables) == 2
     titles = {system.title: system.name for system in systems().values()}
@@ -176,7 +175,7 @@ def number(text: str) -> float:
 
 
 @pytest.mark.long
-def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: Tables) -> None:
+def test_every_error_in_the_sentences_of_the_first_screen(study, index):
     text = " ".join(" ".join(index.paragraphs).replace("\xa0", " ").split())
     default, euler, rk4 = first_screen.WITH_CONTACTS
     line = [s.name for s in study.scenes if s.system == "capsule-line" and not apart(s)]
@@ -198,7 +197,7 @@ def test_every_error_in_the_sentences_of_the_first_screen(study: Study, index: T
         assert says(number, error(first_screen.FORCED, method, STEP)), (number, method)
 
 
-def test_the_errors_that_a_finding_on_the_index_has_at_1_ms() -> None:
+def test_the_errors_that_a_finding_on_the_index_has_at_1_ms():
     isotropy = headings.isotropy(declared(nothing(), headings.heading_runs))
     assert isotropy
     assert isotropy.step == STEP

@@ -7,7 +7,6 @@ import random
 import signal
 import time
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
@@ -21,7 +20,7 @@ LATEST = 3.0  # [s] of the study, after the first piece is there or the processe
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def undisturbed(tmp_path_factory):
     """A folder with the study as it is when nothing ends it."""
     out = tmp_path_factory.mktemp("undisturbed")
     assert disturbed.run_to_its_end(out, 2) == (0, "")
@@ -45,13 +44,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("jobs", [2] if full else [])
 
 
-def test_a_worker_without_memory_costs_its_piece(
-    jobs: int,
-    tmp_path: Path,
-    undisturbed: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_worker_without_memory_costs_its_piece(jobs, tmp_path, undisturbed, monkeypatch, capsys):
     with monkeypatch.context() as patched:
         patched.setattr(runner, "_pair", disturbed.starved)
         assert main(disturbed.words(tmp_path, jobs)) == 3
@@ -61,15 +54,7 @@ def test_a_worker_without_memory_costs_its_piece(
     assert disturbed.figures(tmp_path) == disturbed.figures(undisturbed)
 
 
-def test_a_study_goes_on(
-    number: signal.Signals,
-    jobs: int,
-    target: str,
-    moment: int,
-    tmp_path: Path,
-    undisturbed: Path,
-    request: pytest.FixtureRequest,
-) -> None:
+def test_a_study_goes_on(number, jobs, target, moment, tmp_path, undisturbed, request):
     chance = random.Random(request.node.name)
     (tmp_path / "index.html").write_text("old")
     study = disturbed.begun(tmp_path, jobs)

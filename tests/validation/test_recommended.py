@@ -83,9 +83,7 @@ def _offered(study: Study, scene: Scene, wanted: float) -> Iterator[Choice]:
 
 
 @pytest.mark.long
-def test_a_fresh_run_reaches_it(
-    scene: Scene, tmp_path: Path, shared: Shared, pytestconfig: pytest.Config
-) -> None:
+def test_a_fresh_run_reaches_it(scene, tmp_path, shared, pytestconfig):
     study = _stored(scene, _option(pytestconfig, "methods", METHODS), tmp_path, shared)
     for wanted in WANTED:
         for choice in _offered(study, scene, wanted):
@@ -97,13 +95,11 @@ def test_a_fresh_run_reaches_it(
 
 
 @pytest.mark.long
-def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
-    shared: Shared, pytestconfig: pytest.Config
-) -> None:
+def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(shared, pytestconfig):
     full = pytestconfig.getoption("profile") == "full"
     pairs = random_pairs(30) if full else random_pairs(4, FEW, seed=2)
     methods = every_method() if full else find_methods(FEW_METHODS)
-    known: dict[str, Known] = {}
+    known = {}
     rows = [held(scene, wanted, methods, known, shared) for scene, wanted in pairs]
     for row in rows:
         assert row.choice is None or row.worst <= row.wanted, row
@@ -111,7 +107,7 @@ def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(
 
 
 @pytest.mark.long
-def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared: Shared) -> None:
+def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared):
     wanted, known = 1e-4, dict[str, Known]()
     (scene,) = scenes("cone-pendulum/rotating-base")
     method = find_method("mujoco/rk4")

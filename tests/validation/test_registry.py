@@ -8,14 +8,11 @@ import os
 
 import pytest
 
-from plumbob.engines.method import Method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, system_of
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected, surprise
 from plumbob.reports.judge.verdict import judged
-from plumbob.tests.validation.measured_once import Shared
 from plumbob.tests.validation.representatives import representatives
 
 
@@ -31,7 +28,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     metafunc.parametrize(("scene", "method"), chosen, ids=names)
 
 
-def test_verdict(scene: Scene, method: Method, shared: Shared, pytestconfig: pytest.Config) -> None:
+def test_verdict(scene, method, shared, pytestconfig):
     option = pytestconfig.getoption
     found = shared.convergence(scene, method, option("profile"), option("seed"))
     about = system_of(scene).quantities(case_of(scene))

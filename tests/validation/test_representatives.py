@@ -20,7 +20,7 @@ def _case(name: str, mark: pytest.Mark | None) -> Any:
     return SimpleNamespace(nodeid=name, get_closest_marker=lambda _: mark)
 
 
-def test_representatives_miss_no_mechanism() -> None:
+def test_representatives_miss_no_mechanism():
     chosen = pairs(scenes("*", "quick"), methods("*"))
     stand = representatives(chosen)
     assert {one for pair in chosen for one in mechanisms(*pair)} == {
@@ -29,7 +29,7 @@ def test_representatives_miss_no_mechanism() -> None:
     assert len(stand) < 0.42 * len(chosen)
 
 
-def test_cases_beyond_those_that_are_kept_are_left_out() -> None:
+def test_cases_beyond_those_that_are_kept_are_left_out():
     all_long, some_long = pytest.mark.long.mark, pytest.mark.long(keep=2).mark
     cases = [
         _case("a.py::one", None),
@@ -41,7 +41,7 @@ def test_cases_beyond_those_that_are_kept_are_left_out() -> None:
     assert left == ["a.py::two", "a.py::three[2]", "a.py::three[3]"]
 
 
-def test_a_part_is_left_out_that_is_small(request: pytest.FixtureRequest) -> None:
+def test_a_part_is_left_out_that_is_small(request):
     """Of what this run has collected, where it has the whole suite: at most one test in five."""
     every = request.session.items
     if len(every) < 1000 or request.config.getoption("--suite") == "short":
@@ -50,7 +50,7 @@ def test_a_part_is_left_out_that_is_small(request: pytest.FixtureRequest) -> Non
 
 
 @pytest.mark.parametrize(("where", "suite"), [("Makefile", "short"), (".ci/run", "whole")])
-def test_who_runs_which(where: str, suite: str) -> None:
+def test_who_runs_which(where, suite):
     """`make test` the short one, as pytest's last word unless ARGS say otherwise; CI the whole."""
     (line,) = [
         line

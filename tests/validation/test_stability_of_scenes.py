@@ -9,7 +9,6 @@ import pytest
 
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -20,9 +19,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.mark.long(keep=1)
-def test_every_scene_ends_in_an_answer(
-    system: str, capsys: Capture, pytestconfig: pytest.Config
-) -> None:
+def test_every_scene_ends_in_an_answer(system, capsys, pytestconfig):
     option = pytestconfig.getoption
     for scene in scenes(option("scenes"), option("profile")):
         if scene.system != system:

@@ -38,17 +38,17 @@ def audited(text: str, **options: object) -> ContactAudit:
 
 
 @pytest.fixture(name="found", scope="module", params=texts())
-def _found(request: pytest.FixtureRequest) -> ContactAudit:
+def _found(request):
     return audited_once(texts()[request.param])
 
 
 @pytest.fixture(name="flat", scope="module")
-def _flat() -> ContactAudit:
+def _flat():
     return audited_once(model_text(FLAT, 0.001))
 
 
 @pytest.fixture
-def two_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def two_steps(monkeypatch):
     """Audits at the model's own step and half of it, in a fifth of the time: for what does not
     depend on the number of steps. Their results are not those of `audited_once`."""
     monkeypatch.setattr(contacts, "HALVINGS", 1)
@@ -65,7 +65,7 @@ def missed(found: ContactAudit) -> float:
 
 
 @pytest.mark.long(keep=1)
-def test_pasted_contacts_miss_coulomb_by_what_is_predicted(found: ContactAudit) -> None:
+def test_pasted_contacts_miss_coulomb_by_what_is_predicted(found):
     assert found.exact == pytest.approx(EXACT, rel=1e-12)
     assert all(found.determined)
     assert len(found.pasted) == 4
@@ -73,7 +73,7 @@ def test_pasted_contacts_miss_coulomb_by_what_is_predicted(found: ContactAudit) 
 
 
 @pytest.mark.long(keep=1)
-def test_default_contacts_depend_on_the_direction(found: ContactAudit) -> None:
+def test_default_contacts_depend_on_the_direction(found):
     for one in found.own:
         errors = dict(zip(np.degrees(HEADINGS).round(), found.errors(one) / EXACT, strict=True))
         assert min(errors[angle] for angle in (45, 135, 225, 315)) > DIAGONAL
@@ -83,33 +83,29 @@ def test_default_contacts_depend_on_the_direction(found: ContactAudit) -> None:
 
 
 @pytest.mark.long(keep=1)
-def test_a_push_moves_the_default_contacts_only(found: ContactAudit) -> None:
+def test_a_push_moves_the_default_contacts_only(found):
     drifts = found.own[0].drift, found.pasted[0].drift
-    assert drifts[0] is not None
     assert drifts[0] > 0.1
-    assert drifts[1] is not None
     assert drifts[1] < 1e-6
 
 
 @pytest.mark.long(keep=1)
-def test_the_stiffness_is_one_at_which_the_body_is_stable(found: ContactAudit) -> None:
+def test_the_stiffness_is_one_at_which_the_body_is_stable(found):
     assert found.stiffness <= 0.2
     assert (found.stiffness < 0.15) == (len(found.standing.points) == 8)  # wheels: two points each
 
 
 @pytest.mark.long
-def test_a_flat_body_on_three_points_turns_as_theory_says(flat: ContactAudit) -> None:
+def test_a_flat_body_on_three_points_turns_as_theory_says(flat):
     assert flat.exact_turn is not None
     turning = flat.pasted[-1].turning
-    assert turning is not None
     assert turning.turn == pytest.approx(flat.exact_turn, rel=TURN)
     own = flat.own[-1].turning
-    assert own is not None
     assert own.turn != pytest.approx(flat.exact_turn, rel=10 * TURN)
 
 
 @pytest.mark.long
-def test_higher_bodies_do_not_turn_by_that_theory() -> None:
+def test_higher_bodies_do_not_turn_by_that_theory():
     found = audited(model_text(FLAT.replace(' 0" mass', ' -.05" mass'), 0.051))
     assert found.exact_turn is None
     assert "loads change with the slip" in found.why_turn
@@ -119,7 +115,7 @@ def test_higher_bodies_do_not_turn_by_that_theory() -> None:
 
 
 @pytest.mark.long(keep=1)
-def test_a_turn_on_more_points_is_said_to_be_open(found: ContactAudit) -> None:
+def test_a_turn_on_more_points_is_said_to_be_open(found):
     assert found.exact_turn is None
     assert f"{len(found.standing.points)} points share the load" in found.why_turn
     tends_to_a_turn(found)
@@ -139,13 +135,10 @@ def tends_to_a_turn(found: ContactAudit) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("factor", [0.97, 1.03])
-def test_a_wrong_moment_of_inertia_is_seen(
-    factor: float, flat: ContactAudit, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wrong_moment_of_inertia_is_seen(factor, flat, monkeypatch):
     right = rigid_piece._inertia
     monkeypatch.setattr(rigid_piece, "_inertia", lambda *given: factor * right(*given))
     spoilt = audited(model_text(FLAT, 0.001)).pasted[-1].turning
-    assert spoilt is not None
     assert spoilt.turn != pytest.approx(flat.exact_turn, rel=2 * TURN)
 
 
@@ -165,16 +158,14 @@ def rougher(right: Any) -> Any:
         (user_contacts.MujocoContacts, "frictions", rougher, "four-footed box"),
     ],
 )
-def test_other_contacts_than_those_said_are_seen(
-    place: Any, name: str, wrong: Any, body: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_contacts_than_those_said_are_seen(place, name, wrong, body, monkeypatch):
     monkeypatch.setattr(place, name, wrong(getattr(place, name)))
     assert missed(audited(texts()[body])) > 2 * REST
 
 
 @pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
-def test_joints_are_locked_where_they_are() -> None:
+def test_joints_are_locked_where_they_are():
     jointed, rigid = jointed_stand()
     one, other = (audited(model_text(body, 0.21)) for body in (jointed, rigid))
     assert (one.standing.locked, other.standing.locked) == (4, 0)
@@ -185,7 +176,7 @@ def test_joints_are_locked_where_they_are() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
-def test_the_posture_is_that_of_the_keyframe() -> None:
+def test_the_posture_is_that_of_the_keyframe():
     key = '<keyframe><key name="wide" qpos="0 0 .21 1 0 0 0 -.3 -.3 -.3 -.3"/></keyframe>'
     narrow = audited(model_text(jointed_stand()[0], 0.21))
     wide = audited(model_text(jointed_stand()[0], 0.21, more=key), keyframe="wide")
@@ -195,7 +186,7 @@ def test_the_posture_is_that_of_the_keyframe() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
-def test_a_plane_may_stand_anywhere() -> None:
+def test_a_plane_may_stand_anywhere():
     """A plane that is tilted with gravity, moved and turned gives the same."""
     geoms, height, _ = BODIES["four-footed box"]
     angle = math.radians(20)
@@ -215,7 +206,7 @@ def test_a_plane_may_stand_anywhere() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
-def test_a_mesh_is_a_foot_too() -> None:
+def test_a_mesh_is_a_foot_too():
     corners = " ".join(f"{x} {y} {z}" for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0, 0.1))
     mesh = f'<asset><mesh name="block" vertex="{corners}"/></asset>'
     found = audited(model_text('<geom type="mesh" mesh="block" mass="2"/>', 0.001, more=mesh))
@@ -224,7 +215,7 @@ def test_a_mesh_is_a_foot_too() -> None:
 
 
 @pytest.mark.long
-def test_feet_of_unlike_friction_are_compared_by_convergence() -> None:
+def test_feet_of_unlike_friction_are_compared_by_convergence():
     geoms, height, _ = BODIES["four-footed box"]
     unlike = geoms.replace('name="foot_0"', 'name="foot_0" friction=".6"')
     found = audited(model_text(unlike, height))
@@ -237,7 +228,7 @@ def test_feet_of_unlike_friction_are_compared_by_convergence() -> None:
 
 @pytest.mark.long
 @pytest.mark.usefixtures("two_steps")
-def test_a_body_that_tips_is_judged_at_less_friction() -> None:
+def test_a_body_that_tips_is_judged_at_less_friction():
     jointed, _ = jointed_stand()
     text = model_text(jointed, 0.21, friction=1.5)
     found = audited(text)
@@ -248,7 +239,7 @@ def test_a_body_that_tips_is_judged_at_less_friction() -> None:
     )
 
 
-def test_assertion_on_a_distance(found: ContactAudit) -> None:
+def test_assertion_on_a_distance(found):
     found.assert_within(metres=0.1)
     with pytest.raises(AssertionError, match=r"the stopping distance at 0\.5 m/s is 0\.01"):
         found.assert_within(metres=0.01)

@@ -13,7 +13,6 @@ import pytest
 
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
@@ -34,7 +33,7 @@ STEP = 'timestep="0.002"'
 
 
 @pytest.fixture(name="found", scope="module")
-def _found() -> ContactAudit:
+def _found():
     return audited_once(texts()["four-footed box"])
 
 
@@ -82,7 +81,7 @@ def _contacts(model: Any, keyframe: int | None = None, body: str | None = None) 
 
 
 @pytest.mark.parametrize("said", LEFT_OUT)
-def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
+def test_what_acts_on_the_body_and_is_left_out_is_said(said):
     world, more = LEFT_OUT[said]
     text = model_text(BOX + '<site name="s"/>', 0.02, floor=FLOOR + world, more=more)
     model = compiled(text)
@@ -90,7 +89,7 @@ def test_what_acts_on_the_body_and_is_left_out_is_said(said: str) -> None:
     assert "; ".join(contacts.notes) == said
 
 
-def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
+def test_a_compensation_of_gravity_and_a_medium_are_left_out_too():
     text = model_text(BOX, 0.02, 'density="1000"').replace(
         'name="base"', 'name="base" gravcomp="1"'
     )
@@ -99,16 +98,14 @@ def test_a_compensation_of_gravity_and_a_medium_are_left_out_too() -> None:
     assert contacts.notes == ("the medium", "gravity compensation")
 
 
-def test_notes_are_a_line_of_the_answer(found: ContactAudit) -> None:
+def test_notes_are_a_line_of_the_answer(found):
     assert "left out" not in dict(rows(answered(found)))
     noted = replace(found, notes=("the weld of base and load", "tendon rope"))
     assert dict(rows(answered(noted)))["left out"] == "the weld of base and load; tendon rope"
 
 
 @pytest.mark.long
-def test_command_prints_and_writes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command_prints_and_writes(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("box.xml").write_text(texts()["four-footed box"], "utf-8")
     assert main(["audit", "box.xml", "--contacts", "--json", "--out", "pages"]) == 0
@@ -127,7 +124,7 @@ def test_command_prints_and_writes(
     assert "the stopping distance at 1 m/s is" in printed.err
 
 
-def test_page_says_what_the_text_says(found: ContactAudit) -> None:
+def test_page_says_what_the_text_says(found):
     answer = answered(found)
     text = page(answer, found, "plumbob audit box.xml --contacts")
     shown = unescape(text)
@@ -139,9 +136,7 @@ def test_page_says_what_the_text_says(found: ContactAudit) -> None:
     assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
 
 
-def test_settings_are_those_that_the_command_prints(
-    found: ContactAudit, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_settings_are_those_that_the_command_prints(found, capsys):
     words = dict(rows(answered(found)))["paste"].split()
     assert words[0] == "plumbob"
     assert main(words[1:]) == 0
@@ -152,7 +147,7 @@ def test_settings_are_those_that_the_command_prints(
 
 
 @pytest.mark.long
-def test_settings_pasted_into_the_file_give_what_is_said(found: ContactAudit) -> None:
+def test_settings_pasted_into_the_file_give_what_is_said(found):
     """The file with the snippet in it, read anew, is its own contact audit's pasted result."""
     text = texts()["four-footed box"]
     option = '<option timestep="0.002"/>'
@@ -163,9 +158,7 @@ def test_settings_pasted_into_the_file_give_what_is_said(found: ContactAudit) ->
 
 
 @pytest.mark.long
-def test_an_audit_says_that_there_is_one_of_contacts(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_audit_says_that_there_is_one_of_contacts(tmp_path, capsys):
     path = tmp_path / "my.xml"
     for body, said in ((BOX, True), (BALL, False)):
         path.write_text(model_text(body, 0.1), "utf-8")
@@ -174,9 +167,7 @@ def test_an_audit_says_that_there_is_one_of_contacts(
 
 
 @pytest.mark.long
-def test_a_body_that_tips_gets_a_friction_that_is_possible(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_body_that_tips_gets_a_friction_that_is_possible(tmp_path, capsys):
     path = tmp_path / "my.xml"
     path.write_text(model_text(jointed_stand()[0], 0.21, friction=1.5), "utf-8")
     assert main(["audit", str(path), "--contacts"]) == 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import mujoco
 import pytest
@@ -43,7 +42,7 @@ def slid(more: str) -> FreeSlide:
         ("", BASE),  # the load goes on
     ],
 )
-def test_the_continuous_motion_is_that_of_two_bodies(more: str, sliding: float) -> None:
+def test_the_continuous_motion_is_that_of_two_bodies(more, sliding):
     """Friction of the whole weight brakes what is held: v^2 / (2 f g (M + m) / held)."""
     exact = SPEED**2 * sliding / (2 * FRICTION * GRAVITY * (BASE + LOAD))
     found = slid(more)
@@ -55,9 +54,7 @@ def test_the_continuous_motion_is_that_of_two_bodies(more: str, sliding: float) 
 
 
 @pytest.mark.long
-def test_states_of_actuators_are_refused_and_the_row_is_printed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_states_of_actuators_are_refused_and_the_row_is_printed(tmp_path, capsys):
     delayed = SERVO.format(kp=200, kv=10).replace("kp=", 'timeconst="0.1" kp=')
     assert slid(delayed) == FreeSlide(why="actuators have states of their own")
     file = tmp_path / "load.xml"

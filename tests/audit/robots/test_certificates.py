@@ -28,7 +28,7 @@ LEGS = """
 
 
 @pytest.mark.long
-def test_a_certificate_of_chatter_holds_and_a_wrong_one_is_outside() -> None:
+def test_a_certificate_of_chatter_holds_and_a_wrong_one_is_outside():
     own = own_model(mujoco.MjModel.from_xml_string(LEGS), "legs")
     found = audited(own, script(own, duration=0.8), "rest", 10.0)
     assert found.complete

@@ -7,8 +7,6 @@ A few in the quick profile, all of them in the full one; the whole table is a co
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import pytest
 
@@ -67,71 +65,53 @@ AGAIN = 0.05  # of a limit: calibrated; the changed model's own motion is anothe
 
 @pytest.mark.parametrize(("package", "name", "integrator", "holds", "fails", "first"), KNOWN)
 def test_a_limit_is_where_it_is_known_to_be(
-    package: str,
-    name: str,
-    integrator: str,
-    holds: float,
-    fails: float,
-    first: str,
-    request: pytest.FixtureRequest,
-) -> None:
+    package, name, integrator, holds, fails, first, request
+):
     skipped(package, name, request)
     found = folder(package)
-    assert found is not None
     course = course_of(file_model(found / f"{name}.xml"), "rest")
     limit = limited(course, integrator)
     assert verdict(course, limit) == ("holds", "lost", CONFIRMED)
-    assert limit.largest_step is not None
     assert holds < limit.largest_step < fails
     assert first in limit.first
 
 
 @pytest.mark.parametrize(("package", "name", "integrator"), BEYOND)
-def test_a_limit_beyond_what_is_tried_is_said_as_that(
-    package: str, name: str, integrator: str, request: pytest.FixtureRequest
-) -> None:
+def test_a_limit_beyond_what_is_tried_is_said_as_that(package, name, integrator, request):
     """Growth of a pendulum on its end is the motion's own, damping of Euler's is implicit."""
     skipped(package, name, request)
     found = folder(package)
-    assert found is not None
     limit = limited(course_of(file_model(found / f"{name}.xml"), "rest"), integrator)
     assert (limit.largest_step, limit.confirmed) == (None, True)
 
 
-def test_at_rest_one_lost_nudge_is_no_chance(request: pytest.FixtureRequest) -> None:
+def test_at_rest_one_lost_nudge_is_no_chance(request):
     """Nothing lands there: no neighbouring step is to lose it as well."""
     skipped("gymnasium", "half_cheetah", request)
     found = folder("gymnasium")
-    assert found is not None
     limit = limited(course_of(file_model(found / "half_cheetah.xml"), "sines"), "euler")
     assert 0.055 < limit.reach < 0.067
 
 
-def test_states_along_the_motion_alone_miss_where_a_contact_chatters(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_states_along_the_motion_alone_miss_where_a_contact_chatters(request, monkeypatch):
     """The contacts of the motion are those of small steps."""
     skipped("gymnasium", "half_cheetah", request)
     found = folder("gymnasium")
-    assert found is not None
     monkeypatch.setattr(TangentMaps, "at_rest", lambda *_: None)
     limit = limited(course_of(file_model(found / "half_cheetah.xml"), "rest"), "euler")
-    assert limit.predicted is not None
     assert limit.predicted > 0.08
     assert limit.why.startswith("by nudged runs")
 
 
-def test_a_remedy_of_one_of_four_equal_legs_is_none(request: pytest.FixtureRequest) -> None:
+def test_a_remedy_of_one_of_four_equal_legs_is_none(request):
     """The others keep the limit where it is, at the state that sets it; what runs say at any other
     state is chance, since they land on other feet."""
     skipped("dm_control", "quadruped", request)
     found = folder("dm_control")
-    assert found is not None
     course = course_of(file_model(found / "quadruped.xml"), "rest")
     limit = tried_below(course, limited(course, "euler"))
     place, element = culprit(course, limit)
     assert place.name.startswith("joint pitch")
-    assert element is not None
     assert element.remedy is not None
     before = shown(course.point(limit.index), limit)
     for change in (*place.remedies, element.remedy):
@@ -140,32 +120,27 @@ def test_a_remedy_of_one_of_four_equal_legs_is_none(request: pytest.FixtureReque
     assert remedied(course, [limit]) == ()
 
 
-def test_steps_at_which_runs_diverge_lower_a_limit(request: pytest.FixtureRequest) -> None:
+def test_steps_at_which_runs_diverge_lower_a_limit(request):
     """Some larger ones hold; the Jacobians show none of it."""
     skipped("gymnasium", "humanoidstandup", request)
     found = folder("gymnasium")
-    assert found is not None
     course = course_of(file_model(found / "humanoidstandup.xml"), "rest")
     assert course.diverges("rk4", 0.0193)
     assert not course.lost("rk4", 0.0204)
     limit = tried_below(course, limited(course, "rk4"))
-    assert limit.predicted is not None
     assert limit.predicted > 0.022
     assert 0.016 < limit.reach < 0.0193
     assert "some larger steps hold again" not in limit.why
 
 
 @pytest.mark.parametrize(("package", "name", "integrator", "remedy"), REMEDIES)
-def test_a_remedy_gives_what_is_claimed_of_it(
-    package: str, name: str, integrator: str, remedy: str, request: pytest.FixtureRequest
-) -> None:
+def test_a_remedy_gives_what_is_claimed_of_it(package, name, integrator, remedy, request):
     """The file with the remedy's numbers written into it, as one would, and audited as a model of
     its own along its own certified motion."""
     skipped(package, name, request)
     found = folder(package)
-    assert found is not None
 
-    def compiled() -> Any:
+    def compiled():
         model = mujoco.MjModel.from_xml_path(str(found / f"{name}.xml"))
         model.opt.integrator = kind(integrator)
         return model

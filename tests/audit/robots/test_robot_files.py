@@ -69,9 +69,7 @@ LEAST = 0.2  # [s]: a shorter certificate is none
 
 
 @pytest.mark.parametrize(("package", "name", "control"), CASES)
-def test_certificate_has_no_small_steps_outside(
-    package: str, name: str, control: str, request: pytest.FixtureRequest
-) -> None:
+def test_certificate_has_no_small_steps_outside(package, name, control, request):
     quick = request.config.getoption("--profile") == "quick"
     if quick and (package, name, control) not in QUICK:
         pytest.skip("in the full profile")
