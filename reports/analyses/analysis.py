@@ -32,7 +32,7 @@ class Analysis:
     """An analysis of a study, with the template that holds all its words, tables and figures."""
 
     template: str  # "cone_pendulum/equilibria" of reports/templates
-    numbers: Callable[..., Numbers]  # of a study; of a study and a scene, for a hard scene
+    numbers: Callable[[Study], Numbers]
     requests: Requests = nothing_more  # runs beside the study's own
     claims: Callable[[Numbers], Sequence[Claim]] = _nothing  # that its words rest on
 
@@ -43,13 +43,12 @@ class Section:
 
     findings: tuple[Analysis, ...]
     galleries: tuple[Analysis, ...] = ()  # a heading and its figures
-    hard: tuple[Analysis, ...] = ()  # on the pages of hard scenes: numbers(study, scene)
     solved: tuple[str, Callable[[Case], Numbers]] | None = None
     """The source's figures for a case with parameters of the user's own: template and numbers."""
 
     def requests(self, plan: StudyPlan) -> Sequence[Request[Any]]:
         """The runs that all of them need beside the study's own."""
-        every = (*self.findings, *self.galleries, *self.hard)
+        every = (*self.findings, *self.galleries)
         return tuple(request for analysis in every for request in analysis.requests(plan))
 
 
@@ -58,18 +57,12 @@ def analysed(
 ) -> tuple[Analysed, ...]:
     """The numbers of all analyses of a section, of a `system` or of "engines"; one that fails is
     left out where verdicts of the study are unexpected, and a defect where none is."""
-    hard = [scene for scene in study.scenes if scene.hard and scene.system == system]
-    asked: list[tuple[str, Analysis, tuple[Any, ...]]] = [
-        *(("finding", analysis, (study,)) for analysis in section.findings),
-        *(("gallery", analysis, (study,)) for analysis in section.galleries),
-        *(("hard", analysis, (study, scene)) for scene in hard for analysis in section.hard),
-    ]
     results = list[Analysed]()
-    for place, analysis, arguments in asked:
-        of_scene = arguments[1].name if arguments[1:] else ""
-        left_out = Analysed(analysis.template, place, system, of_scene, None)
+    for analysis in (*section.findings, *section.galleries):
+        place = "finding" if analysis in section.findings else "gallery"
+        left_out = Analysed(analysis.template, place, system, "", None)
         try:
-            if (numbers := analysis.numbers(*arguments)) is None:
+            if (numbers := analysis.numbers(study)) is None:
                 continue
             claims = tuple((claim.text, bool(claim.holds)) for claim in analysis.claims(numbers))
             results.append(replace(left_out, numbers=plain(numbers), claims=claims))

@@ -1,18 +1,16 @@
-"""The page's section on the capsule coasting to rest: what a step does to a stop and to a spin."""
+"""The page's section on the capsule coasting to rest: what a step does to a stop."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
-from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, between
-from plumbob.reports.analyses.measurements import case, covers, measured, problem, runs, scheme
+from plumbob.reports.analyses.claims import ALIKE, Claims, at_most
+from plumbob.reports.analyses.measurements import case, problem, runs, scheme
 
 SCENE = "capsule-coast/translation"
 DEFAULT = "mujoco/euler"
@@ -25,8 +23,6 @@ METHODS = (
 )
 STEPS = (1e-3, 1e-4)
 SPIN = "capsule-coast/spin"
-SPINNING = ("mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet", DEFAULT)
-DECADE = (1e-3, 5e-4, 2e-4, 1e-4)
 Pair = tuple[float, float]
 
 
@@ -77,76 +73,5 @@ def stopping_claims(numbers: Record) -> Claims:
     return [at_most(text.format(name), end[0] - end[1], ALIKE) for name, end in ends.items()]
 
 
-def spin_requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Runs on default contacts, where the study measures the spin."""
-    return runs((SPIN,), (DEFAULT,), DECADE) if covers(plan, SPIN) else ()
-
-
-def spin(study: Study) -> Record | None:
-    """Errors of the heading at rest over a decade of steps, where the study has it; and what
-    default contacts do."""
-    if not covers(study, SPIN):
-        return None
-    errors = [_heading_errors(study, name) for name in SPINNING]
-    methods = tuple(filter(None, errors))
-    if all(method.slope is None for method in methods):
-        return None
-    runs = [_default_run(study, step) for step in DECADE]
-    default = tuple(filter(None, runs))
-    default = default if len(default) == len(DECADE) else ()
-    sizes = sorted(abs(run.heading) for run in default)
-    return Record(
-        methods=methods,
-        default=default,
-        steps=DECADE,
-        # least and largest error of the heading [rad] on default contacts, if there are any
-        default_range=sizes[:1] + sizes[-1:],
-        # the least fraction of samples with a contact missing there
-        missing=min((run.missing for run in default), default=None),
-    )
-
-
-def _heading_errors(study: Study, name: str) -> Record | None:
-    """A method's errors of the heading at rest [rad], by step."""
-    measurements = [measured(study, SPIN, name, step) for step in DECADE]
-    errors = [run.errors["heading"] for run in measurements if run]
-    if len(errors) < len(DECADE):
-        return None
-    ends, steps = np.array([error.end for error in errors]), np.array(DECADE)
-    predicted = None if name == DEFAULT else errors[-1].predicted
-    slope = predicted.end / DECADE[-1] if predicted else None
-    return Record(
-        method=name,
-        errors=ends,
-        ratios=ends / steps,  # over the step [rad/s]
-        slope=slope,  # the ratio that is predicted at the smallest step
-        line=(slope or 0.0) * steps,  # slope times step
-    )
-
-
-def _default_run(study: Study, step: float) -> Record | None:
-    """A run on default contacts."""
-    run = measured(study, SPIN, DEFAULT, step)
-    recording = study.answer(ExtraRun(SPIN, DEFAULT, step))
-    if run is None or recording is None:
-        return None
-    moving = recording.times < problem(SPIN).motion.rest_time
-    missing = float(np.mean(recording.channels["contacts"][moving] < 3))
-    return Record(
-        step=step,  # [s]
-        heading=run.errors["heading"].end,  # error at rest [rad]
-        rate=run.errors["heading_rate"].largest,  # largest error [rad/s]
-        missing=missing,  # fraction of samples with a contact missing while it moves
-    )
-
-
-def spin_claims(numbers: Record) -> Claims:
-    """Errors fall in proportion to the step."""
-    text = "the error of {}, at ten times the step over at the step,"
-    ends = {row.method: row.errors for row in numbers.methods if row.slope is not None}
-    falls = {name: sizes[0] / sizes[-1] if sizes[-1] else 0.0 for name, sizes in ends.items()}
-    return [between(text.format(name), fall, 5.0, 20.0) for name, fall in falls.items()]
-
-
 STOPPING = Analysis("capsule_coast/stopping", stopping, stopping_requests, stopping_claims)
-SECTION = Section((STOPPING, Analysis("capsule_coast/spin", spin, spin_requests, spin_claims)))
+SECTION = Section((STOPPING,))

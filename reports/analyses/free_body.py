@@ -1,28 +1,19 @@
-"""The page's section on the free body: why MuJoCo's RK4 is of second order on it, and what energy
-the Euler steps gain and lose."""
+"""The page's section on the free body: why MuJoCo's RK4 is of second order on it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from plumbob.analytic.errors.free_body.error_series import euler_drifts
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, reference_run, worst
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record, Section
-from plumbob.reports.analyses.claims import ALIKE, Claims, as_predicted, at_most, between
-from plumbob.reports.analyses.measurements import case, convergence_of
+from plumbob.reports.analyses.claims import Claims, as_predicted, between
+from plumbob.reports.analyses.measurements import convergence_of
 
 RK4: Final = ("mujoco/rk4", "ode/rk4")
-EULER: Final = (
-    "mujoco/euler",
-    "ode/euler",
-    "mujoco/implicit",
-    "mujoco/implicitfast",
-    "mujoco/discrete",
-)
 SHOWN: Final = ("free-body/flip", "free-body/symmetric")  # scenes that every profile runs
 
 
@@ -63,35 +54,6 @@ def order_claims(second: Record) -> Claims:
     return (*orders, *terms)
 
 
-def energy(study: Study) -> Record | None:
-    """The energy that first-order steps gain or lose; None where none of them was run."""
-    runs = [pair for pair in _runs(study, EULER) if "energy" in pair[1].invariants]
-    errors = tuple(_energy_error(*pair) for pair in runs)
-    # the largest distance of a drift from the predicted one, relative
-    gaps = (abs(of.drift / abs(of.predicted) - 1.0) for of in errors if of.predicted)
-    return Record(runs=errors, gap=max(gaps, default=0.0)) if errors else None
-
-
-def _energy_error(of: ConvergenceStudy, run: Measurement) -> Record:
-    """The relative drift of the energy over a run, and the predicted one with its sign."""
-    implicit = "implicit" in of.method or "discrete" in of.method
-    posed = case(of.scene)
-    rate = euler_drifts(posed.problem, posed.scene.duration)["energy"]
-    predicted = (-1.0 if implicit else 1.0) * rate * run.step
-    return Record(
-        scene=of.scene,
-        method=of.method,
-        step=run.step,  # [s]
-        drift=run.invariants["energy"],
-        predicted=predicted,
-    )
-
-
-def energy_claims(errors: Record) -> Claims:
-    """The drifts are the predicted ones."""
-    return (at_most("the drift's distance from the predicted one, relative,", errors.gap, ALIKE),)
-
-
 def _runs(study: Study, methods: Sequence[str]) -> Iterator[tuple[ConvergenceStudy, Measurement]]:
     """Each convergence study, and its run nearest to a millisecond."""
     for scene in SHOWN:
@@ -103,5 +65,4 @@ def _runs(study: Study, methods: Sequence[str]) -> Iterator[tuple[ConvergenceStu
 
 
 SECOND_ORDER = Analysis("free_body/second_order", second_order, claims=order_claims)
-ENERGY = Analysis("free_body/energy", energy, claims=energy_claims)
-SECTION = Section((SECOND_ORDER, ENERGY))
+SECTION = Section((SECOND_ORDER,))

@@ -8,6 +8,8 @@ from itertools import product
 
 import numpy as np
 
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
+from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -138,6 +140,19 @@ def names(study: Study, engines: Iterable[str] = ("mujoco", "pymunk")) -> tuple[
 def covers(plan: Study | StudyPlan, *scenes: str) -> bool:
     """Whether a study, or its plan, has all of these scenes."""
     return set(scenes) <= {scene.name for scene in plan.scenes}
+
+
+def energy(potential: TrigonometricPotential, inertia: float, run: Trajectory) -> Array:
+    """inertia theta_dot^2 / 2 + `potential` [J] along a run, shape (n,)."""
+    theta, rate = run.observables["theta"], run.observables["theta_dot"]
+    return np.asarray(inertia * rate**2 / 2 + in_double(potential).value(theta))
+
+
+def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
+    """The potential with coefficients in double precision."""
+    return TrigonometricPotential(
+        *(float(double(v)) for v in (potential.a, potential.b, potential.c))
+    )
 
 
 def swing_period(run: Trajectory | None, centre: float) -> float | None:

@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from plumbob.analytic.numerics.rotor import lyapunov
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.tests.support.linear_response import (
     condition,
-    growth,
     parameter_sensitivity,
 )
 from plumbob.tests.support.pendulum_cases import CASES, Case, cases, endpoint, motion
@@ -57,26 +55,13 @@ def test_sensitivities_are_central_differences(name):
 
 
 @pytest.mark.long
-def test_chaos_has_a_positive_exponent_and_a_horizon():
+def test_chaos_has_a_horizon():
     case = CASES["forced-chaotic"]
-    found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, duration=1000.0)
-    assert found.value > 5 * found.standard_error
-    assert found.value == pytest.approx(0.108, abs=4 * found.standard_error)  # 10 000 s gave 0.108
     exact = motion(replace(case, duration=200.0))
     horizons = [exact.horizon(tolerance) for tolerance in (1e-12, 1e-9, 1e-6)]
     assert horizons == sorted(horizons)
     assert 20.0 < horizons[0] < horizons[1] < 150.0
     assert motion(CASES["damped-large"]).horizon(1e-12) == math.inf
-
-
-def test_damping_alone_shrinks_errors_at_half_its_rate():
-    case = CASES["damped-small"]
-    found = lyapunov.largest_exponent(case.rotor, case.theta, case.theta_dot, 400.0)
-    # exact for the linear equation; a batch of 25 s covers 12.5 turns of the vector, whose length
-    # varies within a turn
-    assert found.value == pytest.approx(-0.04, abs=2e-3)
-    grown = growth(case.rotor, case.theta, case.theta_dot, np.array([20.0, 40.0]))
-    assert grown[1] / grown[0] == pytest.approx(math.exp(-0.8), rel=0.1)
 
 
 def test_condition_adds_up_what_each_input_does():

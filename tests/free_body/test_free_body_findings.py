@@ -10,7 +10,7 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene
-from plumbob.reports.analyses.free_body import SECTION, energy, second_order
+from plumbob.reports.analyses.free_body import SECTION, second_order
 from plumbob.reports.cli import main
 from plumbob.tests.support.declared import findings_of, nothing
 
@@ -40,13 +40,6 @@ def test_mujoco_s_rk4_against_the_classical_one():
     assert classical.term == 0.0
     assert classical.error < 1e-4 * mujoco.error
     assert mujoco.error == pytest.approx(8.9e-7, rel=0.01)
-
-
-def test_energy_that_is_gained_and_lost():
-    found = energy(study("mujoco/euler", "mujoco/implicitfast"))
-    gained, lost = found.runs
-    assert gained.predicted == -lost.predicted > 0.0
-    assert found.gap < 0.02
 
 
 def test_solve_in_words_and_in_json(capsys):

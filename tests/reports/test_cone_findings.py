@@ -1,4 +1,4 @@
-"""Statements of the page on the cone pendulum's source and its hard cases hold."""
+"""Statements of the page on the cone pendulum's source hold."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ from scipy.integrate import solve_ivp
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.results import Study
-from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.analysis import Analysis, Record, plain
+from plumbob.reports.analyses.analysis import Analysis, plain
 from plumbob.reports.analyses.cone_pendulum import (
     SECTION,
     action_phase,
     drive_work,
-    energy,
     equilibria,
     generating_solution,
     hamiltonian,
@@ -30,11 +27,9 @@ from plumbob.reports.analyses.cone_pendulum import (
     uniformity,
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
-from plumbob.reports.analyses.energy_drift import overtaken
 from plumbob.reports.analyses.measurements import extremes, largest
 from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of, plan_of
-from plumbob.tests.support.studies import quick
 
 
 def test_finding_printed_hamiltonian() -> None:
@@ -88,44 +83,6 @@ def test_claims_in_numbers() -> None:
     arm = level.body.mass * level.body.com_distance * level.gravity
     top = math.sqrt(37.0**2 - 4 * arm / level.body.inertia_x)
     assert source_text.rotation(level.motion).spread == pytest.approx((37.0 - top) / 37.0, abs=1e-6)
-
-
-def energy_runs() -> Study:
-    """The runs over many steps."""
-    return declared(nothing(), energy.requests)
-
-
-def test_energy_is_bounded_or_drifts_as_predicted() -> None:
-    drifts = energy.numbers(energy_runs())
-    assert drifts.bounded == energy.SYMPLECTIC
-    drift = drifts.by_method["mujoco/rk4"]
-    # A line through whole turns and a part of one does not average the oscillation out: 0.2 %.
-    assert drift.rate == pytest.approx(drift.predicted, rel=0.005)
-    assert drift.round_off < 1e-3 * abs(drift.rate)
-
-
-def test_when_a_drift_exceeds_the_oscillation_of_others_is_said() -> None:
-    drifts = energy.numbers(energy_runs())
-    swing = drifts.by_method["mujoco/euler"]
-    assert 10.0 < swing.scatter < 11.0  # [J]: a drift of 5 µJ/s takes three weeks
-    assert drifts.overtaken["mujoco/euler"] == pytest.approx(2.0e6, rel=0.02)
-    summary = finding(energy.ENERGY, energy_runs()).summary
-    assert "exceeds the oscillation of mujoco/euler (10 J) after 2e6 s and that of ode/l" in summary
-    assert "in a shorter run its energy error is the smaller one" in summary
-    assert overtaken(drifts.by_method, drifts.bounded, "ode/rk4") == {}  # not run
-    wider = Record(**{**vars(swing), "scatter": 2.0 * swing.scatter})
-    late = overtaken({**drifts.by_method, "mujoco/euler": wider}, drifts.bounded, energy.OTHER)
-    assert late["mujoco/euler"] == pytest.approx(4.1e6, rel=0.02)
-
-
-@pytest.mark.long
-def test_errors_grow_at_the_saddle_s_rate() -> None:
-    growth = energy.saddle_numbers(quick(), find_scene("cone-pendulum/above-barrier-1e-6"))
-    assert growth
-    fitted = [run.rate for run in growth.runs if run.rate is not None]
-    assert len(fitted) >= 3
-    # The neighbourhood of 0.25 rad is linear to 3 %, and so are the rates in it.
-    assert fitted == pytest.approx([growth.rate] * len(fitted), rel=0.03)
 
 
 def test_finding_uniformity() -> None:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from plumbob.reports.analyses.analysis import plain
-from plumbob.reports.analyses.capsule_plan import legs, open_loop, path, poses
+from plumbob.reports.analyses.capsule_plan import legs, open_loop, poses
 from plumbob.reports.analyses.capsule_plan.plans import SHOWN, plan_of
-from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, measured, nothing
 
 FEET = "pymunk/feet"
@@ -20,15 +18,13 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
     reached = poses.numbers(ran)
     assert reached
     assert reached.worst < 1e-6
-    (drawn,) = written(path.PATH.template, plain(path.numbers(ran)))
-    assert len(drawn.figures) == 3
     ended = open_loop.numbers(ran)
     assert ended
     for run in ended.runs:
         assert run.end.distance < 2e-4
         assert run.parts["slow"].distance < 1e-4 * run.end.distance
     assert len(finding(open_loop.OPEN_LOOP, ran).figures) == 2
-    assert all(analysis.numbers(nothing()) is None for analysis in (poses.POSES, path.PATH))
+    assert poses.POSES.numbers(nothing()) is None
 
 
 @pytest.mark.long

@@ -9,21 +9,17 @@ import pytest
 
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses import capsule_coast
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.capsule_line.source import ANY_LINE
 from plumbob.reports.analyses.capsule_turn import (
     body_angle,
     course,
     exact_motion,
     left_over,
-    modes,
     source_text,
 )
 from plumbob.reports.analyses.capsule_turn.turns import name_of, requests, turn
 from plumbob.reports.analyses.measurements import problem
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, measured, nothing
 
 EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
@@ -72,71 +68,13 @@ def test_angle_and_the_required_accuracy() -> None:
         assert {EULER, FEET, DEFAULT} <= set(names)
 
 
-@pytest.mark.long
-def test_leak() -> None:
-    found = body_angle.leak(study("capsule-turn/0.3", (EULER,)))
-    assert found
-    assert found.epsilons[1] == 0.03
-    small = {name: sizes[1] for name, sizes in found.ratios.items()}
-    assert small.pop(EULER) == pytest.approx(1.0, abs=6e-3)  # friction, and the step's square
-    assert max(map(abs, small.values())) < 3e-3
-
-
-def test_contact_deflection() -> None:
-    step = turn(0.03).half_time / 800
-    found = body_angle.deflection(study("capsule-turn/0.03", (EULER, DEFAULT), step))
-    assert found
-    good, bad = found.rows
-    assert good.force == pytest.approx(3805.17 / 0.09, rel=0.01)  # as epsilon^-2, of that at 0.1
-    assert good.vertical < 1e-14 < 1e-3 < bad.vertical
-    assert good.bound is not None  # 1.1e-7, until the body rests
-    assert abs(good.beyond) < good.bound < 1.5e-7
-    assert bad.beyond > 1e-3
-    assert body_angle.deflection(study("capsule-turn/0.03", (EULER,))) is None
-
-
 def test_a_support_that_stops_and_slides_on() -> None:
     found = exact_motion.touching(nothing())
-    (stay,) = [stay for stay in found.modes.stays if stay.again]
-    assert (found.time, found.support) == (stay.begin, stay.support)
     assert found.time == pytest.approx(1.307, abs=1e-3)
     # speed over time: down to zero and up again, at different rates
     (before, after), further, *_ = np.array(found.sides)[:, 3:]
     assert [before, after] == pytest.approx(further, rel=1e-2)
     assert before > 1.5 * after > 0.0
-
-
-def test_modes_of_a_motion_that_pivots() -> None:
-    name = "capsule-turn/pivot"
-    tau = problem(name).motion.manoeuvre.half_time
-    shown = modes.hard_turn(study(name, (EULER, FEET), tau / 50), find_scene(name))
-    strip, slips = written(modes.HARD.template, plain(shown))[0].figures
-    assert strip.caption.count("pivot about A2") == 3
-    assert strip.caption.endswith("rest.")
-    lowest = {t["name"]: min(t["y"]) for t in slips.traces}
-    assert lowest["A2"] == pytest.approx(modes.NEAR)
-    assert [end.method for end in shown.endings] == [EULER, FEET]
-    for end in shown.endings:
-        assert end.fine == pytest.approx(end.predicted, rel=0.02)
-
-
-def test_spin() -> None:
-    steps = (1e-3, 5e-4, 2e-4, 1e-4)
-    given = declared(
-        measured("capsule-coast/spin", (EULER, DEFAULT), *steps), capsule_coast.spin_requests
-    )
-    found = capsule_coast.spin(given)
-    assert found
-    euler, default = found.methods
-    assert euler.slope == pytest.approx(-2.191, abs=6e-4)
-    for step, ratio in zip(steps, euler.ratios, strict=True):  # of first order, and its second
-        assert ratio == pytest.approx(-2.191, abs=6.0 * step)
-    assert (default.method, default.slope) == (DEFAULT, None)
-    for run in found.default:
-        assert 5e-3 < abs(run.heading) < 3e-2
-        assert 1e-2 < run.rate < 0.5
-        assert run.missing > 0.5
-    assert len(found.default) == len(steps)
 
 
 def test_what_a_turn_leaves_at_its_stop() -> None:

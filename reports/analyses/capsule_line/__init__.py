@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.capsule_line.contacts import CHATTER, LOAD_ERRORS
-from plumbob.reports.analyses.capsule_line.displacement import ERRORS, SAWTOOTH
+from plumbob.reports.analyses.capsule_line.displacement import ERRORS
 from plumbob.reports.analyses.capsule_line.drive import DRIVE
 from plumbob.reports.analyses.capsule_line.experiment import EXPERIMENT
-from plumbob.reports.analyses.capsule_line.fidelity import HEIGHTS, MOMENTUM, SAVING
-from plumbob.reports.analyses.capsule_line.hard import HARD
+from plumbob.reports.analyses.capsule_line.fidelity import HEIGHTS, MOMENTUM
 from plumbob.reports.analyses.capsule_line.headings import ISOTROPY
 from plumbob.reports.analyses.capsule_line.identified import IDENTIFIED
 from plumbob.reports.analyses.capsule_line.source import ANY_LINE, FIGURE_2, MISPRINTS
@@ -20,7 +19,6 @@ FINDINGS = (
     ANY_LINE,
     SOURCE,
     ERRORS,
-    SAWTOOTH,
     CHATTER,
     ISOTROPY,
     IDENTIFIED,
@@ -29,7 +27,6 @@ FINDINGS = (
     TIPPING,
     HEIGHTS,
     MOMENTUM,
-    SAVING,
     EXPERIMENT,
 )
-SECTION = Section(FINDINGS, (FIGURE_2,), (HARD,))
+SECTION = Section(FINDINGS, (FIGURE_2,))

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from plumbob.analytic.errors.sliding_motion.discontinuities import trapezoid_error
-from plumbob.analytic.reference import Array
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, clear
+from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.contact_terms import (
     contact_of,
     deflection_term,
@@ -25,8 +20,6 @@ from plumbob.reports.analyses.measurements import (
     measured_error,
     names,
     problem,
-    recordings,
-    runs,
 )
 
 STEPS = (1e-3, 1e-4, 1e-5)
@@ -34,23 +27,6 @@ TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4
 FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
 CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # theory covers these
 COMPARED = ("mujoco/euler", FULL, "mujoco/rk4+coulomb", "pymunk/feet")
-METHODS = (REDUCED, FULL, "pymunk/side", "pymunk/feet")  # of the sawtooth
-COUNT = 4  # steps drawn at random, fifteen times as many in the full profile
-COARSE, FINE = 2.5e-3, 6e-4  # [s], what they are drawn between
-SEED = 20200101
-PART = 0.2  # of the parabola's top: below it, other terms are as large
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The check manoeuvre at steps drawn at random."""
-    return runs((LINE,), METHODS, random_steps(plan.profile))
-
-
-def random_steps(profile: str) -> tuple[float, ...]:
-    """Steps [s] drawn at random, evenly in their logarithm; the same in every study."""
-    count = COUNT * (15 if profile == "full" else 1)
-    draw = np.random.default_rng(SEED).uniform(np.log(FINE), np.log(COARSE), count)
-    return tuple(float(step) for step in np.exp(draw))
 
 
 def errors(study: Study) -> Record | None:
@@ -127,70 +103,4 @@ def _converge(numbers: Record) -> Claims:
     return (clear(text, numbers.bad[0], numbers.good),)
 
 
-def sawtooth(study: Study) -> Record | None:
-    """The errors at steps drawn at random against the parabola, and how near they are."""
-    line = problem(LINE).motion
-    phases = np.linspace(0.0, 1.0, 101)
-    # The deflection term is the same multiple of dt^2 at every step.
-    fine = line.t1 / 100
-    raised = -deflection_term(LINE, contact_of(LINE, FULL, fine)) / (line.closed.braking * fine**2)
-    parabola = _parabola(phases)
-    every = [_places(study, name, raised if name == FULL else 0.0) for name in METHODS]
-    methods = tuple(filter(None, every))
-    return (
-        Record(
-            phases=phases,
-            parabola=parabola,
-            raised_parabola=parabola + raised,  # of the full model, by its contacts' deflection
-            raised=8.0 * raised,  # by how much, over the parabola's top
-            methods=methods,
-            coarse=COARSE,
-            fine=FINE,
-            seed=SEED,
-        )
-        if methods
-        else None
-    )
-
-
-def _parabola(phases: Array) -> Array:
-    return 0.5 * phases * (1 - phases)
-
-
-def _places(study: Study, method: str, raised: float) -> Record | None:
-    """phi, and the error over -(mu w2 + f g) dt^2 without that of the corner at t1; `raised` by the
-    deflection of contacts."""
-    by_request = recordings(study, runs((LINE,), (method,), random_steps(study.profile)))
-    if not by_request:
-        return None
-    line = problem(LINE).motion
-    steps = np.array([request.step for request in by_request])
-    ends = np.array([run.observables["displacement"][-1] for run in by_request.values()])
-    at_t1 = trapezoid_error(line.closed.backward + line.closed.braking, line.t1 / steps)
-    errors = (at_t1 - (ends - line.displacement) / steps**2) / line.closed.braking
-    phases = line.t_star / steps % 1.0
-    theory = _parabola(phases)
-    used = theory > PART / 8
-    bare, deflected = (np.abs((errors - part) / theory - 1)[used].max() for part in (0.0, raised))
-    return Record(
-        method=method,
-        phases=phases,  # fraction of a step at which the body stops
-        errors=errors,
-        distance=bare,  # the largest from the parabola, relative
-        deflected_distance=deflected,  # the same with the deflection of contacts added
-    )
-
-
-def _near(numbers: Record) -> Claims:
-    return tuple(
-        at_most(
-            f"the distance of {places.method} from the parabola, relative,",
-            places.deflected_distance,
-            ALIKE,
-        )
-        for places in numbers.methods
-    )
-
-
 ERRORS = Analysis("capsule_line/displacement", errors, claims=_converge)
-SAWTOOTH = Analysis("capsule_line/sawtooth", sawtooth, requests, _near)

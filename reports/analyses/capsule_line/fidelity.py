@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan, TrimmingRun
-from plumbob.engines.study.request import Request
+from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
 from plumbob.reports.analyses.measurements import (
-    LINE,
-    covers,
-    displacement_error,
     end_error,
-    plan_of,
     problem,
     recordings,
     runs,
@@ -38,25 +30,9 @@ FREE_METHODS = (
     "pymunk/side",
 )
 KEPT = 1e-3  # of the body's path: how far the common centre of mass may go
-CHEAPER = 0.9  # of a cost: more is the scatter of timings
 HARDLY = 1e-2  # of a displacement: a negligible change
-PAIRS = (
-    ("mujoco/euler+coulomb", "mujoco/euler+reduced"),
-    ("mujoco/rk4+coulomb", "mujoco/rk4+reduced"),
-)
-SAVING_STEP = 1e-4  # [s]
-TIMED_STEPS, REPEATS = 300, 7  # the push, so often
 HEIGHT_RUNS = runs((TILTED,), (LOW, TALL), TILTED_STEPS)
 FREE_RUNS = runs((FREE,), FREE_METHODS, (FREE_STEP,))
-
-
-def saving_requests(plan: StudyPlan) -> Sequence[Request[Any]]:
-    """Runs of both models; both timed where the study does not time them."""
-    pairs = _pairs(plan.profile)
-    return (
-        *runs((LINE,), [name for pair in pairs for name in pair], (SAVING_STEP,)),
-        *(_timing(name) for pair in pairs if not _timed_by(plan, pair) for name in pair),
-    )
 
 
 def heights(study: Study) -> Record | None:
@@ -137,59 +113,5 @@ def _conserved(numbers: Record) -> Claims:
     return (at_most(text, numbers.largest / numbers.travelled, KEPT),)
 
 
-def saving(study: Study) -> Record | None:
-    """Costs of a step of the full and of the reduced model, whose motion is the same."""
-    costs = [
-        Record(
-            method=name,
-            cost=cost,
-            relative=cost / known[0],
-            error=displacement_error(study, LINE, name, SAVING_STEP),
-        )
-        for pair in _pairs(study.profile)
-        if (known := _costs(study, pair))
-        for name, cost in zip(pair, known, strict=True)
-    ]
-    return (
-        Record(
-            costs=costs,
-            part=costs[1].relative,  # of the first full model's cost
-            saved=1.0 - costs[1].relative,
-            step=SAVING_STEP,
-        )
-        if costs
-        else None
-    )
-
-
-def _pairs(profile: str) -> tuple[tuple[str, str], ...]:
-    return PAIRS if profile == "full" else PAIRS[:1]
-
-
-def _timing(method: str) -> TrimmingRun:
-    return TrimmingRun(LINE, method, SAVING_STEP, TIMED_STEPS, REPEATS)
-
-
-def _timed_by(plan: StudyPlan, pair: tuple[str, str]) -> bool:
-    """Whether a study times both models itself."""
-    return covers(plan, LINE) and set(pair) <= {method.name for method in plan.methods}
-
-
-def _costs(study: Study, pair: tuple[str, str]) -> tuple[float, float] | None:
-    """Cost of a step of the full and of the reduced model [ns]; None where one was not timed."""
-    if _timed_by(plan_of(study), pair):
-        timed = [study.costs.get((LINE, name)) for name in pair]
-        costs = [cost.ns_per_step for cost in timed if cost]
-    else:
-        trimmed = [study.answer(_timing(name)) for name in pair]
-        costs = [trimming.ns_trimmed for trimming in trimmed if trimming]
-    return (costs[0], costs[1]) if len(costs) == len(pair) else None
-
-
-def _cheaper(numbers: Record) -> Claims:
-    return (at_most("the cost of a reduced step, over a full one,", numbers.part, CHEAPER),)
-
-
 HEIGHTS = Analysis("capsule_line/heights", heights, lambda plan: HEIGHT_RUNS, _unchanged)
 MOMENTUM = Analysis("capsule_line/momentum", momentum, lambda plan: FREE_RUNS, _conserved)
-SAVING = Analysis("capsule_line/saving", saving, saving_requests, _cheaper)

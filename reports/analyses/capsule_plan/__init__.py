@@ -1,11 +1,10 @@
-"""Plans that bring the capsule to a pose: poses reached, runs open-loop, one plan drawn."""
+"""Plans that bring the capsule to a pose: poses reached, and runs open-loop."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.capsule_plan.legs import LEGS
 from plumbob.reports.analyses.capsule_plan.open_loop import OPEN_LOOP
-from plumbob.reports.analyses.capsule_plan.path import PATH
 from plumbob.reports.analyses.capsule_plan.poses import POSES
 
-SECTION = Section((POSES, LEGS, OPEN_LOOP), (PATH,))
+SECTION = Section((POSES, LEGS, OPEN_LOOP))

@@ -1,14 +1,13 @@
-"""The page's section on the capsule's turn: formula, exact motion, engines, modes of motion."""
+"""The page's section on the capsule's turn: formula, exact motion, engines."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.capsule_turn.body_angle import ANGLE, DEFLECTION, LEAK
+from plumbob.reports.analyses.capsule_turn.body_angle import ANGLE
 from plumbob.reports.analyses.capsule_turn.course import COURSE
 from plumbob.reports.analyses.capsule_turn.exact_motion import SECOND_ORDER, TOUCH
 from plumbob.reports.analyses.capsule_turn.left_over import LEFT_OVER
-from plumbob.reports.analyses.capsule_turn.modes import HARD
 from plumbob.reports.analyses.capsule_turn.source_text import SOURCE
 
-FINDINGS = (SECOND_ORDER, COURSE, LEFT_OVER, ANGLE, LEAK, DEFLECTION, TOUCH, SOURCE)
-SECTION = Section(FINDINGS, hard=(HARD,))
+FINDINGS = (SECOND_ORDER, COURSE, LEFT_OVER, ANGLE, TOUCH, SOURCE)
+SECTION = Section(FINDINGS)

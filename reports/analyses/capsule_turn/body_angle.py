@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
@@ -14,18 +12,16 @@ from plumbob.reports.analyses.capsule_turn.turns import (
     METHODS,
     WHENS,
     epsilons,
-    facts,
     judged_error,
     order_of,
     requests,
     turn,
     turn_run,
 )
-from plumbob.reports.analyses.claims import Claims, at_most, clear
+from plumbob.reports.analyses.claims import Claims, clear
 
 ASKED, FROM = 1e-4, 0.03  # [rad], for epsilon of so much and more
 EULER, RK4, FEET, DEFAULT = "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet", METHODS[0]
-HARM = 1e-3  # [rad] added to a turn
 Points = tuple[tuple[float, float], ...]  # epsilon and an error [rad]
 
 
@@ -93,71 +89,4 @@ def angle_claims(numbers: Record) -> Claims:
     ]
 
 
-def leak(study: Study) -> Record | None:
-    """The ratios of each method that ran at every epsilon; None without MuJoCo."""
-    turns = epsilons(study)
-    leads = [euler_lead(turn(e)) * turn(e).half_time / JUDGED for e in turns]
-    errors = {n: [judged_error(study, e, n, "stop") for e in turns] for n in METHODS[1:]}
-    ratios = {n: np.array(sizes) / leads for n, sizes in errors.items() if None not in sizes}
-    if EULER not in ratios:
-        return None
-    return Record(
-        epsilons=turns,
-        ratios=ratios,  # error at 2 tau over mu_1^2 Z^3 tau^5 h/2, by method
-        lead=leads[0],  # [rad], at the step judged
-        step=turn(0.03).half_time / JUDGED,  # [s] at epsilon 0.03
-        judged=JUDGED,
-        needed_parts=round(
-            1e4 * leads[0] * JUDGED, -3
-        ),  # Euler's steps in a half time for 1e-4 rad
-    )
-
-
-def deflection(study: Study) -> Record | None:
-    """Effect of contact deflection on turns; None where the study has no such runs."""
-    pairs = [(epsilon, name) for epsilon in epsilons(study) for name in (EULER, DEFAULT)]
-    rows = tuple(row for pair in pairs if (row := _deflected(study, *pair)))
-    parts = {name: [row for row in rows if row.method == name] for name in (EULER, DEFAULT)}
-    if not all(parts.values()):
-        return None
-    vertical = {name: max(row.vertical for row in part) for name, part in parts.items()}
-    beyond = {name: max(abs(row.beyond) for row in part) for name, part in parts.items()}
-    return Record(
-        rows=rows,
-        vertical=vertical,  # the largest of each method
-        beyond=beyond,  # likewise, as a magnitude
-        judged=JUDGED,
-    )
-
-
-def _deflected(study: Study, epsilon: float, name: str) -> Record | None:
-    """A turn's vertical displacement, and its error at rest beyond the step's."""
-    run = turn_run(study, epsilon, name, JUDGED)
-    error = run.errors["body_angle"] if run else None
-    if run is None or error is None or error.predicted is None:
-        return None
-    vertical, beyond = run.channels["vertical_displacement"], error.end - error.predicted.end
-    force, bound = facts(epsilon)["driving_force_peak"], error.model.get("contact deflection")
-    return Record(
-        epsilon=epsilon,
-        method=name,
-        force=force,  # the largest on the slider [N]
-        vertical=vertical,  # range [m]
-        beyond=beyond,  # [rad]
-        bound=bound,  # of that, from contact deflection [rad]
-    )
-
-
-def deflection_claims(numbers: Record) -> Claims:
-    """Contacts that go with the step do no harm, and default ones lift the body."""
-    vertical = numbers.vertical
-    text = "vertical displacements, on default contacts and on those of the step"
-    return (
-        at_most("what contacts that go with the step add", numbers.beyond[EULER], HARM, "rad"),
-        clear(text, vertical[DEFAULT], 0.1 * vertical[EULER], "m"),
-    )
-
-
 ANGLE = Analysis("capsule_turn/angle", angles, requests, angle_claims)
-LEAK = Analysis("capsule_turn/leak", leak, requests)
-DEFLECTION = Analysis("capsule_turn/deflection", deflection, claims=deflection_claims)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.modes import modes_of, slip_speeds
 from plumbob.reports.analyses.capsule_turn.turns import facts, turn
 
 CHECKED = MappingProxyType(
@@ -82,12 +83,19 @@ def motion() -> ThreePointMotion:
     return single
 
 
+def slip_speeds(motion: ThreePointMotion, times: Array) -> Array:
+    """|v_i| [m/s] of each support, shape (3, n), at `times` [s], shape (n,)."""
+    pose = motion.at(times)
+    velocity = (pose.velocity @ [1.0, 1j]) * np.exp(-1j * pose.heading)
+    supports = np.asarray(motion.capsule.supports) @ [1.0, 1j]
+    return np.asarray(np.abs(velocity + 1j * pose.angular_velocity * supports[:, None]))
+
+
 def touching(study: Study) -> Record:
     """The slip speed on either side of the stop."""
     single, tau = motion(), SLENDER["half_time"]
-    modes, sides = modes_of(single, tau), np.array(SIDES)
-    events = zip(single.events, modes.stays, strict=True)
-    touch = next(event for event, stay in events if stay.again and stay.support)
+    sides, pairs = np.array(SIDES), pairwise(single.events)
+    touch = next(to for of, to in pairs if of.mode == to.mode == "slide" and to.support >= 0)
     times = np.array([touch.time, *(touch.time - sides), *(touch.time + sides)])
     at, *speeds = slip_speeds(single, times)[touch.support]
     before, after = np.reshape(speeds, (2, -1))
@@ -97,7 +105,6 @@ def touching(study: Study) -> Record:
         support=touch.support + 1,
         speed=at,  # there [m/s]
         sides=rows,  # time [s], slip speeds so long before and after, and those over the time
-        modes=modes,
         parameters=SLENDER,
     )
 

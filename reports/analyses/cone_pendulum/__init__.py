@@ -1,4 +1,4 @@
-"""The page's section on the cone pendulum: the source's figures and claims, and its hard cases."""
+"""The page's section on the cone pendulum: the source's figures and claims."""
 
 from __future__ import annotations
 
@@ -6,12 +6,9 @@ from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.cone_pendulum import (
     action_phase,
     drive_work,
-    energy,
     equilibria,
-    euler_order,
     generating_solution,
     hamiltonian,
-    plane_engine,
     series,
     source_claims,
     source_figures,
@@ -33,11 +30,7 @@ SECTION = Section(
         drive_work.DRIVE_WORK,
         series.SPECIAL_FUNCTIONS,
         generating_solution.GENERATING_SOLUTION,
-        plane_engine.PYMUNK_TORQUE,
-        euler_order.EULER_ORDER,
-        energy.ENERGY,
     ),
     galleries=(source_figures.GALLERIES,),
-    hard=(energy.MILLION_STEPS, energy.SADDLE),
     solved=source_figures.SOLVED,
 )

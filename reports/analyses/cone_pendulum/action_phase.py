@@ -19,8 +19,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
-from plumbob.reports.analyses.energy_drift import in_double
-from plumbob.reports.analyses.measurements import PERIODS, swing_period, turn_period
+from plumbob.reports.analyses.measurements import PERIODS, in_double, swing_period, turn_period
 
 STEP = 2e-4  # [s]
 DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad], the wells at 26 rad/s

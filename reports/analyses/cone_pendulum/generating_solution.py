@@ -23,7 +23,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     ROTATING,
     forms,
 )
-from plumbob.reports.analyses.energy_drift import in_double
+from plumbob.reports.analyses.measurements import in_double
 
 SPEED = 60.0  # [rad/s], from theta = 0: half of the action is left when it comes to the barrier
 WITHIN = 1e-2  # of the action: what first-order averaging leaves

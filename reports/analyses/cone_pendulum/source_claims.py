@@ -10,8 +10,7 @@ from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum import series
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
 from plumbob.reports.analyses.cone_pendulum.source_text import NEAR, rotations
-from plumbob.reports.analyses.energy_drift import in_double
-from plumbob.reports.analyses.measurements import TURN
+from plumbob.reports.analyses.measurements import TURN, in_double
 
 ANGLES = 300  # at which the source's worksheet has V
 

@@ -23,7 +23,7 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     ROTATING,
     forms,
 )
-from plumbob.reports.analyses.energy_drift import in_double
+from plumbob.reports.analyses.measurements import in_double
 
 TURN = 2 * np.pi
 DOTS = 40  # of the engine's run, over one period

@@ -17,8 +17,7 @@ from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
-from plumbob.reports.analyses.energy_drift import in_double
-from plumbob.reports.analyses.measurements import TURN
+from plumbob.reports.analyses.measurements import TURN, in_double
 
 SAMPLES = 20_000  # over a period, or half a turn: a largest value is known to eight digits
 NEAR = (0.05, 0.10)  # of the initial speed

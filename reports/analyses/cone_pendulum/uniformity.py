@@ -17,7 +17,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, MUJOCO_STEP, ROTATING
-from plumbob.reports.analyses.energy_drift import in_double
+from plumbob.reports.analyses.measurements import in_double
 
 Start = tuple[float, float, float]  # pivot_y [m], platform rate [rad/s], theta_dot [rad/s]
 POINTS: tuple[Start, ...] = (  # each turning platform beside one at rest

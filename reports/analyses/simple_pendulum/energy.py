@@ -7,25 +7,19 @@ from types import MappingProxyType
 
 import numpy as np
 
+from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import Claims
-from plumbob.reports.analyses.energy_drift import (
-    EnergyRuns,
-    energy,
-    energy_claims,
-    energy_drifts,
-)
-from plumbob.reports.analyses.measurements import case, scheme
+from plumbob.reports.analyses.claims import Claims, as_predicted
+from plumbob.reports.analyses.measurements import case, energy, recordings, runs, scheme
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
+from plumbob.reports.view.content import Claim
 
 SCENE = f"{SIMPLE}free-large"
-MILLION = f"{SIMPLE}million-steps"
 JOINTED = ("pymunk/default", "pymunk/tight")
 SYMPLECTIC, RK4 = ("mujoco/euler", "ode/leapfrog"), "ode/rk4"
 METHODS = (*SYMPLECTIC, RK4, *JOINTED)
@@ -38,11 +32,11 @@ LOSS_SPAN = 8.5  # [s]: three periods and a little
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     """Runs over many steps, and short ones with as many iterations of the joint's solver."""
     losses = [_loss_run(m, h, n) for m in JOINTED for h in LOSS_STEPS for n in ITERATIONS]
-    return (*_energy_runs(plan.profile).requests, *losses)
+    return (*_long_runs(plan.profile), *losses)
 
 
-def _energy_runs(profile: str) -> EnergyRuns:
-    return EnergyRuns(SCENE, METHODS, STEP, STEP * STEPS[profile])
+def _long_runs(profile: str) -> Sequence[ExtraRun]:
+    return runs((SCENE,), METHODS, (STEP,), STEP * STEPS[profile])
 
 
 def _loss_run(method: str, step: float, iterations: int) -> ExtraRun:
@@ -56,29 +50,60 @@ def numbers(study: Study) -> Record:
             method=method,
             step=step,  # [s]
             # by ITERATIONS; None without pymunk
-            rates=[loss(study, method, step, iterations) for iterations in ITERATIONS],
+            rates=[_loss(study, _loss_run(method, step, count)) for count in ITERATIONS],
             # at first order; None without theory
-            predicted=predicted_loss(step) if method == "pymunk/default" else None,
+            predicted=predicted_loss(step) if method == JOINTED[0] else None,
         )
         for method in JOINTED
         for step in LOSS_STEPS
     ]
-    return Record(drifts=compared(study), losses=losses, methods=METHODS, iterations=ITERATIONS)
-
-
-def compared(study: Study) -> Record:
-    """The energy drifts over as many steps as a profile allows."""
-    return energy_drifts(study, _energy_runs(study.profile), _motion(), SYMPLECTIC, RK4)
-
-
-def million_numbers(study: Study, scene: Scene) -> Record | None:
-    """The same on the page of the scene of a million steps."""
-    return compared(study) if scene.name == MILLION else None
+    recorded = recordings(study, _long_runs(study.profile))
+    drifts = {request.method: drift(request.method, run) for request, run in recorded.items()}
+    return Record(
+        step=STEP,  # [s]
+        steps=STEPS[study.profile],
+        other=RK4,
+        drifts=drifts,
+        bounded=[name for name, of in drifts.items() if of.fate == "bounded"],
+        losses=losses,
+        methods=METHODS,
+        iterations=ITERATIONS,
+    )
 
 
 def claims(energies: Record) -> Claims:
     """Symplectic methods keep the energy, and RK4 lets it drift at the predicted rate."""
-    return energy_claims(energies.drifts)
+    drifts = energies.drifts
+    kept = [
+        Claim(f"the energy error of {name} is {drifts[name].fate}", name in energies.bounded)
+        for name in SYMPLECTIC
+        if name in drifts
+    ]
+    other = [drifts[RK4]] if RK4 in drifts else []
+    text = f"the drift of {RK4}"
+    return (*kept, *(as_predicted(text, of.rate, of.predicted, "J/s") for of in other))
+
+
+def drift(method: str, run: Trajectory) -> Record:
+    """The energy error of a run with a method, and a line through it: `secular` where that rises
+    higher than twice the scatter about it."""
+    motion, times = _motion(), run.times
+    energies = energy(motion.potential, motion.inertia, run)
+    errors = energies - energies[0]
+    rate, start = np.polyfit(times, errors, 1)
+    scatter = float(np.abs(errors - (start + rate * times)).max())
+    terms = energy_drift_rate(
+        motion.rotor, motion.theta, motion.theta_dot, motion.period, scheme(method)
+    )
+    return Record(
+        times=times,  # [s]
+        errors=errors,  # [J], at them
+        rate=rate,  # [J/s], of the line
+        scatter=scatter,  # [J], largest deviation from it
+        # mean rate [J/s] by averaging; None where there is no theory
+        predicted=motion.inertia * sum(d * STEP**p for p, d in terms.items()) if terms else None,
+        fate="secular" if abs(rate) * times[-1] > 2.0 * scatter else "bounded",
+    )
 
 
 def _motion() -> PendulumMotion:
@@ -87,9 +112,8 @@ def _motion() -> PendulumMotion:
     return motion
 
 
-def loss(study: Study, method: str, step: float, iterations: int = 10) -> float | None:
-    """Mean rate [J/s] at which a joint loses energy over LOSS_SPAN; None without pymunk."""
-    run = study.answer(_loss_run(method, step, iterations))
+def _loss(study: Study, request: ExtraRun) -> float | None:
+    run = study.answer(request)
     return None if run is None else loss_rate(run)
 
 
@@ -97,8 +121,8 @@ def loss_rate(run: Trajectory) -> float:
     """Mean rate [J/s] of the energy over the second and third period of a run."""
     motion = _motion()
     values, period = energy(motion.potential, motion.inertia, run), motion.period
-    ends = [float(np.interp(t, run.times, values)) for t in (period, 3 * period)]
-    return (ends[1] - ends[0]) / (2 * period)
+    first, last = np.interp([period, 3 * period], run.times, values)
+    return float(last - first) / (2 * period)
 
 
 def predicted_loss(step: float) -> float:
@@ -106,7 +130,7 @@ def predicted_loss(step: float) -> float:
     first, when the opening of the joint has settled."""
     motion = _motion()
     times = motion.period * np.array([1.0, 3.0])
-    closing_rate = scheme("pymunk/default").joint_closing_rate
+    closing_rate = scheme(JOINTED[0]).joint_closing_rate
     assert closing_rate
     series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
     first = series.at(closing_rate, times)[1]
@@ -117,4 +141,3 @@ def predicted_loss(step: float) -> float:
 
 
 ENERGY = Analysis("simple_pendulum/pendulum_energy", numbers, requests, claims)
-MILLION_STEPS = Analysis("simple_pendulum/million_steps", million_numbers, requests)

@@ -7,16 +7,12 @@ from types import MappingProxyType
 
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.extra_runs import ExtraConvergence, StudyPlan
-from plumbob.engines.study.measurement import floor
-from plumbob.engines.study.order import fit_order
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import ALIKE, Claims, at_most, between
+from plumbob.reports.analyses.claims import Claims, between
 from plumbob.reports.analyses.measurements import convergence_of, plan_of
-from plumbob.reports.analyses.simple_pendulum.notebook import CASES, FORCED, SIMPLE
+from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
 
-METHODS = ("ode/rk4", "ode/leapfrog", "mujoco/euler", "pymunk/default", "pymunk/tight")
-REACH = 0.5  # nonlinearity above which an error is no longer a series in the step
 FORCED_LARGE = f"{SIMPLE}forced-large"
 STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of an extra convergence study
 SHOWN_STEP = 5e-3  # [s]
@@ -41,51 +37,6 @@ def requests(plan: StudyPlan) -> Sequence[ExtraConvergence]:
 
 def _extra(method: str) -> ExtraConvergence:
     return ExtraConvergence(FORCED_LARGE, method, STEPS, DURATION)
-
-
-def orders(study: Study) -> Record | None:
-    """Orders of five methods on the study's scenes; None where it fitted none."""
-    scenes = {}
-    for name in (*CASES.values(), *FORCED):
-        series = {m: convergence_of(study, SIMPLE + name, m) for m in METHODS}
-        fits = {method: _fitted(of) for method, of in series.items() if of}
-        if any(fits.values()):
-            scenes[name] = fits
-    methods = tuple(m for m in METHODS if any(m in fits for fits in scenes.values()))
-    if not scenes:
-        return None
-    fitted = [fit for of_scene in scenes.values() for fit in of_scene.values() if fit]
-    return Record(
-        methods=methods,
-        scenes=scenes,  # None with too few steps for a fit
-        # the largest difference of an observed order from the predicted one
-        gap=max(abs(fit.observed.slope - fit.predicted.slope) for fit in fitted),
-    )
-
-
-def _fitted(series: ConvergenceStudy) -> Record | None:
-    """Observed and predicted order of the error of theta, over the steps in the range of the
-    series; None with fewer than four of them above round-off."""
-    reached = [
-        (m.step, m.errors["theta"].largest, floor(m.errors["theta"], m.steps), f.largest)
-        for m in series.measurements
-        if m.status == "done" and (f := m.errors["theta"].predicted) and f.nonlinearity < REACH
-    ]
-    if not reached:
-        return None
-    steps, errors, levels, _ = zip(*reached, strict=True)
-    observed = fit_order(steps, errors, levels)
-    if observed is None:
-        return None
-    same = {step: of for step, _, _, of in reached if step in observed.steps}
-    predicted = fit_order(list(same), list(same.values()), [0.0] * len(same))
-    return Record(observed=observed, predicted=predicted) if predicted else None
-
-
-def order_claims(fits: Record) -> Claims:
-    """The orders are the predicted ones."""
-    what = "the largest difference of an order from the predicted one"
-    return (at_most(what, fits.gap, ALIKE),)
 
 
 def held_control(study: Study) -> Record:
@@ -128,5 +79,4 @@ def held_claims(control: Record) -> Claims:
     ]
 
 
-ORDERS = Analysis("simple_pendulum/orders", orders, claims=order_claims)
 HELD_CONTROL = Analysis("simple_pendulum/held_control", held_control, requests, held_claims)

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.reports.view.content import Figure, Finding, Table
+from plumbob.reports.view.content import Figure, Finding
 from plumbob.reports.view.finding_text import findings_of, written
 
 NOT_SHOWN = "not shown"
@@ -41,26 +41,14 @@ def formed(study: Study, of: str) -> tuple[Finding, ...]:
 
 def galleries(study: Study, of: str) -> tuple[tuple[str, Sequence[Figure]], ...]:
     """The headings of a system's galleries, and the figures below them."""
-    return tuple((finding.title, finding.figures) for finding in _of(study, of, "gallery", ""))
-
-
-def hard_case(study: Study, of: str, scene: str) -> tuple[Figure | Table, ...]:
-    """The figures and tables on the page of a hard scene."""
-    findings = _of(study, of, "hard", scene)
-    figures = [figure for finding in findings for figure in finding.figures]
-    return (*figures, *(table for finding in findings for table in finding.tables))
-
-
-def _of(study: Study, of: str, place: str, scene: str) -> tuple[Finding, ...]:
     from jinja2 import UndefinedError
 
     shown = list[Finding]()
     for analysis in study.analyses:
-        where = analysis.system, analysis.place, analysis.scene
-        if where == (of, place, scene) and analysis.numbers is not None:
+        if (analysis.system, analysis.place) == (of, "gallery") and analysis.numbers is not None:
             with suppress(UndefinedError):
                 shown += findings_of(analysis)
-    return tuple(shown)
+    return tuple((finding.title, finding.figures) for finding in shown)
 
 
 def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -16,7 +16,7 @@ from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import hard_cases, notation, scene_tables, top_tables
 from plumbob.reports.view.about import described
-from plumbob.reports.view.content import Figure, Table
+from plumbob.reports.view.content import Table
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
 from plumbob.reports.view.records import (
@@ -27,7 +27,7 @@ from plumbob.reports.view.records import (
     SystemRecord,
 )
 from plumbob.reports.view.site import matrix, scene_answer
-from plumbob.reports.view.site.claims import formed, galleries, hard_case
+from plumbob.reports.view.site.claims import formed, galleries
 from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
 from plumbob.reports.view.tables import table
@@ -122,13 +122,12 @@ def scene_view(
     )
 
 
-def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Figure | Table, ...]:
-    """The hard part of a scene, its cost in digits, and limits of the step."""
+def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Table, ...]:
+    """What a hard scene costs in digits, and limits of the step."""
     if not scene.hard and not any(of.limit for of in ranges):
         return ()
     digits = hard_cases.table(study, [(scene, ranges)])
-    figures = hard_case(study, scene.system, scene.name) if scene.hard else ()
-    return (*figures, *((digits,) if digits else ()))
+    return (digits,) if digits else ()
 
 
 def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:
