@@ -27,7 +27,7 @@ settings.register_profile("search", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config, items):
     """Those that take seconds first: none is left for one process at the end. The short suite
     leaves them out, but as many cases of each as its mark keeps."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
@@ -45,15 +45,13 @@ WORKED_OUT = ("plumbob.analytic", "plumbob.engines.adapters", "plumbob.engines.s
 class _RootIsAFolder:
     """pytest would import the `__init__.py` beside `tests` under the name of the checkout."""
 
-    def pytest_collect_directory(
-        self, path: Path, parent: pytest.Collector
-    ) -> pytest.Collector | None:
+    def pytest_collect_directory(self, path, parent):
         """The root of the checkout as a plain folder."""
         root = path == parent.config.rootpath
         return pytest.Dir.from_parent(parent, path=path) if root else None
 
 
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure(config):
     """Collect the root of the checkout, which is the package itself, as a plain folder."""
     config.pluginmanager.register(_RootIsAFolder())
 
@@ -128,7 +126,7 @@ def monkeypatch(monkeypatch):
         _forget()
 
 
-def _forget() -> None:
+def _forget():
     """Clear what is kept of references, theory, models and runs."""
     for name, module in list(sys.modules.items()):
         if name.startswith((*WORKED_OUT, "plumbob.tests.support.cases")):
@@ -139,7 +137,7 @@ def _forget() -> None:
         registry._worked_out.cache_clear()
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser):
     """Add what chooses the runs of tests/validation: the same words as `plumbob validate`."""
     group = parser.getgroup("plumbob", "which scenes and methods tests/validation runs")
     group.addoption("--profile", choices=("quick", "full"), default="quick", help="how much to run")

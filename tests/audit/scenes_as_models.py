@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Script, Start
 from plumbob.engines.registry import method as find_method
@@ -54,22 +52,22 @@ class AuditedScene:
     compiled: Any  # as the adapter has it
     observe: Any
 
-    def script(self, duration: float, period: float) -> Script:
+    def script(self, duration, period):
         """Its start, uncontrolled for `duration` [s]."""
         count = round(duration / period)
         return Script(self.model.state, period, np.zeros((count, self.compiled.nu)))
 
-    def observed(self, states: Array, name: str) -> Array:
+    def observed(self, states, name):
         """An observable of states, shape (n,)."""
         nq, nv = self.compiled.nq, self.compiled.nv
         values = self.observe(states[:, :nq], states[:, nq : nq + nv])[0][name]
         return np.asarray(values, dtype=float)
 
 
-def scene_as_model(name: str, method: str, step: float, duration: float) -> AuditedScene:
+def scene_as_model(name, method, step, duration):
     """The model that the adapter compiles for a scene, method and step [s]."""
     case = case_of(find_scene(name)).lasting(duration)
-    simulation: Any = ENGINE.prepare(case, find_method(method), step)
+    simulation = ENGINE.prepare(case, find_method(method), step)
     data = mujoco.MjData(simulation.model)
     data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
     mujoco.mj_forward(simulation.model, data)
@@ -77,13 +75,7 @@ def scene_as_model(name: str, method: str, step: float, duration: float) -> Audi
     return AuditedScene(case, model, simulation.model, simulation.translation.observe)
 
 
-def ball(
-    height: float = 0.15,
-    integrator: str = "Euler",
-    solref: str = ".02 1",
-    friction: str = "1",
-    flags: str = 'energy="disable"',
-) -> Any:
+def ball(height=0.15, integrator="Euler", solref=".02 1", friction="1", flags='energy="disable"'):
     """A compiled ball above a plane, its centre at `height` [m]; its radius is 0.1 m."""
     text = BALL.format(
         height=height, integrator=integrator, solref=solref, friction=friction, flags=flags
@@ -91,19 +83,17 @@ def ball(
     return compiled(text)
 
 
-def pendulum(integrator: str = "Euler") -> Any:
+def pendulum(integrator="Euler"):
     """A compiled rod on a hinge, with a motor."""
     return compiled(PENDULUM.format(integrator=integrator))
 
 
-def compiled(text: str) -> Any:
+def compiled(text):
     """A model of the text of its file."""
     return mujoco.MjModel.from_xml_string(text)
 
 
-def audit_of(
-    model: Any, control: str = "rest", keyframe: Any = None, budget: float = 60.0, **motion: float
-) -> Audit:
+def audit_of(model, control="rest", keyframe=None, budget=60.0, **motion):
     """The audit of a model, compiled or ready, or of the text of its file; by default in far more
     processor time [s] than it takes."""
     if isinstance(model, str):
@@ -112,27 +102,14 @@ def audit_of(
     return audited(own, script(own, control, **motion), control, budget, time.process_time)
 
 
-def recast(kind: Any, model: MujocoModel, **more: Any) -> Any:
+def recast(kind, model, **more):
     """A model as one of another class, with the fields that it has more."""
     return kind(**{f.name: getattr(model, f.name) for f in fields(MujocoModel)}, **more)
 
 
-def own_steps(path: Path, steps: int = 300) -> Array:
-    """States at MuJoCo's own steps of a file, from its first keyframe if it has one."""
-    model = mujoco.MjModel.from_xml_path(str(path))
-    data, states = mujoco.MjData(model), []
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    for _ in range(steps):
-        mujoco.mj_step(model, data)
-        states.append(np.concatenate([data.qpos, data.qvel]))
-    return np.array(states)
-
-
-def ready(model: Any, keyframe: int | None = None) -> MujocoModel:
+def ready(model, keyframe=None):
     """A model, or a file, as the engine gets it ready."""
     models = ENGINE.ability(UserModels)
-    assert models is not None
     found = models.model(model, Start(keyframe))
     assert isinstance(found, MujocoModel)
     return found

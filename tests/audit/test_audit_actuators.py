@@ -50,7 +50,7 @@ ACTUATORS = {
 }
 
 
-def arm(actuator: str) -> MujocoModel:
+def arm(actuator):
     return own_model(compiled(ARM.format(actuator)), "arm")
 
 
@@ -105,14 +105,14 @@ def test_a_plugins_slew_limit_is_refused(controls):
 class Ending(MujocoModel):
     """A model whose continuous motion is lost soon."""
 
-    def field(self, width: float = 0.0) -> ContinuousField:
+    def field(self, width=0.0):
         return EndsSoon(without_step(copy.copy(self.effective)), self.start, width)
 
 
 class EndsSoon(ContinuousField):
     """A field that ends."""
 
-    def __call__(self, t: float, y: np.ndarray) -> np.ndarray:
+    def __call__(self, t, y):
         if t > 0.1:
             raise NotCertifiable("it ends here")
         return super().__call__(t, y)

@@ -7,14 +7,13 @@ import re
 import time
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import PIECE, TURNS, Ratio, timed_periods
 from plumbob.engines.audit.reference import OUT_OF_TIME, certified
@@ -39,11 +38,11 @@ def _found():
     return audited(model, script(model, duration=0.4), "rest", 20.0, time.process_time)
 
 
-def to_do(found: Audit) -> str:
+def to_do(found):
     return dict(rows(answered(found)))["to do"]
 
 
-def choosing(found: Audit, *chosen: Cheapest) -> str:
+def choosing(found, *chosen):
     assert found.found is not None
     return to_do(replace(found, found=replace(found.found, cheapest=chosen)))
 
@@ -62,7 +61,7 @@ def test_the_option_said_does_what_was_measured(found):
     assert again.at(found.found.index) == best.error
 
 
-def times(value: float) -> Ratio:
+def times(value):
     return Ratio(value, 0.9 * value, 1.1 * value)
 
 
@@ -113,7 +112,7 @@ def test_refsafe_is_advised_where_it_makes_a_difference(solref, flags, height, u
     assert own.option("rk4", 0.001) == {"integrator": ("Euler", "RK4")}
 
 
-def run(step: float, error: float, cost: float, integrator: str = "euler") -> StepError:
+def run(step, error, cost, integrator="euler"):
     """A run at a step that costs `cost` in a second."""
     ns = cost * step
     costs = Cost(ns, 0.9 * ns, 1.1 * ns, 1.0, 0.0, 5)
@@ -154,7 +153,7 @@ class Clocked(MujocoModel):
     """A model whose steps take 1 µs, RK4's 4 µs; but ten times as long when they are timed first,
     and in a slow spell of the machine, which the reference steps beside are in, too."""
 
-    def timed(self, script: Any, states: Any, integrator: str, parts: int, steps: int) -> Any:
+    def timed(self, script, states, integrator, parts, steps):
         turns = iter((10.0, 1.0, 3.0, 1.0, 1.0, *[1.0] * TURNS))
         pace = 4e-6 if integrator == "rk4" else 1e-6
         count = len(states) * steps

@@ -14,7 +14,7 @@ from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, wit
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import Certificate, certified
+from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import HALVINGS
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import (
@@ -65,7 +65,7 @@ def test_both_tolerances_that_are_spoilt_are_caught(monkeypatch):
 class Layered(MujocoModel):
     """A model for which the smooth methods give up."""
 
-    def field(self, width: float = 0.0) -> ContinuousField:
+    def field(self, width=0.0):
         if width:
             return super().field(width)
         return GivesUp(without_step(self.effective.__copy__()), self.start)
@@ -74,7 +74,7 @@ class Layered(MujocoModel):
 class GivesUp(ContinuousField):
     """A field that is not smooth enough."""
 
-    def __call__(self, t: float, y: Any) -> Any:
+    def __call__(self, t, y):
         raise NotCertifiable("contacts chatter")
 
 
@@ -86,7 +86,7 @@ def test_layer_that_is_too_wide_is_caught(monkeypatch):
     assert wide.uncertainty[-1] > 1e-3
 
 
-def certified_in_layers(monkeypatch: pytest.MonkeyPatch, widths: tuple[float, ...]) -> Certificate:
+def certified_in_layers(monkeypatch, widths):
     monkeypatch.setattr(reference_module, "WIDTHS", widths)
     own = recast(Layered, own_model(ball(0.13), "ball"))
     found = certified(own, script(own, duration=0.2), BUDGET)
@@ -100,7 +100,7 @@ class Unclamped(MujocoModel):
 
     raw: Any = None
 
-    def field(self, width: float = 0.0) -> ContinuousField:
+    def field(self, width=0.0):
         model = without_step(self.raw.__copy__())
         return ContinuousField(model, self._begun(model), width)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any
 
 import mujoco
 import pytest
@@ -15,7 +14,7 @@ from plumbob.reports.cli import main
 
 ROD = """<mujoco><option timestep="0.005"/><worldbody><body name="rod"><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
-AUDIT: dict[str, Any] = {
+AUDIT = {
     "integrator": "euler",
     "step": 0.005,
     "start": [0.0, 0.0],

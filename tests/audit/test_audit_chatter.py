@@ -15,7 +15,6 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
-from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import POWERS, WIDTHS, certified, largest, left_open
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
@@ -45,11 +44,11 @@ POLE = """
 """
 
 
-def foot(cone: str, friction: float = FRICTION) -> Audit:
+def foot(cone, friction=FRICTION):
     return audit_of(FOOT.format(cone=cone, friction=friction), keyframe=0, duration=DURATION)
 
 
-def apart(found: Audit) -> np.ndarray:
+def apart(found):
     """From Coulomb's motion [m], at the ends of the control periods."""
     times = found.script.times
     exact = SPEED * times - FRICTION * GRAVITY * times**2 / 2

@@ -4,8 +4,6 @@ term is known."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,8 +23,8 @@ def motion(tmp_path_factory):
     return held(file, control="sines", duration=0.09)
 
 
-def _sets(name: str, factor: float) -> Callable[[Any], None]:
-    def change(model: Any) -> None:
+def _sets(name, factor):
+    def change(model):
         of = model.opt if hasattr(model.opt, name) else model
         getattr(of, name)[:] *= factor
 

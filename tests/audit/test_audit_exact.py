@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.audit.reference import Certificate, certified
+from plumbob.engines.audit.reference import certified
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import scenes
-from plumbob.tests.audit.scenes_as_models import AuditedScene, scene_as_model
+from plumbob.tests.audit.scenes_as_models import scene_as_model
 
 # scene: method, own step [s], duration [s], period [s]
 QUICK = {
@@ -42,7 +41,7 @@ def test_errors_agree_on_every_scene_without_contacts(request):
         check(scene.name, "mujoco/rk4", duration / 100, duration, duration / 10)
 
 
-def check(name: str, method: str, step: float, duration: float, period: float) -> float:
+def check(name, method, step, duration, period):
     """|the audit's error - the study's| <= certificate + model error + rounding, at four steps; the
     certificate [rad]."""
     scene = scene_as_model(name, method, step, duration)
@@ -66,9 +65,8 @@ def check(name: str, method: str, step: float, duration: float, period: float) -
     return float(certificate)
 
 
-def certificate_of(scene: AuditedScene, reference: Certificate, name: str) -> Array:
+def certificate_of(scene, reference, name):
     """How far the two computations of a reference are apart in an observable, so far: (n,)."""
-    assert reference.confirmed_by is not None
     here = scene.observed(reference.course.states, name)
     there = scene.observed(reference.confirmed_by.states, name)
     return np.asarray(np.maximum.accumulate(np.abs(here - there)))
@@ -102,7 +100,7 @@ def test_sliding_capsule_tends_to_the_limit_of_its_own_contacts(step):
         assert further * along > 10 * (certificate + left[name])  # it would be seen
 
 
-def rate_of_friction(scene: AuditedScene) -> float:
+def rate_of_friction(scene):
     """[1/s] at which friction damps slow sliding in the compiled model."""
     data = mujoco.MjData(scene.compiled)
     data.qpos[:], data.qvel[:] = scene.model.start.qpos, scene.model.start.qvel

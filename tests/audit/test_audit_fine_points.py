@@ -13,7 +13,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import audit as audit_module
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import Certificate, certified
+from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
@@ -69,7 +69,7 @@ def test_integrators_in_processes_give_the_same_errors(capsys):
     assert "jobs = '0': must be a whole number" in capsys.readouterr().err
 
 
-def same_bits(one: Certificate, other: Certificate) -> bool:
+def same_bits(one, other):
     pairs = (
         (one.course.states, other.course.states),
         (one.uncertainty, other.uncertainty),

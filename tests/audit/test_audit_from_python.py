@@ -24,7 +24,6 @@ ROD = """<mujoco><worldbody><body><joint name="hinge" axis="0 1 0"/><geom size="
 BOX = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>
 <body name="box" pos="0 0 .1"><freejoint/><geom type="box" size=".1 .2 .02"/></body>
 </worldbody></mujoco>"""
-Result = MotionResult | ContactResult
 
 
 @pytest.fixture(name="results", scope="module")

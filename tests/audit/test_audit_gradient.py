@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,7 +14,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import gradient as gradient_module
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import Entry, Gradients, _refined, gradients
+from plumbob.engines.audit.gradient import Entry, _refined, gradients
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
@@ -33,7 +32,7 @@ OSCILLATOR = f"""
 """
 
 
-def found_of(model: Any, control: str = "zero", duration: float = DURATION) -> Gradients:
+def found_of(model, control="zero", duration=DURATION):
     """The derivatives of a compiled model, in more time than they take."""
     own = own_model(model, "model")
     motion = script(own, control, duration)
@@ -41,14 +40,13 @@ def found_of(model: Any, control: str = "zero", duration: float = DURATION) -> G
     return gradients(own, motion, reference, len(motion.controls), 600.0)
 
 
-def oscillator(integrator: str = "Euler", limits: str = "") -> Any:
+def oscillator(integrator="Euler", limits=""):
     return compiled(OSCILLATOR.format(integrator=integrator, limits=limits))
 
 
-def at_end(found: Gradients, name: str) -> np.ndarray:
+def at_end(found, name):
     """Of the way of a name, shape (coordinates, numbers)."""
     computed = next(way.computed for way in found.ways if way.name == name)
-    assert computed is not None
     return np.asarray(computed[-1])
 
 

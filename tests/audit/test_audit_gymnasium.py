@@ -7,7 +7,6 @@ import json
 import sys
 import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,11 +19,11 @@ POLE = "InvertedPendulum-v5"
 QUICK = ["--duration", "0.2", "--budget", "5"]
 
 
-def steering(observation: Any) -> Any:
+def steering(observation):
     return np.clip([2.0 * observation[1] + 0.5 * observation[0] + 0.1], -3.0, 3.0)
 
 
-def _installed() -> None:
+def _installed():
     for package in ("gymnasium", "imageio"):
         pytest.importorskip(package)
 

@@ -23,7 +23,7 @@ ROD = """<mujoco>
 """
 
 
-def _run(command: str, folder: Path, **env: str) -> subprocess.CompletedProcess[str]:
+def _run(command, folder, **env):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return subprocess.run(
         ["bash", "-e", "-c", command],

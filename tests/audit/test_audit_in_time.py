@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 
@@ -29,7 +28,7 @@ from plumbob.tests.audit.scenes_as_models import ball, compiled, pendulum
 SECOND = 1000  # readings of a clock
 
 
-def clock() -> Callable[[], float]:
+def clock():
     """A clock that goes on by the same at each reading: what runs out does so at the same place."""
     readings = count()
     return lambda: next(readings) / SECOND

@@ -8,7 +8,6 @@ import pytest
 
 from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.reports.cli import main
 
 ROD = """<mujoco><option timestep="0.005"/><worldbody><body><joint name="hinge" axis="0 1 0"/>
@@ -16,7 +15,7 @@ ROD = """<mujoco><option timestep="0.005"/><worldbody><body><joint name="hinge" 
 <actuator><motor joint="hinge"/></actuator></mujoco>"""
 
 
-def holding(time: float, qpos: Array, qvel: Array) -> Array:
+def holding(time, qpos, qvel):
     return np.asarray(-20.0 * qpos - 2.0 * qvel + np.sin(3.0 * time))
 
 

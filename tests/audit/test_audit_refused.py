@@ -32,7 +32,7 @@ BOX = CASES["refused_contacts"]["no gravity"].replace(' gravity="0 0 0"', "")
 OPTIONS = [(words.split(" "), reason) for words, reason in CASES["bad_options"].items()]
 
 
-def one_line(words: list[str], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+def one_line(words, reason, capsys):
     """The command ends with exit code 2, and with a line that has the reason in it."""
     assert main(["audit", *words]) == 2
     printed = capsys.readouterr()
@@ -78,10 +78,10 @@ class WithPluginState:
 
     nplugin, plugin_statenum = 1, (2,)
 
-    def __init__(self, model: object) -> None:
+    def __init__(self, model):
         self.model = model
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name):
         return getattr(self.model, name)
 
 

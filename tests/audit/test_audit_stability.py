@@ -75,19 +75,14 @@ DROP = """
 
 
 def arm(
-    more: str = DRIVE,
-    joint: str = "",
-    step: float = 0.001,
-    integrator: str = "Euler",
-    armature: float = INERTIA,
-    flag: str = 'energy="disable"',
-) -> str:
+    more=DRIVE, joint="", step=0.001, integrator="Euler", armature=INERTIA, flag='energy="disable"'
+):
     return ARM.format(
         more=more, joint=joint, step=step, integrator=integrator, armature=armature, flag=flag
     )
 
 
-def course(text: str, duration: float = 0.3) -> Course:
+def course(text, duration=0.3):
     """A model along its motion at steps sixteen times smaller than its own."""
     model = own_model(compiled(text), "model", Start(0 if "<key " in text else None))
     motion = script(model, duration=duration)

@@ -17,9 +17,9 @@ ROD = """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1" pos=".5 0
 SHORT = {"duration": 0.05, "budget": 5.0}
 
 
-def start(model: object, **given: object) -> tuple[float, float]:
+def start(model, **given):
     """Position and velocity at the beginning of the certified motion."""
-    found = audit(model, **SHORT, **given)  # type: ignore[arg-type]
+    found = audit(model, **SHORT, **given)
     state = found.script.start
     return float(state[0]), float(state[1])
 

@@ -17,7 +17,7 @@ RATIOS = pytest.StashKey[list[Ratio]]()
 Hold = Callable[..., None]
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser):
     """Where the runs are kept."""
     word = "file that every run of the benchmarks is added to"
     parser.addoption("--history", default=str(HISTORY), metavar="FILE", help=word)
@@ -35,9 +35,7 @@ def hold(pytestconfig):
     return held
 
 
-def pytest_terminal_summary(
-    terminalreporter: pytest.TerminalReporter, config: pytest.Config
-) -> None:
+def pytest_terminal_summary(terminalreporter, config):
     """A table of the ratios, and where they are kept."""
     found = config.stash.get(RATIOS, [])
     if not found:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import meant
 from plumbob.tests.support.benchmark_runs import in_turn
@@ -23,7 +23,7 @@ STEPS = 5000  # of 1e-4 s: 501 samples, every tenth step and the start
 METHODS = {method.name: method for method in ENGINE.methods}
 
 
-def bare(simulation: MujocoSimulation) -> float:
+def bare(simulation):
     """Processor time [s] of the loop that anyone would write: ten steps in C, then record."""
     model, data = simulation.model, simulation.data
     mujoco.mj_resetData(model, data)
@@ -36,7 +36,7 @@ def bare(simulation: MujocoSimulation) -> float:
     return time.thread_time() - begin
 
 
-def adapted(simulation: MujocoSimulation) -> float:
+def adapted(simulation):
     """Processor time [s] of the adapter's whole run, from reset to trajectory."""
     begin = time.thread_time()
     simulation.run()

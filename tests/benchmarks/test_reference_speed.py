@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.cost import reference_step
@@ -28,14 +25,14 @@ TIMES = np.linspace(0.0, 50.0, 1_000_000)
 ROTOR = PENDULUM.motion.rotor
 
 
-def seconds(run: Callable[[], Any]) -> float:
+def seconds(run):
     """Processor time [s] of one run."""
     begin = time.thread_time()
     run()
     return time.thread_time() - begin
 
 
-def solved() -> PendulumMotion:
+def solved():
     """The motion with everything it needs to be evaluated at many times."""
     motion = PENDULUM.motion
     fresh = PendulumMotion(motion.potential, motion.inertia, motion.theta, motion.theta_dot)
@@ -43,7 +40,7 @@ def solved() -> PendulumMotion:
     return fresh
 
 
-def right_side(_: float, state: Array) -> Array:
+def right_side(_, state):
     """theta', theta'' by the cheapest arithmetic that Python has for two numbers."""
     theta, rate = state
     sine, cosine = math.sin(theta), math.cos(theta)
@@ -51,7 +48,7 @@ def right_side(_: float, state: Array) -> Array:
     return np.array([rate, bend])
 
 
-def heyoka_grid(tolerance: float) -> Callable[[], Array]:
+def heyoka_grid(tolerance):
     """A run of heyoka's integrator over the grid, compiled beforehand."""
     hy = pytest.importorskip("heyoka")
     x, v = hy.make_vars("x", "v")
@@ -59,16 +56,16 @@ def heyoka_grid(tolerance: float) -> Callable[[], Array]:
     bend = (2 * ROTOR.sin2 * sine + ROTOR.cos) * cosine - ROTOR.sin * sine
     integrator = hy.taylor_adaptive([(x, v), (v, bend)], [0.0, 37.0], tol=tolerance)
 
-    def run() -> Array:
+    def run():
         integrator.time = 0.0
         integrator.state[:] = [0.0, 37.0]
-        grid: Array = integrator.propagate_grid(TIMES)[-1][:, 0]
+        grid = integrator.propagate_grid(TIMES)[-1][:, 0]
         return grid
 
     return run
 
 
-def worst_error(theta: Array) -> float:
+def worst_error(theta):
     """Largest error [rad] of theta on the grid, at some of its points, against 40 digits."""
     picked = np.linspace(0, TIMES.size - 1, 25).astype(int)
     guess = PENDULUM.motion.closed_form.state(TIMES[picked])
@@ -77,7 +74,7 @@ def worst_error(theta: Array) -> float:
     return max(abs(float(x - y)) for x, y in zip(theta[picked], exact, strict=True))
 
 
-def sampled() -> float:
+def sampled():
     """Processor time [s] of the closed form on the grid."""
     return seconds(lambda: PENDULUM.motion.table.angle(TIMES))
 

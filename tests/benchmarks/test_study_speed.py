@@ -17,7 +17,6 @@ import pytest
 
 from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.study import store
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.tests.site import whole_profile
@@ -31,12 +30,12 @@ PAGES = 22.0  # of these in processor time, that pages may take: of a measured s
 QUIET = 0.9  # processor time per wall time of a process on an idle machine
 
 
-def _study(jobs: int = 1, timed: bool = False, pattern: str = "*") -> Study:
+def _study(jobs=1, timed=False, pattern="*"):
     here = [m for m in methods(pattern) if installed(engine_of(m))]
     return run_study(scenes(SCENES, "quick"), here, jobs=jobs, timed=timed)
 
 
-def _computed(who: int = resource.RUSAGE_SELF) -> float:
+def _computed(who=resource.RUSAGE_SELF):
     used = resource.getrusage(who)
     return used.ru_utime + used.ru_stime
 
@@ -81,14 +80,14 @@ def test_costs_do_not_depend_on_a_second_process():
     assert len(apart) <= 0.05 * len(ratios), apart
 
 
-def _seconds(*words: str) -> float:
+def _seconds(*words):
     """Wall time [s] of a command of Python."""
     begin = time.perf_counter()
     subprocess.run([sys.executable, *words], capture_output=True, check=True)
     return time.perf_counter() - begin
 
 
-def _processor(*words: str) -> float:
+def _processor(*words):
     """Processor time [s] of a command of Python."""
     begin = _computed(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, *words], capture_output=True, check=True)

@@ -7,7 +7,6 @@ the machine touches both.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ import pytest
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.slider_path import arc_stroke, concatenate, fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.analytic.systems.three_points.motion import Segments
 from plumbob.engines.study.cost import reference_step
 from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.random_capsules import CHECK
@@ -25,7 +23,7 @@ from plumbob.tests.support.smoothed_friction import smoothed_motion
 MOST = 70_000  # reference steps, a turn manoeuvre to rest: a tenth of a second
 
 
-def cost(action: Callable[[], object]) -> float:
+def cost(action):
     """Processor time of `action` [s], where no motion is kept that was worked out before."""
     three_point_motion.cache_clear()
     begin = time.thread_time()
@@ -33,12 +31,12 @@ def cost(action: Callable[[], object]) -> float:
     return time.thread_time() - begin
 
 
-def _coasted() -> Segments:
+def _coasted():
     """The segments of a residual motion: it is computed when they are asked for."""
     return COAST.motion().segments
 
 
-def in_steps(action: Callable[[], object], turns: int = 11) -> tuple[float, ...]:
+def in_steps(action, turns=11):
     """The cost of `action` in reference steps, turn by turn."""
     rule = reference_step()
     return in_turn(lambda: cost(action), lambda: 1e-9 * rule(), turns)
@@ -97,7 +95,7 @@ def test_what_is_kept_is_not_timed(hold):
     hold("exact spin over one that is kept", turns, least=10)
 
 
-def _kept(action: Callable[[], object]) -> float:
+def _kept(action):
     action()
     begin = time.thread_time()
     action()

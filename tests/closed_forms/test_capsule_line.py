@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import mpmath
@@ -21,14 +20,14 @@ LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 ONE_ROUNDING = 2.0**-53 * (1 + 1e-12)  # of the result, and the rounding of the comparison
 
 
-def parameters(line: LineManoeuvre) -> dict[str, mpmath.mpf]:
+def parameters(line):
     """What eqs. 11-22 depend on."""
     names = ("body_mass", "slider_mass", "friction", "gravity")
     found = {name: mpmath.mpf(getattr(line.capsule, name)) for name in names}
     return found | {name: mpmath.mpf(getattr(line, name)) for name in ("w1", "w2", "t1")}
 
 
-def integrate(given: Mapping[str, mpmath.mpf], time: mpmath.mpf) -> dict[str, mpmath.mpf]:
+def integrate(given, time):
     """Eqs. 11-14 integrated phase by phase, with 40 digits."""
     body, slider, friction, gravity, w1, w2, t1 = given.values()
     mu, friction_limit = slider / (body + slider), friction * gravity
@@ -48,9 +47,7 @@ def integrate(given: Mapping[str, mpmath.mpf], time: mpmath.mpf) -> dict[str, mp
     return found | {"t2": stop, "t_star": rest}
 
 
-def loads(
-    line: LineManoeuvre, given: Mapping[str, mpmath.mpf], exact: Mapping[str, mpmath.mpf]
-) -> list[mpmath.mpf]:
+def loads(line, given, exact):
     """N_i from the balance of forces and of moments about C, solved with 40 digits."""
     weight = given["slider_mass"] * given["gravity"]
     along = weight * (mpmath.mpf(line.start) + exact["stroke"])
@@ -60,7 +57,7 @@ def loads(
     return list(mpmath.lu_solve(matrix, mpmath.matrix([total, along * unit[0], along * unit[1]])))
 
 
-def agrees(line: LineManoeuvre, names: tuple[str, ...] = ("displacement", "stroke")) -> bool:
+def agrees(line, names=("displacement", "stroke")):
     """Whether the manoeuvre has the numbers of physics.md for the check parameters: the decimals of
     seven parameters are rounded, w1 and w2 twice more, and the condition number gives the effect on
     the result."""

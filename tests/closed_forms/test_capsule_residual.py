@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.tests.support.plane_motions import pivoting
@@ -31,7 +31,7 @@ ROUND_ABOUT = Capsule(
 )
 NEAR = 1e-10  # accuracy of smoothed friction, extrapolated [m], [rad]
 STATE = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
-BALANCED: Point = (CENTRE[0] / ROUND_ABOUT.mass_ratio, CENTRE[1] / ROUND_ABOUT.mass_ratio)
+BALANCED = (CENTRE[0] / ROUND_ABOUT.mass_ratio, CENTRE[1] / ROUND_ABOUT.mass_ratio)
 
 
 @pytest.mark.long(keep=1)

@@ -19,7 +19,6 @@ from plumbob.analytic.systems.three_points.friction import Start, three_point_mo
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.engines.sampling import sampled
 from plumbob.models.registry import scene, system_of
-from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.turn import EPSILONS, SCENES
 from plumbob.tests.support.random_capsules import CHECK
 
@@ -28,7 +27,7 @@ EULER, POSITION_FIRST = Scheme(SEMI_IMPLICIT), Scheme(SEMI_IMPLICIT, position_fi
 WHOLE = replace(turn_of(CHECK, 0.12, 0.1, -RATIO * 2.0 * math.pi), capsule=CHECK)
 
 
-def exact(case: Scene) -> PlaneReference:
+def exact(case):
     """The exact answer to a scene, in the axes of its start."""
     found = system_of(case).reference(system_of(case).problem(case.parameters))
     assert isinstance(found, InWorld)

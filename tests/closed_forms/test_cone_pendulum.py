@@ -25,7 +25,7 @@ AT_REST = TURNING.equilibria
 SEVENTEEN = 1e-14  # relative: rounding of the arguments, and of some printed digits
 
 
-def at(pendulum: ConePendulum, time: float, which: int) -> float:
+def at(pendulum, time, which):
     return float(pendulum.motion.state(np.array([time]))[which][0])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -14,7 +13,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
 DIGITS = 60
@@ -23,7 +21,7 @@ TIMES = np.concatenate([np.linspace(0.0, 50.0, 26), 10.0 ** np.linspace(-9.0, 0.
 # the largest part covers ten roundings.
 ROUNDING = 1e-15
 
-OSCILLATORS: Mapping[str, LinearOscillator] = MappingProxyType(
+OSCILLATORS = MappingProxyType(
     {
         "undamped": LinearOscillator(9.8),
         "underdamped": LinearOscillator(9.8, 0.08),
@@ -53,7 +51,7 @@ OSCILLATORS: Mapping[str, LinearOscillator] = MappingProxyType(
 )
 
 
-def parts(oscillator: LinearOscillator, time: float) -> mp.matrix:
+def parts(oscillator, time):
     """What theta and theta_dot are per unit of the initial angle and of the initial rate, and by a
     complex forcing, as columns, with 60 digits: by the exponential of the matrix of the angle, the
     rate, and the cosine and sine of the forcing."""
@@ -69,7 +67,7 @@ def parts(oscillator: LinearOscillator, time: float) -> mp.matrix:
     return mp.matrix([[flow[i, 0], flow[i, 1], part] for i, part in enumerate(forced)])
 
 
-def worst(oscillator: LinearOscillator, times: Array, *starts: tuple[float, float]) -> float:
+def worst(oscillator, times, *starts):
     """Largest error of motions from these angles and rates, over the largest of the parts that
     superpose, of theta or theta_dot."""
     with mp.workdps(DIGITS):
@@ -77,9 +75,7 @@ def worst(oscillator: LinearOscillator, times: Array, *starts: tuple[float, floa
         return max(_worst(oscillator, times, start, per_unit) for start in starts)
 
 
-def _worst(
-    oscillator: LinearOscillator, times: Array, start: tuple[float, float], units: list[mp.matrix]
-) -> float:
+def _worst(oscillator, times, start, units):
     truths = [unit * mp.diag([*start, 1]) for unit in units]
     return float(
         max(

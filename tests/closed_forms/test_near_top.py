@@ -3,8 +3,6 @@ store the angle as a double. Its exact motion is held to 40 digits in test_pendu
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from gmpy2 import mpfr
 
@@ -17,7 +15,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.high_precision import PI
 
 
-def problem(name: str, **changes: Any) -> SimplePendulum:
+def problem(name, **changes):
     """The problem of a scene of the simple pendulum, with parameters changed."""
     scene = find_scene(f"simple-pendulum/{name}", changes)
     found = system_of(scene).problem(scene.parameters)

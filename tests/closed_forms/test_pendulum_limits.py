@@ -137,7 +137,7 @@ def test_momentum_and_phase():
 INPUTS = ("a", "b", "c", "inertia", "theta", "theta_dot")
 
 
-def nudged(motion: PendulumMotion, name: str, by: float) -> PendulumMotion:
+def nudged(motion, name, by):
     """The motion with one input changed by the relative amount `by`, and all as doubles."""
     v = motion.potential
     values = {

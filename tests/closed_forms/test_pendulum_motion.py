@@ -7,7 +7,6 @@ would allow larger errors, do not enter.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -18,7 +17,6 @@ from gmpy2 import mpfr
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums import conditioning
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
@@ -43,7 +41,7 @@ PITCHFORK = LEVEL.pitchfork_rate
 SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
 
 
-def errors(motion: PendulumMotion, orbit: Orbit, times: Array) -> Mapping[str, float]:
+def errors(motion, orbit, times):
     """Errors of a motion of finite period, each over its bound, closed form and table alike."""
     theta, theta_dot = motion.closed_form.state(times)
     tabulated = motion.table.state(times)
@@ -54,7 +52,7 @@ def errors(motion: PendulumMotion, orbit: Orbit, times: Array) -> Mapping[str, f
     allowed = ANGLE * (1.0 + np.abs(motion.phase(times)))
     uncertain = motion.uncertainty(times)
 
-    def worst(values: Array, which: int, scale: Array) -> float:
+    def worst(values, which, scale):
         gaps = [float(x - state[which]) for x, state in zip(values, states, strict=True)]
         return float((np.abs(gaps) / scale).max())
 
@@ -70,13 +68,13 @@ def errors(motion: PendulumMotion, orbit: Orbit, times: Array) -> Mapping[str, f
     }
 
 
-def assert_exact(motion: PendulumMotion, orbit: Orbit, times: Array | None = None) -> None:
+def assert_exact(motion, orbit, times=None):
     times = PERIODS * motion.period if times is None else times
     found = errors(motion, orbit, times)
     assert max(found.values()) <= 1.0, (motion, found)
 
 
-def simple(theta: float, theta_dot: float, **given: float) -> tuple[PendulumMotion, Orbit]:
+def simple(theta, theta_dot, **given):
     """A simple pendulum and its independent method."""
     motion = PendulumMotion(SIMPLE, 1.0, theta, theta_dot, **given)
     orbit = Orbit(mpfr(0), mpfr(0), mpfr(9.8), mpfr(1), mpfr(theta), mpfr(theta_dot))
@@ -84,7 +82,7 @@ def simple(theta: float, theta_dot: float, **given: float) -> tuple[PendulumMoti
 
 
 @cache
-def drawn(each: int) -> tuple[tuple[str, ConePendulum], ...]:
+def drawn(each):
     return tuple(pendulums(each * len(REGIMES)))
 
 
@@ -165,7 +163,7 @@ def test_deeper_well_at_the_height_of_the_shallower(offset):
     assert_exact(pendulum.motion, orbit_of(pendulum))
 
 
-def action_condition(motion: PendulumMotion) -> float:
+def action_condition(motion):
     """Relative change of the action over a relative change of the inputs, summed as for the period:
     dI = (T/2 pi) (dH - the mean of dH at fixed theta and p over the orbit)."""
     near = motion.neighbours

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double, quad
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
 signs = st.sampled_from([-1.0, 1.0])
@@ -21,30 +20,30 @@ forces = st.one_of(st.just(0.0), signed)
 potentials = st.builds(TrigonometricPotential, forces, forces, forces)
 
 
-def motions() -> st.SearchStrategy[PendulumMotion]:
+def motions():
     """Pendulums drawn at random, of all regimes, with potentials from zero to 100 J."""
     inertias, angles = st.floats(0.01, 100.0), st.floats(-10.0, 10.0)
     return st.builds(PendulumMotion, potentials, inertias, angles, signed)
 
 
-def energies(motion: PendulumMotion, theta: Array, theta_dot: Array) -> Array:
+def energies(motion, theta, theta_dot):
     kinetic = motion.inertia * theta_dot**2 / 2
-    value: Array = kinetic + double(motion.exact_potential.value(quad(theta)))
+    value = kinetic + double(motion.exact_potential.value(quad(theta)))
     return value
 
 
-def scale(motion: PendulumMotion) -> float:
+def scale(motion):
     """Scale of the rounding of energies: the potential and the kinetic energy [J]."""
     return float(motion.exact_potential.scale) + motion.inertia * motion.theta_dot**2
 
 
-def pull(motion: PendulumMotion) -> float:
+def pull(motion):
     """Rate [rad/s] that the forces give over 1 rad, and the start's own."""
     forces = math.sqrt(2 * float(motion.exact_potential.scale) / motion.inertia)
     return forces + abs(motion.theta_dot)
 
 
-def times_of(motion: PendulumMotion) -> Array:
+def times_of(motion):
     """Some periods, either side of the start."""
     span = motion.period if math.isfinite(motion.period) else 1.0
     return np.linspace(-2.2, 3.1, 301) * span
@@ -76,7 +75,7 @@ def test_mirror_image(motion):
     close(motion, times, theta + other, theta_dot + rate)
 
 
-def close(motion: PendulumMotion, times: Array, angle: Array, rate: Array) -> None:
+def close(motion, times, angle, rate):
     """Two solutions of one problem differ by rounding only."""
     allowed = motion.uncertainty(times)
     assert (np.abs(angle) <= 5 * allowed["theta"]).all()

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -37,7 +35,7 @@ BODY = Body(1.0, 0.2, 0.1, 0.1, 0.05)
 PENDULUM = PendulumMotion(TrigonometricPotential(0.0, 0.0, 9.8), 1.0, 0.3, 1.0)
 OSCILLATOR, ROTOR = LinearOscillator(9.8), DrivenRotor(sin=1.0)
 SMOOTH = replace(CHECK, friction=0.0)
-BAD: tuple[tuple[str, Any, str, Any], ...] = (  # the name, and a field of what becomes what
+BAD = (  # the name, and a field of what becomes what
     ("body_mass", CHECK, "body_mass", 0.0),
     ("slider_mass", CHECK, "slider_mass", -0.3),
     ("inertia", CHECK, "inertia", math.inf),
@@ -79,7 +77,7 @@ BAD: tuple[tuple[str, Any, str, Any], ...] = (  # the name, and a field of what 
     ("scheme, joint_closing_rate", Scheme(EULER), "joint_closing_rate", 1.0),
     ("scheme, control", Scheme(EULER), "control", "nothing"),
 )
-IMPOSSIBLE: tuple[tuple[str, Callable[..., Any], tuple[Any, ...]], ...] = (  # called with these
+IMPOSSIBLE = (  # called with these
     ("apex_angle", cone, (8000.0, 0.3, math.pi)),
     ("density", cone, (-1.0, 0.3, 0.5)),
     ("height", cone, (8000.0, math.nan, 0.5)),
@@ -113,7 +111,7 @@ IMPOSSIBLE: tuple[tuple[str, Callable[..., Any], tuple[Any, ...]], ...] = (  # c
     ("tolerance", motion(CASES["cone"]).horizon, (0.0,)),
     ("rotor", energy_drift_rate, (CASES["damped-large"].rotor, 1.0, 0.0, 1.0, Scheme(RK4))),
 )
-SCENES: tuple[tuple[str, str, dict[str, Any]], ...] = (  # how the message begins
+SCENES = (  # how the message begins
     ("count = 0", "capsule-turn/0.3", {"count": 0}),
     ("count = 2: must be such that slider_angle is whole", "capsule-turn/0.3", {"count": 2}),
     ("pause = ", "capsule-turn/0.3", {"pause": -1.0}),

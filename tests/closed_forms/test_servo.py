@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import astuple, replace
-from typing import Any
 
 import mpmath as mp
 import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.servo import Servo
 from plumbob.engines.registry import engine_of, method
 from plumbob.models.registry import case_of, scene, scenes
 
 SCENES = scenes("servo")
-LIGHT: Servo = case_of(scene("servo/lightly-damped")).problem
+LIGHT = case_of(scene("servo/lightly-damped")).problem
 
 
-def exact(servo: Servo, time: float) -> list[Any]:
+def exact(servo, time):
     """Angle and its rate at a time [s], with 40 digits."""
     inertia, armature, gear, kp, kv, damping, _, *start = map(mp.mpf, astuple(servo))
     total = inertia + armature

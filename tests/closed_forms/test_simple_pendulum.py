@@ -8,22 +8,20 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.systems.pendulums.rod_tension import tension
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import engine_of, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.measurement import Measurement, measure
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
-from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import run_of
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 
-def run(name: str, method: str | Method, step: float, **changes: float) -> tuple[Scene, Method]:
+def run(name, method, step, **changes):
     """Scene `name`, with `duration` and parameters changed, and the method by name."""
     how = find_method(method) if isinstance(method, str) else method
     duration = changes.pop("duration", 0.0)
@@ -31,9 +29,7 @@ def run(name: str, method: str | Method, step: float, **changes: float) -> tuple
     return (replace(scene, duration=duration) if duration else scene), how
 
 
-def measured(
-    name: str, method: str | Method, step: float, **changes: float
-) -> tuple[Measurement, Trajectory]:
+def measured(name, method, step, **changes):
     """One run: what it measured, and its trajectory."""
     scene, how = run(name, method, step, **changes)
     found, trajectory = measure(case_of(scene), how, step)
@@ -41,7 +37,7 @@ def measured(
     return found, trajectory
 
 
-def judged(name: str, method: str | Method, step: float, **changes: float) -> Judgement:
+def judged(name, method, step, **changes):
     """One run, judged."""
     scene, how = run(name, method, step, **changes)
     return judge(measured(name, method, step, **changes)[0], system_of(scene), how)

@@ -13,13 +13,13 @@ from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
 FRICTION, GRAVITY, MASS = 0.3, 9.81, 2.0
 
 
-def stance(seed: int) -> Stance:
+def stance(seed):
     random = np.random.default_rng(seed)
     count = int(random.integers(3, 9))
     return Stance(random.normal(size=(count, 2)), float(random.uniform(0.1, 3.0)))
 
 
-def loads(stance: Stance, heading: float) -> np.ndarray | None:
+def loads(stance, heading):
     """Loads >= 0 that balance weight and friction's moment about the horizontal, or None."""
     way = np.array([math.cos(heading), math.sin(heading)])
     rows = np.vstack([np.ones(len(stance.points)), stance.points.T])

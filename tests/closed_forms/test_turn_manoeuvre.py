@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import validity
-from plumbob.analytic.systems.manoeuvres.turn_correction import TurnPose, leading_friction
+from plumbob.analytic.systems.manoeuvres.turn_correction import leading_friction
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -28,11 +27,11 @@ TURNS = [
 ]
 
 
-def numbers(pose: TurnPose) -> Array:
+def numbers(pose):
     return np.array([pose.x, pose.y, pose.heading])
 
 
-def exact(turn: TurnManoeuvre) -> tuple[Array, Array]:
+def exact(turn):
     """(x, y, psi) at 2 tau and at rest, each of shape (3,)."""
     motion = three_point_motion(turn.capsule, turn.path)
     at = motion.at(np.array([2 * turn.half_time, motion.rest_time]))
@@ -155,7 +154,7 @@ def test_a_mirrored_turn_is_mirrored():
         np.testing.assert_allclose(left, right * mirror, rtol=1e-9, atol=1e-9)
 
 
-def left_at_stop(turn: TurnManoeuvre) -> Array:
+def left_at_stop(turn):
     """(v_x, v_y, omega) of the exact motion at 2 tau over tau, shape (3,)."""
     at = three_point_motion(turn.capsule, turn.path).at(np.array([2 * turn.half_time]))
     rates = np.append(at.velocity[0], at.angular_velocity[0])

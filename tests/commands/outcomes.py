@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import MappingProxyType
 from xml.etree import ElementTree
 
-import pytest
-
 from plumbob.engines import registry
-from plumbob.engines.known_limits import Limits
-from plumbob.engines.method import KnownLimit, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import Method, Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-from plumbob.tests.support.fixture_types import Patch
 
 Prepare = Callable[[Case, Method, float], Simulation]
 
@@ -30,29 +25,23 @@ class Outcome:
     out: str
     junit: ElementTree.Element
 
-    def case(self, scene: str, method: str) -> ElementTree.Element:
+    def case(self, scene, method):
         """The test case of a scene and method."""
         (found,) = self.junit.findall(f"testcase[@classname='{scene}'][@name='{method}']")
         return found
 
-    def properties(self, scene: str, method: str) -> dict[str, str]:
+    def properties(self, scene, method):
         """The properties of a test case."""
         held = self.case(scene, method).findall("properties/property")
         return {one.attrib["name"]: one.attrib["value"] for one in held}
 
-    def failure(self, scene: str, method: str) -> str:
+    def failure(self, scene, method):
         """Why a test case fails; nothing where it does not."""
         found = self.case(scene, method).find("failure")
         return "" if found is None else found.attrib["message"]
 
 
-def validated(
-    folder: Path,
-    capsys: pytest.CaptureFixture[str],
-    scenes: str,
-    methods: str,
-    more: Sequence[str] = (),
-) -> Outcome:
+def validated(folder, capsys, scenes, methods, more=()):
     """The outcome of a `validate` in this process, with its files in `folder`."""
     file = folder / "junit.xml"
     code = main(
@@ -76,7 +65,7 @@ def validated(
     return Outcome(code, said.out, ElementTree.parse(file).getroot())
 
 
-def without_pages(monkeypatch: Patch) -> None:
+def without_pages(monkeypatch):
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
     monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
@@ -86,32 +75,32 @@ def without_pages(monkeypatch: Patch) -> None:
     )
 
 
-def without_findings(monkeypatch: Patch) -> None:
+def without_findings(monkeypatch):
     """Let pages say of each system what they say of every one, and studies make no other runs."""
     monkeypatch.setattr("plumbob.reports.analyses.section", lambda system: None)
 
 
-def with_prepare(monkeypatch: Patch, name: str, made: Callable[[Prepare], Prepare]) -> None:
+def with_prepare(monkeypatch, name, made):
     """Let the engine of this name prepare what `made` makes of its own way to."""
     engine = registry.built_in()[name]
     broken = {**registry.built_in(), name: replace(engine, prepare=made(engine.prepare))}
     monkeypatch.setattr(registry, "built_in", lambda: MappingProxyType(broken))
 
 
-def break_engine(monkeypatch: Patch, name: str) -> None:
+def break_engine(monkeypatch, name):
     """Let this engine refuse every model."""
 
-    def refuse(case: Case, method: Method, step: float) -> Simulation:
+    def refuse(case, method, step):
         raise Unsupported("the compiler refuses this model")
 
     with_prepare(monkeypatch, name, lambda prepare: refuse)
 
 
-def misread(monkeypatch: Patch, name: str, factors: Mapping[str, float]) -> None:
+def misread(monkeypatch, name, factors):
     """Let this engine read parameters as so many times their values."""
 
-    def wrong(prepare: Prepare) -> Prepare:
-        def reading(case: Case, method: Method, step: float) -> Simulation:
+    def wrong(prepare):
+        def reading(case, method, step):
             scene, system = case.scene, case.system
             changes = {p: scene.parameters[p] * factor for p, factor in factors.items()}
             parameters = system.change(scene.parameters, changes)
@@ -130,26 +119,24 @@ class Changed:
     change: Callable[[Trajectory], Trajectory]
 
     @property
-    def compile_seconds(self) -> float:
+    def compile_seconds(self):
         """As it was."""
         return self.own.compile_seconds
 
-    def run(self) -> Trajectory:
+    def run(self):
         """The changed trajectory."""
         return self.change(self.own.run())
 
-    def stepped(self, fraction: float) -> Stepping:
+    def stepped(self, fraction):
         """As it was."""
         return self.own.stepped(fraction)
 
 
-def changed_runs(
-    monkeypatch: Patch, name: str, change: Callable[[Case, Trajectory], Trajectory]
-) -> None:
+def changed_runs(monkeypatch, name, change):
     """Let this engine's runs come back as `change` makes them."""
 
-    def wrong(prepare: Prepare) -> Prepare:
-        def changing(case: Case, method: Method, step: float) -> Simulation:
+    def wrong(prepare):
+        def changing(case, method, step):
             return Changed(prepare(case, method, step), lambda run: change(case, run))
 
         return changing
@@ -157,10 +144,10 @@ def changed_runs(
     with_prepare(monkeypatch, name, wrong)
 
 
-def declare(monkeypatch: Patch, *limits: KnownLimit) -> None:
+def declare(monkeypatch, *limits):
     """Put these limits before those of every engine."""
 
-    def with_these(method: str) -> Limits:
+    def with_these(method):
         declared = registry.limits_of(method)
         return replace(declared, known_limits=(*limits, *declared.known_limits))
 

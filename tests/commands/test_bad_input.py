@@ -59,7 +59,7 @@ def folder(tmp_path_factory):
     return made
 
 
-def _fill(made: Path) -> None:
+def _fill(made):
     for folder in ("out", "with-pipes", "pipes/cone_pendulum", "links/cone_pendulum", "folders"):
         Path(folder).mkdir(parents=True)
     Path("folder.html").mkdir()
@@ -160,7 +160,7 @@ def test_names_of_folders_may_hold_anything(tmp_path, capsys, monkeypatch):
     assert capsys.readouterr().out.endswith("nothing has moved\n")
 
 
-def _damaged(file: Path, table: str, body: str) -> None:
+def _damaged(file, table, body):
     """Every body in a table put in another's place, as by a program whose checksums fit."""
     with closing(sqlite3.connect(file)) as held, held:
         held.execute(f"update {table} set body = {body}")

@@ -11,10 +11,9 @@ import pytest
 from plumbob import __version__
 from plumbob.models.registry import systems
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 
 
-def _run(capsys: Capture, *words: str) -> tuple[int, str, str]:
+def _run(capsys, *words):
     try:
         code = main(words)
     except SystemExit as stop:  # what argparse does

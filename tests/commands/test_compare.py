@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import pytest
@@ -11,8 +10,6 @@ import pytest
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
@@ -24,7 +21,6 @@ SCENES, METHODS = (
     "mujoco/euler,mujoco/rk4+coulomb",
 )
 EULER, STEP = "cone-pendulum/deep-well mujoco/euler", 1e-3
-Change = Callable[[Measurement], Measurement]
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +29,7 @@ def study():
     return run_study(chosen, methods(METHODS), timed=False)
 
 
-def changed(study: Study, change: Change) -> Study:
+def changed(study, change):
     """The study with another run of mujoco/euler at 1 ms on the cone."""
     return replace(
         study,
@@ -50,7 +46,7 @@ def changed(study: Study, change: Change) -> Study:
     )
 
 
-def errors_times(factor: float) -> Change:
+def errors_times(factor):
     """Every error of a run by a factor."""
     return lambda m: replace(
         m, errors={n: replace(e, largest=factor * e.largest) for n, e in m.errors.items()}
@@ -67,9 +63,6 @@ def compare(study, tmp_path, capsys):
         return code, capsys.readouterr().out
 
     return run
-
-
-Compare = Callable[..., tuple[int, str]]
 
 
 def test_the_same_study_has_not_moved(study, compare):
@@ -123,7 +116,7 @@ def test_rounding_of_an_observable_that_stays_zero_is_not_listed(study, compare)
     assert (code, out.splitlines()[-1]) == (0, "nothing has moved")
 
 
-def with_costs(study: Study, factors: Sequence[float]) -> Study:
+def with_costs(study, factors):
     """What the study has of mujoco/euler on the cone, as if on so many scenes, with costs that are
     so many times the usual ones."""
     (c,) = [c for c in study.convergence if f"{c.scene} {c.method}" == EULER]

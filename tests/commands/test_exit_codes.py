@@ -12,7 +12,6 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import Any, NoReturn
 
 import pytest
 
@@ -31,7 +30,7 @@ def _temporary_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
 
 
-def _broken(*_: Any, **__: Any) -> NoReturn:
+def _broken(*_, **__):
     raise ValueError("two\nlines of it")
 
 

@@ -11,11 +11,9 @@ import random
 import signal
 import sqlite3
 import tomllib
-from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
-from types import FrameType
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -65,7 +63,7 @@ def folder(tmp_path_factory):
 
 
 @cache
-def _actions() -> dict[str, list[argparse.Action]]:
+def _actions():
     """The arguments of every command."""
     top = parser(COMMANDS)
     commands = next(a for a in top._actions if isinstance(a, argparse._SubParsersAction))
@@ -75,12 +73,12 @@ def _actions() -> dict[str, list[argparse.Action]]:
     }
 
 
-def _value(action: argparse.Action, chosen: random.Random, command: str) -> str:
+def _value(action, chosen, command):
     """A value for an argument: most often of the right kind."""
     if action.choices and chosen.random() < 0.8:
         return str(chosen.choice(list(action.choices)))
     name = action.dest
-    values: list[str] = VALUES.get(name, WORDS["numbers"])
+    values = VALUES.get(name, WORDS["numbers"])
     if chosen.random() < 0.08:
         values = ANY
     elif name == "within" and command not in ("worst", "identify"):
@@ -91,7 +89,7 @@ def _value(action: argparse.Action, chosen: random.Random, command: str) -> str:
     return ODD.get(value, value)
 
 
-def _words(command: str, chosen: random.Random) -> list[str]:
+def _words(command, chosen):
     """A command line."""
     words = [command]
     for action in _actions()[command]:
@@ -112,10 +110,10 @@ def _words(command: str, chosen: random.Random) -> list[str]:
 
 
 @contextmanager
-def _limited() -> Iterator[None]:
+def _limited():
     """Raises TimeoutError in a command that takes too long."""
 
-    def late(number: int, frame: FrameType | None) -> None:
+    def late(number, frame):
         raise TimeoutError(f"not done after {LONGEST} s")
 
     before = signal.signal(signal.SIGALRM, late)
@@ -127,7 +125,7 @@ def _limited() -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-def _code(words: list[str]) -> int:
+def _code(words):
     """The exit code of a command, SystemExit included."""
     with _limited():
         try:
@@ -148,7 +146,7 @@ def test_no_command_line_is_a_defect(command, seed, folder, monkeypatch, capsys)
         assert len(said.err.strip().splitlines()) == 1, f"{words}: {said.err}"
 
 
-def _damage(file: Path, chosen: random.Random) -> None:
+def _damage(file, chosen):
     """Change a stored study: bytes of the file, or a text in one of its tables."""
     if chosen.random() < 0.3:
         data = bytearray(file.read_bytes())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -22,7 +21,7 @@ VALIDATE = ("validate", "--scenes", f"{PENDULUM},{LINE}", "--methods", METHODS)
 STEP = 0.002
 
 
-def written(folder: Path, integrator: str) -> str:
+def written(folder, integrator):
     """A model file with this integrator and the step that MuJoCo takes by default."""
     path = folder / "my.xml"
     path.write_text(
@@ -68,12 +67,12 @@ def test_the_same_of_a_file_with_rk4(tmp_path, capsys, monkeypatch):
     assert f"{PENDULUM}: theta with your settings at 0.002 s" in capsys.readouterr().out
 
 
-def _section(text: str, scene: str) -> str:
+def _section(text, scene):
     """What is said of the user's settings on one scene."""
     return text.rpartition(f"\n{scene}: ")[2].partition("\n\n")[0]
 
 
-def _error(name: str, like: str) -> float:
+def _error(name, like):
     scene = find_scene(name)
     case = case_of(scene)
     run, _ = measure(case, own_method(like), STEP)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from plumbob.engines.registry import methods as find_methods
 from plumbob.reports.cli import main
 from plumbob.reports.commands import recommend
-from plumbob.tests.support.fixture_types import Capture
 
 FEW = "mujoco/rk4,ode/rk4,mujoco/euler,mujoco/euler+coulomb,mujoco/euler+reduced"
 CONE = "cone-pendulum/rotating-base"
@@ -29,10 +26,10 @@ def few(monkeypatch):
     monkeypatch.setattr(recommend, "_methods", some)
 
 
-def answer(capsys: Capture, folder: Path, *words: str) -> dict[str, Any]:
+def answer(capsys, folder, *words):
     """What the command prints as JSON, of a question that can be answered."""
     assert main(["recommend", *words, "--out", str(folder), "--json"]) == 0
-    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)
     return found
 
 

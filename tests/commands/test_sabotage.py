@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
@@ -10,21 +9,15 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines import registry
 from plumbob.engines.abilities import SchemeOfCase
-from plumbob.engines.method import Method, Simulation
 from plumbob.engines.study import gradient, measurement
 from plumbob.engines.study import stability as measuring
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case
 from plumbob.reports.judge import known_sizes
 from plumbob.tests.commands.outcomes import (
     Changed,
-    Outcome,
-    Prepare,
     changed_runs,
     misread,
     validated,
@@ -33,7 +26,6 @@ from plumbob.tests.commands.outcomes import (
 )
 
 PENDULUM, LINE = "simple-pendulum/free-small", "capsule-line/ca1"
-Validate = Callable[[str, str], Outcome]
 
 
 @pytest.fixture
@@ -48,7 +40,7 @@ CONE, TURNING = "cone-pendulum/rotating-base", "simple-pendulum/damped-rotating"
 FORCED, SLOW = "simple-pendulum/forced-large", "simple-pendulum/rotating-slow"
 
 
-def red(found: Outcome, scene: str, method: str) -> bool:
+def red(found, scene, method):
     """Whether the exit code, the terminal and the JUnit file say so."""
     said = f"UNEXPECTED {scene} {method}: " in found.out
     counted = found.junit.attrib["failures"] == "1" and bool(found.failure(scene, method))
@@ -116,25 +108,22 @@ def test_a_method_that_loses_its_theory(validate, monkeypatch):
     assert found.failure(CONE, "mujoco/euler").startswith("converges, expected predicted")
 
 
-Broken = Callable[[Prepare, Case, Method, float], Simulation]
-
-
-def added(run: Trajectory, size: float) -> Trajectory:
+def added(run, size):
     """A run with a swing of this size [rad] added to its angle."""
     theta = run.observables["theta"] + size * np.sin(run.times)
     return replace(run, observables={**run.observables, "theta": theta})
 
 
-def loose(prepare: Prepare, case: Case, method: Method, tolerance: float) -> Simulation:
+def loose(prepare, case, method, tolerance):
     own = prepare(case, method, tolerance)
     return Changed(own, lambda run: added(run, 0.1)) if tolerance > 1e-9 else own
 
 
-def relaxed(prepare: Prepare, case: Case, method: Method, tolerance: float) -> Simulation:
+def relaxed(prepare, case, method, tolerance):
     return prepare(case, method, min(1e3 * tolerance, 0.5))
 
 
-def right_where_listed(prepare: Prepare, case: Case, method: Method, step: float) -> Simulation:
+def right_where_listed(prepare, case, method, step):
     own, listed = prepare(case, method, step), (*case.scene.steps, *method.step_sizes, 1e-3, 2e-3)
     size = 0.0 if step in listed else 0.1
     return Changed(own, lambda run: added(run, size))
@@ -244,21 +233,21 @@ def test_an_observable_that_an_engine_drops(validate, monkeypatch, scene, method
     assert found.failure(scene, method).endswith(f"the run leaves out {observable}")
 
 
-def _until(run: Trajectory, last: int) -> Trajectory:
+def _until(run, last):
     """The first samples of a run."""
     named = {n: values[:last] for n, values in run.observables.items()}
     channels = {n: values[:last] for n, values in run.channels.items()}
     return replace(run, times=run.times[:last], observables=named, channels=channels)
 
 
-def _wrong(run: Trajectory, channels: Mapping[str, Array]) -> Trajectory:
+def _wrong(run, channels):
     """A run of which observables are 1 % too large, with other channels."""
     return replace(
         run, observables={n: 1.01 * v for n, v in run.observables.items()}, channels=channels
     )
 
 
-SABOTAGES: Mapping[str, Callable[[Trajectory], Trajectory]] = MappingProxyType(
+SABOTAGES = MappingProxyType(
     {
         "stops at a tenth": lambda run: _until(run, max(2, len(run.times) // 10)),
         "stops at once": lambda run: _until(run, 1),

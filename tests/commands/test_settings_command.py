@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,20 +14,19 @@ from plumbob.engines.registry import engines
 from plumbob.models.registry import systems
 from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 
 METHOD = "mujoco/euler+coulomb"
 CAPSULE = systems()["capsule-line"].mjcf
 WRITTEN = [m.name for m in engines()["mujoco"].methods if "planar" not in m.name]
 
 
-def _run(capsys: Capture, *words: str) -> tuple[int, str, str]:
+def _run(capsys, *words):
     code = main(["settings", *words])
     out, err = capsys.readouterr()
     return code, out, err
 
 
-def _check(capsys: Capture, path: Path, *words: str) -> tuple[int, dict[str, Any]]:
+def _check(capsys, path, *words):
     code, out, _ = _run(capsys, *words, "--check", str(path), "--json")
     return code, json.loads(out)
 

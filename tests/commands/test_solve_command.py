@@ -10,10 +10,9 @@ import pytest
 
 from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 
 
-def _row(capsys: Capture, *words: str) -> list[str]:
+def _row(capsys, *words):
     assert main(["solve", *words]) == 0
     return capsys.readouterr().out.splitlines()[-1].replace(" ± ", "±").split()
 
@@ -73,7 +72,7 @@ def test_every_scene_is_printed(system, capsys, pytestconfig):
             assert key in facts or value in (None, "", [], {}), (name, key)
 
 
-def _printed(capsys: Capture, name: str) -> list[str]:
+def _printed(capsys, name):
     assert main(["solve", name, "--times", "0.05"]) == 0
     out, err = capsys.readouterr()
     assert err == ""

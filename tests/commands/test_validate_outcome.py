@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -29,7 +28,6 @@ from plumbob.reports.judge.expectations import (
 from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import (
-    Outcome,
     break_engine,
     declare,
     validated,
@@ -40,9 +38,6 @@ from plumbob.tests.commands.outcomes import (
 CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/0.3"
 QUICK = "cone-pendulum/rotating-base"
 METHODS = "mujoco/euler,ode/rk4,exact/closed-form"
-
-
-Validate = Callable[..., Outcome]
 
 
 @pytest.fixture

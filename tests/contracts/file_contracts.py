@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
-from pathlib import Path
 
 from plumbob.tests.contracts.tree import LAYERS, files, python, texts
 
@@ -33,12 +31,12 @@ PACKAGE_INDEX = re.compile(
 )
 
 
-def strangers(root: Path) -> list[str]:
+def strangers(root):
     """Top-level names that the layout does not have."""
     return sorted({path.parts[0] for path in files(root)} - TOP_LEVEL - DOT_FILES)
 
 
-def long_functions(root: Path) -> list[str]:
+def long_functions(root):
     """Functions of more than 60 lines, or with more than 15 names of their own, where there are
     more of them than there were."""
     long, tangled = [], []
@@ -55,7 +53,7 @@ def long_functions(root: Path) -> list[str]:
     return [*(long if len(long) > LONG else []), *(tangled if len(tangled) > TANGLED else [])]
 
 
-def silent_files(root: Path) -> list[str]:
+def silent_files(root):
     """Python files with content whose first line does not say what they do."""
     silent = []
     for path, module in python(root):
@@ -66,7 +64,7 @@ def silent_files(root: Path) -> list[str]:
     return silent
 
 
-def vague_names(root: Path) -> list[str]:
+def vague_names(root):
     """Modules and folders named after nothing in particular."""
     return [
         str(path)
@@ -75,7 +73,7 @@ def vague_names(root: Path) -> list[str]:
     ]
 
 
-def module_state(root: Path) -> list[str]:
+def module_state(root):
     """Lists, dicts and sets bound outside functions, and `global` statements, in the package."""
     state = []
     for path, module in python(root):
@@ -96,7 +94,7 @@ def module_state(root: Path) -> list[str]:
     return state
 
 
-def _outside_functions(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+def _outside_functions(body):
     """Yield statements that run on import, those of classes, conditions and loops included."""
     for statement in body:
         if isinstance(statement, (ast.FunctionDef, ast.AsyncFunctionDef)):
@@ -109,14 +107,14 @@ def _outside_functions(body: list[ast.stmt]) -> Iterator[ast.stmt]:
             yield from _outside_functions(handler.body)
 
 
-def _mutable(value: ast.expr) -> bool:
+def _mutable(value):
     """Whether an expression builds a container that others could change."""
     if isinstance(value, ast.Call):
         return ast.unparse(value.func).rpartition(".")[2] in CONTAINERS
     return isinstance(value, MUTABLE)
 
 
-def incomplete_systems(root: Path) -> list[str]:
+def incomplete_systems(root):
     """What a system's folder lacks: README with provenance, MJCF, scene, picture."""
     lacking = []
     for init in sorted((root / "models").glob("*/__init__.py")):
@@ -134,7 +132,7 @@ def incomplete_systems(root: Path) -> list[str]:
     return lacking
 
 
-def machine_traces(root: Path) -> list[str]:
+def machine_traces(root):
     """Lines of text files that name a place on one machine, or where packages come from."""
     traces = []
     for path, text in texts(root):
@@ -144,7 +142,7 @@ def machine_traces(root: Path) -> list[str]:
     return traces
 
 
-def missing_files(root: Path) -> list[str]:
+def missing_files(root):
     """Files that a README, or the theory of errors, names or links to and that are not in the
     tree. A link leads there from the folder of its text."""
     known = [f"/{path.as_posix()}" for path in files(root)]

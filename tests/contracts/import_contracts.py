@@ -6,11 +6,10 @@ import ast
 import graphlib
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from plumbob.tests.contracts.tree import LAYERS, PACKAGE, Import, imports, module_name, python
+from plumbob.tests.contracts.tree import LAYERS, PACKAGE, imports, module_name, python
 
 THEORY = ("numerics", "systems", "errors")  # parts of `analytic`: each may import those before it
 ADAPTERS = ("engines", "adapters")
@@ -28,7 +27,7 @@ HEAVY = (
 HOMES = MappingProxyType({"dartpy": "dart", "jax": "mjx", "pydrake": "drake"})  # other names
 
 
-def _imports(root: Path) -> Iterator[tuple[Path, Import]]:
+def _imports(root):
     """The imports of each file of the package."""
     for path, module in python(root):
         if path.parts[0] in LAYERS:
@@ -36,7 +35,7 @@ def _imports(root: Path) -> Iterator[tuple[Path, Import]]:
                 yield path, found
 
 
-def wrong_way(root: Path) -> list[str]:
+def wrong_way(root):
     """Imports of a later layer, or of the tests."""
     wrong = []
     for path, found in _imports(root):
@@ -48,7 +47,7 @@ def wrong_way(root: Path) -> list[str]:
     return wrong
 
 
-def foreign_libraries(root: Path) -> list[str]:
+def foreign_libraries(root):
     """Imports in `analytic` of anything but the language, its few libraries and itself."""
     allowed = {*sys.stdlib_module_names, *LIBRARIES, PACKAGE}
     return [
@@ -58,22 +57,22 @@ def foreign_libraries(root: Path) -> list[str]:
     ]
 
 
-def circles(root: Path) -> list[str]:
+def circles(root):
     """The first circle of imports between our own modules, imports inside functions included, and
     names of types not."""
     return _circle(root, {name: name for name in map(module_name, dict(python(root)))})
 
 
-def folder_circles(root: Path) -> list[str]:
+def folder_circles(root):
     """The first circle of imports between the package's folders. The root folder is left out: its
     `check` is looked up when it is asked for."""
     inside = [path for path, _ in python(root) if path.parts[0] in LAYERS]
     return _circle(root, {module_name(path): path.parent.as_posix() for path in inside})
 
 
-def _circle(root: Path, nodes: Mapping[str, str]) -> list[str]:
+def _circle(root, nodes):
     """The first circle between the nodes that modules belong to."""
-    graph: dict[str, set[str]] = {node: set() for node in nodes.values()}
+    graph = {node: set() for node in nodes.values()}
     for path, module in python(root):
         for found in imports(path, module):
             name = found.name if found.name in nodes else found.name.rpartition(".")[0]
@@ -87,7 +86,7 @@ def _circle(root: Path, nodes: Mapping[str, str]) -> list[str]:
     return []
 
 
-def theory_upside_down(root: Path) -> list[str]:
+def theory_upside_down(root):
     """Imports in `analytic` of a part that builds on the importing one: numerics <- systems <-
     errors."""
     wrong = []
@@ -99,7 +98,7 @@ def theory_upside_down(root: Path) -> list[str]:
     return wrong
 
 
-def adapter_internals(root: Path) -> list[str]:
+def adapter_internals(root):
     """Imports of an adapter from outside `engines/adapters`, or of one adapter's folder from
     another's, but to name a type: `engines.registry` loads them by name."""
     wrong = []
@@ -114,7 +113,7 @@ def adapter_internals(root: Path) -> list[str]:
     return wrong
 
 
-def engines_on_the_page(root: Path) -> list[str]:
+def engines_on_the_page(root):
     """Places where a page, or a finding on it, runs an engine in place of reading the study."""
     wrong = []
     for path, module in python(root):
@@ -128,7 +127,7 @@ def engines_on_the_page(root: Path) -> list[str]:
     return wrong
 
 
-def motions_on_the_page(root: Path) -> list[str]:
+def motions_on_the_page(root):
     """Imports by which a page works out exact motions or theory: those of its own modules, and
     those that run when what it shows of a stored study is imported."""
     tree = {module_name(path): (path, module) for path, module in python(root)}
@@ -153,12 +152,12 @@ def motions_on_the_page(root: Path) -> list[str]:
     return wrong
 
 
-def within(name: str, packages: tuple[str, ...]) -> bool:
+def within(name, packages):
     """Whether a module or a name in it belongs to one of these packages."""
     return any(name == package or name.startswith(f"{package}.") for package in packages)
 
 
-def at_home(path: Path, package: str) -> bool:
+def at_home(path, package):
     """Whether a file may import a heavy package outright: its engine's adapter, or the page."""
     if path.parts[0] == "tests":
         return True
@@ -170,7 +169,7 @@ def at_home(path: Path, package: str) -> bool:
     return path.parts[:2] == ("engines", "adapters") and path.parts[2].startswith(home)
 
 
-def heavy_imports(root: Path) -> list[str]:
+def heavy_imports(root):
     """Heavy packages imported outside functions anywhere but at home."""
     return [
         f"{path}:{found.line}: imports {package} outside a function"
@@ -197,7 +196,7 @@ for name in sys.argv[2:]:
 """
 
 
-def heavy_when_imported(root: Path) -> list[str]:
+def heavy_when_imported(root):
     """The first module outside every heavy package's home whose import loads one after all."""
     names = [
         module_name(path)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
 
 from plumbob.tests.contracts.tree import LAYERS, PACKAGE
 
 
-def second_copies(modules: Mapping[str, ModuleType], root: Path) -> list[str]:
+def second_copies(modules, root):
     """Names of `modules` (as `sys.modules` has them) under which a module of the tree at `root` is
     imported a second time: a layer's bare name, or the name of the folder of the checkout."""
     names = {*LAYERS, root.name} - {PACKAGE}
@@ -20,7 +18,7 @@ def second_copies(modules: Mapping[str, ModuleType], root: Path) -> list[str]:
     )
 
 
-def _within(module: ModuleType, root: Path) -> bool:
+def _within(module, root):
     """Whether a module, or the folder of a package without a file, lies in the tree at `root`."""
     places = [getattr(module, "__file__", None), *getattr(module, "__path__", ())]
     return any(Path(place).resolve().is_relative_to(root.resolve()) for place in places if place)

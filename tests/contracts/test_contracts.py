@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -11,13 +10,12 @@ import pytest
 from plumbob.tests.contracts import file_contracts, import_contracts, wording
 
 ROOT = Path(__file__).parents[2]
-Contract = Callable[[Path], list[str]]
 TREES = tomllib.loads(Path(__file__).with_name("trees.toml").read_text("utf-8"))
 GOOD, BROKEN = TREES["good"], TREES["broken"]
 SIXTEEN = "".join(f"    x{number} = 0\n" for number in range(16))
 
 
-def functions(count: int, body: str) -> dict[str, str]:
+def functions(count, body):
     """A file of so many functions with this body."""
     text = "".join(f"def f{number}():\n{body}" for number in range(count))
     return {"analytic/cone.py": text}
@@ -25,11 +23,11 @@ def functions(count: int, body: str) -> dict[str, str]:
 
 BROKEN["long_functions"] = [functions(22, 60 * "    x = 0\n"), functions(120, SIXTEEN)]
 EVERY = {**vars(import_contracts), **vars(file_contracts), **vars(wording)}
-CONTRACTS: tuple[Contract, ...] = tuple(EVERY[name] for name in BROKEN)
+CONTRACTS = tuple(EVERY[name] for name in BROKEN)
 CASES = tuple((EVERY[name], change) for name, changes in BROKEN.items() for change in changes)
 
 
-def write(root: Path, contents: Mapping[str, str]) -> Path:
+def write(root, contents):
     """Write a small tree of files under `root` and return it."""
     for name, text in contents.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)

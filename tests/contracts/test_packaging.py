@@ -10,7 +10,6 @@ import tomllib
 import zipfile
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
@@ -26,13 +25,13 @@ PLANTED = {  # kinds of file that a layer may come to hold
 }
 
 
-def project() -> dict[str, Any]:
+def project():
     """The project's own description."""
-    table: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    table = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     return table
 
 
-def requirements() -> list[Requirement]:
+def requirements():
     """What plumbob requires, with every extra."""
     extras = project()["optional-dependencies"].values()
     return [Requirement(line) for line in sum(extras, project()["dependencies"])]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import subprocess
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -27,7 +26,7 @@ class Import:
     types_alone: bool
 
 
-def files(root: Path) -> tuple[Path, ...]:
+def files(root):
     """Paths relative to `root` of what is or would be committed; without git, of every file."""
     if (root / ".git").exists():
         listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
@@ -38,7 +37,7 @@ def files(root: Path) -> tuple[Path, ...]:
     return tuple(sorted(path for path in found if "__pycache__" not in path.parts))
 
 
-def texts(root: Path) -> Iterator[tuple[Path, str]]:
+def texts(root):
     """Every text file with its text."""
     for path in files(root):
         with suppress(UnicodeDecodeError):  # a picture
@@ -46,31 +45,31 @@ def texts(root: Path) -> Iterator[tuple[Path, str]]:
 
 
 @cache
-def python(root: Path) -> Tree:
+def python(root):
     """Every Python file of the package and its tests with its syntax tree, read once."""
     chosen = [p for p in files(root) if p.suffix == ".py" and p.parts[0] != "build"]
     return tuple((path, ast.parse((root / path).read_text("utf-8"), str(path))) for path in chosen)
 
 
-def module_name(path: Path) -> str:
+def module_name(path):
     """Dotted name under which `path`, relative to the root, is imported."""
     parts = (PACKAGE, *path.with_suffix("").parts)
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def layer_modules(root: Path) -> tuple[str, ...]:
+def layer_modules(root):
     """Names of the modules of all layers."""
     chosen = (p for p in files(root) if p.suffix == ".py" and p.parts[0] in LAYERS)
     return tuple(module_name(path) for path in chosen)
 
 
 @cache
-def imports(path: Path, module: ast.Module) -> tuple[Import, ...]:
+def imports(path, module):
     """Every import in a file, those inside functions and type-checking blocks included."""
     return tuple(_imports(path, module))
 
 
-def _imports(path: Path, module: ast.Module) -> Iterator[Import]:
+def _imports(path, module):
     name = module_name(path)
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     for node, deferred, types_alone in _importing(module):
@@ -84,9 +83,7 @@ def _imports(path: Path, module: ast.Module) -> Iterator[Import]:
             yield Import(name, imported, node.lineno, not deferred, types_alone)
 
 
-def _importing(
-    node: ast.AST, deferred: bool = False, types_alone: bool = False
-) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool, bool]]:
+def _importing(node, deferred=False, types_alone=False):
     """The import statements of a module or statement, each with whether it does not run when the
     module is imported, and whether it names types alone. Expressions hold none, and are not looked
     into."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from pathlib import Path
 
 from plumbob.tests.contracts.tree import texts
 
@@ -64,14 +63,14 @@ END = r"(?:(?<=[a-z])(?![a-z])|(?<=[A-Z])(?![A-Za-z]))"
 
 
 @cache
-def pattern() -> re.Pattern[str]:
+def pattern():
     """All forbidden words as one regular expression, a group each."""
     # groups inside a term's pattern have no number of their own
     inside = (re.sub(r"\((?![?])", "(?:", words).replace(" ", GAP) for words, _ in TERMS)
     return re.compile(f"{START}(?i:{'|'.join(f'({words})' for words in inside)}){END}")
 
 
-def forbidden_words(root: Path) -> list[str]:
+def forbidden_words(root):
     """Words in names, docstrings, comments, messages, templates and READMEs that the field does
     not use, each with the term in its place."""
     found = []

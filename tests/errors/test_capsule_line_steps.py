@@ -10,14 +10,12 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors, step_error
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 
 
-def run_line(line: LineManoeuvre, step: float, position_first: bool = False) -> Array:
+def run_line(line, step, position_first=False):
     """Places of C at grid times: semi-implicit Euler, friction resolved within the step."""
     edges = step * np.arange(np.ceil(line.t2 / step) + 3.0)
     mu, limit = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
@@ -30,7 +28,7 @@ def run_line(line: LineManoeuvre, step: float, position_first: bool = False) -> 
     return np.array(xs)
 
 
-def rounding(line: LineManoeuvre, places: Array) -> float:
+def rounding(line, places):
     """Each step rounds v, and x accumulates that to the end."""
     mu, friction_limit = line.capsule.mass_ratio, line.capsule.friction * line.capsule.gravity
     reach = (mu * (line.w1 + line.w2) + friction_limit) * line.t2**2

@@ -12,13 +12,11 @@ from scipy.special import ellipk
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
-from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, Case, motion
+from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, motion
 
 NAMES = ("theta", "theta_dot")
 FREE = (Scheme(EULER), Scheme(EULER, position_first=True), Scheme(LEAPFROG), Scheme(RK4))
@@ -36,9 +34,7 @@ PAIRS = [
 ]
 
 
-def errors(
-    case: Case, scheme: Scheme, steps: int, samples: int = 100
-) -> tuple[float, Array, dict[str, Array]]:
+def errors(case, scheme, steps, samples=100):
     """Step, times and the scheme's error there, from its start to the case's end."""
     step = case.duration / steps
     found = run(case.rotor, case.theta, case.theta_dot, step, steps, scheme)
@@ -51,7 +47,7 @@ def errors(
     )
 
 
-def remainders(case: Case, scheme: Scheme, steps: int, rotor: DrivenRotor, terms: int = 2) -> Array:
+def remainders(case, scheme, steps, rotor, terms=2):
     """Largest error of theta and theta_dot, and largest rest after one, two ... terms of the
     expansion made for `rotor`; shape (terms + 1, 2)."""
     step, times, error = errors(case, scheme, steps)
@@ -98,7 +94,7 @@ def test_a_gravity_error_of_two_percent_spoils_the_prediction(scheme):
         assert np.any(rest > 0.02 * error) == spoilt
 
 
-def period(case: Case) -> float:
+def period(case):
     """Period of an undamped simple pendulum that starts at rest or turns over."""
     g = case.rotor.sin
     m = math.sin(case.theta / 2) ** 2 + case.theta_dot**2 / (4 * g)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.smooth_motion.jointed_euler import TERMS
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.models.registry import case_of, scene
 
@@ -19,14 +18,14 @@ TIGHT, SLOW = math.inf, 6.3  # [1/s] at which a joint closes
 RUNS = {TIGHT: (5.0, 2e-3, 1e-3), SLOW: (2.0, 4e-4, 2e-4)}
 
 
-def left_over(name: str, closing: float, step: float, wrong: float = 0.0) -> Array:
+def left_over(name, closing, step, wrong=0.0):
     """Largest error after 0, 1 ... TERMS terms of the expansion, (TERMS + 1, 3), whose damping rate
     is wrong by a relative `wrong`."""
     right = scene(f"simple-pendulum/{name}")
     other = scene(right.name, {"damping_rate": right.parameters["damping_rate"] * (1 + wrong)})
     scheme = Scheme(EULER, position_first=True, joint_closing_rate=closing)
     steps = round(RUNS[closing][0] / step)
-    times: Array = np.arange(0, steps + 1, steps // 20, dtype=np.float64) * step
+    times = np.arange(0, steps + 1, steps // 20, dtype=np.float64) * step
     stepped = case_of(right).errors.at_step(scheme, step, times).errors
     predicted = case_of(other).errors.series(scheme, times)
     errors = np.stack([stepped[name] for name in NAMES])[:, 1:]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +15,6 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     repeated_line_errors,
     stroke_errors,
 )
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -27,7 +24,6 @@ from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
-Theory = Callable[[Scheme, float, Array], Mapping[str, Array]]
 LIMITING = CHECK.friction * CHECK.gravity
 REPEATED = RepeatedLine(
     LINE, 3, 0.9, pause=0.32 - LINE.t2 - RepeatedLine(LINE, 1, 0.9).returning.duration
@@ -36,14 +32,12 @@ ROUNDING = 1e-11  # of forces of 4 N from differences over a step; places keep 1
 OFF_GRID = replace(LINE, t1=0.0317)
 
 
-def friction(v: float, w: float, step: float) -> float:
+def friction(v, w, step):
     """Acceleration by Coulomb friction that aims at rest within `step`, against mu w."""
     return float(np.clip(-v / step + CHECK.mass_ratio * w, -LIMITING, LIMITING))
 
 
-def simulated(
-    control: Array, step: float, scheme: str, velocity: float = 0.0
-) -> Mapping[str, Array]:
+def simulated(control, step, scheme, velocity=0.0):
     """Body and slider at grid times, w held over each step."""
     mu, (x, v, xi, rate) = CHECK.mass_ratio, (0.0, velocity, 0.0, 0.0)
     rows, forces, drives = [(x, v, xi, rate)], [], []
@@ -68,9 +62,7 @@ def simulated(
     return dict(zip(names, (*np.array(rows).T, *of_steps), strict=True))
 
 
-def left(
-    motion: Any, reference: Any, theory: Theory, step: float, scheme: str, end: float
-) -> dict[str, float]:
+def left(motion, reference, theory, step, scheme, end):
     """Largest part of each observable's error [SI] not explained by theory or rounding."""
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
     found = simulated(mean_acceleration(motion, times), step, scheme)

@@ -16,7 +16,7 @@ from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import run_of
 
 
-def names(pattern: str, *cases: str) -> list[str]:
+def names(pattern, *cases):
     """Names of scenes."""
     return [pattern.format(case) for case in cases]
 
@@ -39,7 +39,7 @@ COULOMB = [f"mujoco/{name}+coulomb" for name in ("euler", "rk4", "implicitfast")
 COULOMB.append("mujoco/euler+coulomb+noslip")
 FEET, SIDE = "pymunk/feet", "pymunk/side"
 # scenes, methods, the step [s] or parts of the half time, the duration [s] where it is cut
-RUNS: tuple[tuple[list[str], list[str], float, float], ...] = (
+RUNS = (
     ([*SIMPLE, *TOP], ["mujoco/euler"], 1e-3, 6.0),
     ([*SIMPLE, *TOP], ["ode/leapfrog", "ode/rk4"], 1e-2, 6.0),
     ([n for n in SIMPLE if "forced" not in n], ["mujoco/rk4"], 1e-2, 6.0),

@@ -15,7 +15,7 @@ from plumbob.tests.support.linear_response import (
     condition,
     parameter_sensitivity,
 )
-from plumbob.tests.support.pendulum_cases import CASES, Case, cases, endpoint, motion
+from plumbob.tests.support.pendulum_cases import CASES, cases, endpoint, motion
 
 PARAMETERS = [field.name for field in fields(DrivenRotor)]
 
@@ -31,7 +31,7 @@ def test_phase_area_shrinks_at_the_damping_rate(case):
     assert np.all(np.abs(np.linalg.det(matrix) - area) <= 1e-9 * (products + 1))
 
 
-def nudged(case: Case, field: str, by: float) -> Case:
+def nudged(case, field, by):
     """The case with one number of its start or of its rotor changed."""
     if hasattr(case, field):
         return replace(case, **{field: getattr(case, field) + by})

@@ -12,9 +12,8 @@ from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import MOST_STEPS
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
-from plumbob.analytic.theory import SteppedErrors, reaches
+from plumbob.analytic.theory import reaches
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
@@ -39,7 +38,7 @@ UNTIL = 2.0  # [s]
 TERMS = {EULER: 3, LEAPFROG: 1, RK4: 1}  # so that the next one is above round-off
 
 
-def left_over(scheme: Scheme, step: float, rotor: DrivenRotor = ROTOR) -> Array:
+def left_over(scheme, step, rotor=ROTOR):
     """Largest difference of the stepped error from the series, for theta and theta_dot."""
     theory = RotorErrors(ROTOR, *START, terms=TERMS[scheme.integrator])
     times = np.arange(0, round(UNTIL / step) + 1, 4).astype(float) * step
@@ -90,12 +89,11 @@ def test_a_wrong_coefficient_leaves_more(scheme):
         assert (left_over(scheme, 1e-2, wrong) > 3 * right).any(), name
 
 
-def stepped(name: str, method: str, step: float) -> tuple[SteppedErrors, dict[str, Array], int]:
+def stepped(name, method, step):
     """What theory steps, the errors of the engine's run, and its number of steps."""
     scene, how = find_scene(name), find_method(method)
     case = case_of(scene)
     found, run = measure(case, how, step)
-    assert run is not None
     truth = case.reference.observe(run.times)
     errors = {n: run.observables[n] - truth[n] for n in truth if n in run.observables}
     return case.errors.at_step(how.scheme, step, run.times), errors, found.steps

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -40,10 +39,10 @@ UNKNOWN = (
 )
 
 
-def system(rotor: DrivenRotor = ROTOR, moment: float = 0.4) -> SmoothSystem:
+def system(rotor=ROTOR, moment=0.4):
     """The rotor by its moment of inertia and its moments."""
 
-    def moments(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
+    def moments(p, t, q, v):
         (x,), (u,) = q, v
         pull = p.sin2 * np.sin(2 * x) + p.cos * np.cos(x) - p.sin * np.sin(x) - p.stiffness * x
         push = p.forcing_amplitude * np.sin(p.forcing_frequency * t + p.forcing_phase)

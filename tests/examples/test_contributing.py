@@ -10,7 +10,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import cache_from_source
 from pathlib import Path
@@ -38,7 +37,7 @@ class Example:
     commands: tuple[str, ...]
 
 
-def examples() -> Mapping[str, Example]:
+def examples():
     """The examples by the headings of their sections."""
     _, *parts = HEADING.split((ROOT / "CONTRIBUTING.md").read_text("utf-8"))
     found = {}
@@ -78,7 +77,7 @@ def tree(tmp_path_factory):
     return copy
 
 
-def _compiled_too(path: Path, copied: Path) -> None:
+def _compiled_too(path, copied):
     """Bytecode of a module that is there and new enough, which is tested by the copy's time."""
     if path.suffix == ".py":
         compiled, place = (Path(cache_from_source(str(one))) for one in (path, copied))
@@ -104,7 +103,7 @@ for number, lines in enumerate(json.loads(sys.argv[1])):
 """
 
 
-def run(tree: Path, where: Path, *command: str) -> str:
+def run(tree, where, *command):
     """Output of a command in the folder `where`, with the copy's plumbob; fails with its whole
     output unless it exits with 0."""
     environment = {**os.environ, "PYTHONPATH": str(tree.parent)}

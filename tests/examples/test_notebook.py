@@ -5,16 +5,15 @@ from __future__ import annotations
 import ast
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 NOTEBOOK = Path(__file__).with_name("audit.ipynb")
 
 
-def shown(cells: list[dict[str, Any]]) -> list[Any]:
+def shown(cells):
     """What the last line of each cell of code gives, where it is an expression."""
-    names: dict[str, Any] = {}
+    names = {}
     values = []
     for cell in cells:
         if cell["cell_type"] == "code":

@@ -63,7 +63,7 @@ NOT_RUN = {
 }
 
 
-def commands(text: str) -> list[str]:
+def commands(text):
     """The commands in the indented blocks of a text, each once, without their comments."""
     found = [f"{m[1]} {m[2]}" for m in INDENTED.finditer(text)]
     return list(dict.fromkeys(command.partition("  #")[0].rstrip() for command in found))
@@ -108,7 +108,7 @@ def test_every_command_runs_as_it_is_written(folder, capsys, monkeypatch):
         assert (bool(out), err) == (True, ""), command
 
 
-def _prepare(command: str, folder: Path) -> None:
+def _prepare(command, folder):
     """What a command needs that no other has made: an older study to compare with."""
     if "old-out" in command:
         shutil.copytree(folder / "plumbob-out", folder / "old-out")

@@ -25,7 +25,7 @@ COULOMB = r"at the end is ([\d.]+)·10(\S+) at 1 ms and ([\d.]+)·10(\S+) at 0.1
 COULOMB_RUN = r"over the run it is ([\d.]+) % at 1 ms"
 
 
-def relative(heading: int, method: str, step: float) -> tuple[float, float]:
+def relative(heading, method, step):
     """Error of the displacement at the end, and the largest over the run, over the way."""
     scene = find_scene(f"capsule-line/heading-{heading:03d}")
     case = case_of(scene)
@@ -35,7 +35,7 @@ def relative(heading: int, method: str, step: float) -> tuple[float, float]:
     return abs(error.end) / way, error.largest / way
 
 
-def said(pattern: str, text: str = TEXT) -> tuple[str, ...]:
+def said(pattern, text=TEXT):
     """The figures that the one place of the text with this pattern gives."""
     (match,) = re.finditer(pattern, text)
     return match.groups()

@@ -10,18 +10,18 @@ from pathlib import Path
 
 import gmpy2
 
-from plumbob.tests.support.extrapolation import Motion, Recorded, State, record
+from plumbob.tests.support.extrapolation import record
 
 FILE = Path(__file__).with_suffix(".json")
 
 
-def motion(case: Recorded) -> Motion:
+def motion(case):
     """The motion from moments [kg m^2] and an angular velocity [rad/s], in angular velocity and
     quaternion; the longest takes 10^3 periods."""
     first, second, third = (gmpy2.mpfr(value) for value in case.constants)
     factors = ((second - third) / first, (third - first) / second, (first - second) / third)
 
-    def rates(state: State) -> State:
+    def rates(state):
         u, v, w, a, b, d, e = state
         return [
             *(factor * pair for factor, pair in zip(factors, (v * w, w * u, u * v), strict=True)),

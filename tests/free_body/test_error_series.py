@@ -22,7 +22,6 @@ from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose
 from plumbob.engines.registry import engine_of, method
 from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene
-from plumbob.models.scene import Case
 from plumbob.reports.judge.verdict import judge
 
 BODY = FreeBody(1.0, 2.0, 2.25, (0.5, 3.0, 1.0))
@@ -37,7 +36,7 @@ ORDERS = {
 }
 
 
-def case(duration: float = 2.0) -> Case:
+def case(duration=2.0):
     """A body that turns over and nutates, far from every special case."""
     given = {
         "inertia_x": 1.0,
@@ -48,7 +47,7 @@ def case(duration: float = 2.0) -> Case:
     return case_of(scene("free-body/flip", given)).lasting(duration)
 
 
-def at_end(name: str, step: float) -> np.ndarray:
+def at_end(name, step):
     """Error of each observable after two seconds, shape (7,)."""
     of = case()
     run = engine_of(method(name)).prepare(of, method(name), step).run()
@@ -56,7 +55,7 @@ def at_end(name: str, step: float) -> np.ndarray:
     return np.array([run.observables[n][-1] - exact[n][0] for n in NAMES])
 
 
-def coefficients(scheme: str) -> dict[int, np.ndarray]:
+def coefficients(scheme):
     """Coefficients after two seconds, shape (7,) each."""
     found = FreeBodyErrors(BODY).series(Scheme(scheme), np.array([2.0]))
     return {p: np.array([terms[n][0] for n in NAMES]) for p, terms in found.items()}

@@ -17,7 +17,7 @@ from plumbob.tests.support.declared import findings_of, nothing
 FLIP, STEPS = scene("free-body/flip"), (3.2e-2, 1.6e-2, 8e-3, 4e-3, 2e-3, 1e-3)
 
 
-def study(*names: str) -> Study:
+def study(*names):
     """A study of the scene that turns over, with these methods."""
     chosen = tuple(method(name) for name in names)
     found = tuple(convergence_study(FLIP, how, 25_000, STEPS) for how in chosen)

@@ -23,13 +23,13 @@ CASES = recorded(FILE)
 NAMES = (*RATES, *ATTITUDE)
 
 
-def seen(body: FreeBody, times: object) -> np.ndarray:
+def seen(body, times):
     """All observables, shape (7, n)."""
     found = body.observe(np.atleast_1d(np.asarray(times, dtype=float)))
     return np.stack([found[name] for name in NAMES])
 
 
-def errors(name: str, change: float = 0.0) -> tuple[FreeBody, np.ndarray, np.ndarray]:
+def errors(name, change=0.0):
     """The body of a recorded case, its first moment changed relatively, the times, and its errors
     beside the record, shape (7, n)."""
     case = CASES[name]
@@ -76,7 +76,7 @@ RATE = st.floats(-5.0, 5.0).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
 
 
 @st.composite
-def bodies(draw: st.DrawFn) -> FreeBody:
+def bodies(draw):
     """Bodies with moments that some distribution of mass has: sums of two of three numbers."""
     a, b, c = draw(POSITIVE), draw(POSITIVE), draw(POSITIVE)
     return FreeBody(b + c, c + a, a + b, (draw(RATE), draw(RATE), draw(RATE)))
@@ -196,7 +196,7 @@ def test_the_third_kind_over_a_half_turn_is_that_over_its_quarters():
         assert whole == pytest.approx(2 * integral.at(np.array([body]))[0], rel=1e-14)
 
 
-def _mean(a: float, b: float) -> float:
+def _mean(a, b):
     for _ in range(40):
         a, b = (a + b) / 2, float(np.sqrt(a * b))
     return a

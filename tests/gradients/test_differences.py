@@ -14,13 +14,13 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import gradient as measuring
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.extra_runs import StudyPlan
-from plumbob.engines.study.gradient import Gradient, Gradients, GradientSearch, best_eps, gradients
+from plumbob.engines.study.gradient import Gradients, GradientSearch, best_eps, gradients
 from plumbob.engines.study.order import fit_order
 from plumbob.models.registry import case_of, scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.engines.gradients import BESIDE, SAMPLE
 from plumbob.reports.analyses.engines.gradients import requests as sampled
-from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
+from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
 
 LINE, SWING, CONE = (
@@ -42,12 +42,12 @@ SMOOTH = (
 )
 
 
-def _judged(search: GradientSearch) -> list[JudgedGradient]:
+def _judged(search):
     found = gradients(case_of(scene(search.scene)), method(search.method), search)
     return list(judged_gradients(search, found))
 
 
-def _records(search: GradientSearch) -> tuple[Gradient, ...]:
+def _records(search):
     return gradients(case_of(scene(search.scene)), method(search.method), search).records
 
 

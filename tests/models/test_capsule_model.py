@@ -19,7 +19,6 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.models.registry import scene, scenes, system_of
-from plumbob.models.scene import Scene
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
@@ -28,7 +27,7 @@ FULL, REDUCED, PLANAR = (FOLDER / f"{name}.xml" for name in ("tripod_capsule", "
 STEP = 1e-4  # that the files are written for
 
 
-def load(file: Path) -> mujoco.MjModel:
+def load(file):
     """The file as it stands."""
     return mujoco.MjModel.from_xml_path(str(file))
 
@@ -36,7 +35,7 @@ def load(file: Path) -> mujoco.MjModel:
 SUPPORTS = [f"support_{i}{axis}" for i in range(3) for axis in "xy"]
 
 
-def numbers(model: mujoco.MjModel) -> dict[str, float]:
+def numbers(model):
     """The numbers of the source's problem that a full model has."""
     body, slider = model.body("body"), model.body("slider")
     places = [float(x) for i in (1, 2, 3) for x in model.geom(f"support_{i}").pos[:2]]
@@ -50,7 +49,7 @@ def numbers(model: mujoco.MjModel) -> dict[str, float]:
     }
 
 
-def wanted() -> dict[str, float]:
+def wanted():
     """The same for the check values of physics.md."""
     names = ("body_mass", "slider_mass", "inertia", "gravity", "friction")
     places = dict(zip(SUPPORTS, itertools.chain(*CHECK.supports), strict=True))
@@ -94,7 +93,7 @@ def test_contacts_are_those_of_the_profile_without_what_mjcf_cannot_say():
         assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
 
 
-def displacement(file: Path) -> float:
+def displacement(file):
     """How far the body goes [m] in the file as it stands, driven by the check manoeuvre."""
     model = load(file)
     data = mujoco.MjData(model)
@@ -106,7 +105,7 @@ def displacement(file: Path) -> float:
     return float(data.qpos[0])
 
 
-def _drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def _drive(model, data):
     for w in mean_acceleration(LINE, np.arange(1501, dtype=np.float64) * STEP):
         data.ctrl[0] = w
         mujoco.mj_step(model, data)
@@ -128,7 +127,7 @@ def test_a_file_as_it_stands_takes_the_step_that_theory_says(name, bound):
     assert error == pytest.approx(float(step_error(LINE, STEP)), abs=bound * abs(exact))
 
 
-def _slow(case: Scene) -> bool:
+def _slow(case):
     """Whether making a scene's problem takes seconds: a plan of the full profile."""
     return case.system == "capsule-plan" and case.profile != "quick"
 

@@ -15,7 +15,7 @@ FOLDER = MJCF.parent
 DENSITY, HEIGHT, HALF_ANGLE = 8000.0, 0.3, math.radians(15.0)
 
 
-def expected() -> dict[str, float]:
+def expected():
     """The numbers of the file, from Sudakov 2015, eq. 1, and the parallel axis theorem."""
     tan2 = math.tan(HALF_ANGLE) ** 2
     mass = math.pi / 3 * DENSITY * HEIGHT**3 * tan2
@@ -33,7 +33,7 @@ def expected() -> dict[str, float]:
     }
 
 
-def found(model: mujoco.MjModel) -> dict[str, float]:
+def found(model):
     """The same numbers as `model` has them."""
     cone = model.body("cone")
     start = model.key("start")
@@ -51,7 +51,7 @@ def found(model: mujoco.MjModel) -> dict[str, float]:
     }
 
 
-def wrong(model: mujoco.MjModel) -> set[str]:
+def wrong(model):
     """Numbers with relative differences above 1e-12: they are written with 16 digits."""
     numbers = found(model)
     return {name for name, x in expected().items() if not abs(numbers[name] - x) <= 1e-12 * abs(x)}

@@ -30,7 +30,7 @@ def exported(tmp_path_factory):
     return target
 
 
-def scripts(text: str) -> list[str]:
+def scripts(text):
     blocks = [
         "".join(line[4:] or "\n" for line in m[0].splitlines(True)) for m in INDENTED.finditer(text)
     ]

@@ -4,9 +4,6 @@ README states its numbers, and the picture is small."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,7 +14,6 @@ from plumbob.engines.adapters.mujoco.contacts import PROFILES
 from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.models.registry import case_of, scene, systems
 
-Whole = Callable[[Path, Any], mujoco.MjSpec]
 # Softened further, because the armature of a compiled model needs it; and names and keys.
 OTHERS = ("pair_solref", "pair_solimp", "key_", "name_", "names", "text")
 

@@ -14,7 +14,7 @@ from plumbob.models.scene import FREE_ROTATION, ON_PLANE, ON_SUPPORTS, ONE_SMOOT
 OURS = [method for engine in registry.built_in().values() for method in engine.methods]
 
 
-def for_kind(kind: str, name: str) -> set[str]:
+def for_kind(kind, name):
     """Names of the methods of plumbob's own that a new system of this kind and name is for."""
     new = replace(scene("simple-pendulum/free-large"), name=f"{name}/free", kind=kind)
     return {method.name for method in OURS if meant(method, new)}

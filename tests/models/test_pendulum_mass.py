@@ -10,7 +10,6 @@ import pytest
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
 from plumbob.tests.support.cases import run_of, verdict_of
 
 MASS = 3.7  # [kg]
@@ -19,7 +18,7 @@ METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/tight", "ode/rk4")
 STEP = 1e-3  # [s]
 
 
-def forced(mass: float, part: float = 1.0) -> Scene:
+def forced(mass, part=1.0):
     """The forced pendulum in the notebook's form: C = xi m, F_0 = A m L, for a bob of `mass`; the
     force is `part` of it."""
     changes = {"mass": mass, "damping": 0.2 * mass, "force": part * 1.5 * mass}

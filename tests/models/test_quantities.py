@@ -10,10 +10,9 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure, relative_error, worst
 from plumbob.models.registry import case_of, scene, scenes, systems
-from plumbob.models.scene import Quantity, Scene
 
 
-def about(chosen: Scene) -> dict[str, Quantity]:
+def about(chosen):
     case = case_of(chosen)
     return {q.observable: q for q in case.system.quantities(case)}
 

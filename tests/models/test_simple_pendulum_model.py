@@ -20,7 +20,7 @@ MJCF = systems()["simple-pendulum"].mjcf
 FOLDER = MJCF.parent
 
 
-def problem(name: str = "simple-pendulum", **changes: float) -> SimplePendulum:
+def problem(name="simple-pendulum", **changes):
     """The problem of a system's default scene, with parameters changed."""
     scene = find_scene(name, changes)
     found = system_of(scene).problem(scene.parameters)

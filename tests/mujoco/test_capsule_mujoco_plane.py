@@ -24,7 +24,7 @@ EULER, RK4 = "euler+coulomb", "rk4+coulomb"
 FINEST = 800  # steps in a half time here; the scene's step sizes go on to 3200
 
 
-def step_of(name: str, parts: int) -> float:
+def step_of(name, parts):
     """A step that is a part of the turn's half time [s]."""
     return float(scene(name).parameters["half_time"]) / parts
 

@@ -38,7 +38,7 @@ CAPSULE = Path(__file__).parents[2] / "models" / "tripod_capsule" / "tripod_caps
 BOX, STAND = "four-footed box", "four-legged stand"
 
 
-def contact_spring(frequency: float, damping_ratio: float, impedance: float) -> ContactSpring:
+def contact_spring(frequency, damping_ratio, impedance):
     """A contact along its normal that has this natural `frequency` [rad/s] on a lone body, but for
     a fraction `impedance` (MuJoCo's direct `solref`)."""
     regularisation = (1.0 - impedance) / impedance
@@ -46,9 +46,7 @@ def contact_spring(frequency: float, damping_ratio: float, impedance: float) -> 
     return ContactSpring(pull, drag, regularisation)
 
 
-def safe_spring(
-    time_constant: float, damping_ratio: float, impedance: float, step: float = 0.0
-) -> ContactSpring:
+def safe_spring(time_constant, damping_ratio, impedance, step=0.0):
     """The same by a `time_constant` [s] (MuJoCo's `solref` of two positive numbers), which
     `refsafe` raises to two of `step` [s]; 0 where it is switched off."""
     tau = max(time_constant, 2.0 * step)
@@ -57,7 +55,7 @@ def safe_spring(
 
 
 @cache
-def model(body: str, integrator: str, dimensions: int) -> mujoco.MjModel:
+def model(body, integrator, dimensions):
     """A body on contacts for 1 ms, with friction (3 dimensions) or without (1), and a warning where
     it diverges in place of a reset."""
     if body == "capsule":
@@ -75,7 +73,7 @@ def model(body: str, integrator: str, dimensions: int) -> mujoco.MjModel:
     return compiled
 
 
-def settled(body: mujoco.MjModel, step: float) -> np.ndarray:
+def settled(body, step):
     """Coordinates at rest, found at a `step` [s] that is stable."""
     body.opt.timestep = step
     data = mujoco.MjData(body)
@@ -85,7 +83,7 @@ def settled(body: mujoco.MjModel, step: float) -> np.ndarray:
     return np.array(data.qpos)
 
 
-def holds(body: mujoco.MjModel, rest: np.ndarray, step: float) -> bool:
+def holds(body, rest, step):
     """Whether a nudge of the body at rest stays small."""
     body.opt.timestep = step
     data = mujoco.MjData(body)
@@ -98,7 +96,7 @@ def holds(body: mujoco.MjModel, rest: np.ndarray, step: float) -> bool:
     return True
 
 
-def measured(body: mujoco.MjModel, rest: np.ndarray, below: float) -> float:
+def measured(body, rest, below):
     """The largest step that holds [s], by bisection to 1 %, from half of `below` to twice it."""
     holding, lost = below / 2, 2 * below
     assert holds(body, rest, holding)
@@ -112,14 +110,14 @@ def measured(body: mujoco.MjModel, rest: np.ndarray, below: float) -> float:
     return math.sqrt(holding * lost)
 
 
-def predicted_sliding(body: str, compiled: mujoco.MjModel, scheme: Scheme) -> float:
+def predicted_sliding(body, compiled, scheme):
     """Of the fastest mode alone, on contacts that only press."""
     frequency = (STIFFNESS if body == "capsule" else OWN_STIFFNESS) / WRITTEN
     contact = contact_spring(frequency, DAMPING, IMPEDANCE)
     return largest_contact_step(np.eye(1) * frequency_ratio(compiled), (contact,), scheme)
 
 
-def predicted_at_rest(compiled: mujoco.MjModel, rest: np.ndarray, scheme: Scheme) -> float:
+def predicted_at_rest(compiled, rest, scheme):
     """Of all directions of all contacts at once, friction holding, by the engine's own Jacobian."""
     data = mujoco.MjData(compiled)
     data.qpos[:] = rest
@@ -163,13 +161,13 @@ def test_at_rest_friction_steadies_feet_and_has_a_limit_of_its_own(body, integra
     assert abs(limit / predicted_sliding(body, compiled, scheme) - 1) > WITHIN
 
 
-def wrong_limits() -> dict[str, float]:
+def wrong_limits():
     """Limits of the box with a mistake in each."""
     ratio = frequency_ratio(model(BOX, "euler", 1))
     frequency = OWN_STIFFNESS / WRITTEN
     right = contact_spring(frequency, DAMPING, IMPEDANCE)
 
-    def limit(ratio: float, contact: ContactSpring, scheme: Scheme = EXPLICIT) -> float:
+    def limit(ratio, contact, scheme=EXPLICIT):
         return largest_contact_step(np.eye(1) * ratio, (contact,), scheme)
 
     return {
@@ -200,7 +198,7 @@ def test_every_method_of_settings_has_its_damping_explicit():
 
 
 @cache
-def guarded(solref: str, impedance: float, safe: bool) -> mujoco.MjModel:
+def guarded(solref, impedance, safe):
     """The box on contacts of a time constant, with or without `refsafe`, without friction."""
     flag = "enable" if safe else "disable"
     mjcf = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import pytest
@@ -33,9 +32,7 @@ MODEL = """
 """
 
 
-def written(
-    folder: Path, integrator: str = "Euler", step: str = "0.002", flags: str = 'contact="disable"'
-) -> Path:
+def written(folder, integrator="Euler", step="0.002", flags='contact="disable"'):
     """A model file with these options."""
     path = folder / "my.xml"
     path.write_text(MODEL.format(integrator=integrator, step=step, flags=flags), "utf-8")

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.user_file import user_method
-from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, systems
@@ -21,7 +19,7 @@ BARE = "<mujoco><option {options}/><default><geom {geom}/></default></mujoco>"
 NOSLIP = 'cone="elliptic" impratio="100" noslip_iterations="10"'
 
 
-def own(folder: Path, options: str = "", geom: str = "") -> Method:
+def own(folder, options="", geom=""):
     """The method of a file with these options and contact defaults."""
     path = folder / "my.xml"
     path.write_text(BARE.format(options=options, geom=geom), "utf-8")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,9 +15,7 @@ from plumbob.engines.adapters.mujoco.cone_pendulum import armature as model_arma
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.mujoco.trimming import trimming
-from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF, SYSTEM, scene
@@ -30,9 +27,7 @@ METHODS = {
 RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
 
 
-def run(
-    method: Method = RK4, step: float = 1e-4, duration: float = 0.5, **given: Any
-) -> Trajectory:
+def run(method=RK4, step=1e-4, duration=0.5, **given):
     """Run the default scene, with some of its fields changed."""
     return ENGINE.prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 

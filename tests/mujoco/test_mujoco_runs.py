@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -48,11 +47,11 @@ PUSHED = """
 """
 
 
-def simulation(xml: str, translation: dict[str, Any], steps: int) -> MujocoSimulation:
+def simulation(xml, translation, steps):
     """Any model as the adapter would run it, with its first coordinate and rate observed."""
     model = mujoco.MjModel.from_xml_string(xml)
     model.opt.disableflags |= int(BIT.mjDSBL_AUTORESET)
-    given: dict[str, Any] = {
+    given = {
         "spec": None,
         "qpos": np.array(model.qpos0),
         "qvel": np.zeros(model.nv),

@@ -14,7 +14,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models.contact_stability import largest_ratio
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.abilities import SettingsToPaste, Snippet
+from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.mujoco.contacts import DAMPING
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS
@@ -29,11 +29,11 @@ REST = 0.02
 CHATTER = 0.25  # relative error of a stopping distance with default contacts: at least this
 
 
-def _foot(i: int, x: float, y: float, z: float) -> str:
+def _foot(i, x, y, z):
     return f'<geom name="foot_{i}" type="sphere" size=".01" pos="{x} {y} {z}" mass=".01"/>'
 
 
-def _leg(i: int, angle: float) -> str:
+def _leg(i, angle):
     x, y, z = 0.2 * math.cos(angle), 0.2 * math.sin(angle), -0.2
     knee = f"{0.95 * x} {0.95 * y} {0.95 * z}"
     leg = f'<geom type="capsule" size=".008" fromto="0 0 0 {knee}" mass=".3"/>'
@@ -60,13 +60,12 @@ BODIES = {  # geoms, height of the origin [m], stiffness: wheels touch at eight 
 METHODS = ("mujoco/euler+coulomb", "mujoco/implicitfast+coulomb", "mujoco/rk4+coulomb")
 
 
-def snippets(method: str, step: float, stiffness: float | None = None) -> tuple[Snippet, ...]:
+def snippets(method, step, stiffness=None):
     settings = engine_of(find_method(method)).ability(SettingsToPaste)
-    assert settings is not None
     return settings.write(find_method(method), step, stiffness, FRICTION).snippets
 
 
-def own_model(body: str, mjcf: str, python: str = "") -> mujoco.MjModel:
+def own_model(body, mjcf, python=""):
     """The body with settings pasted into its file, their one pair written for every foot."""
     geoms, height, _ = BODIES[body]
     line = '<pair geom1="floor" geom2="foot_1"/>'
@@ -80,7 +79,7 @@ def own_model(body: str, mjcf: str, python: str = "") -> mujoco.MjModel:
     return model
 
 
-def _slide(model: mujoco.MjModel) -> tuple[float, float]:
+def _slide(model):
     """The distance [m] that the body's centre of mass slides after it has settled, and h^2 over
     sum(b_i^2) of the contacts on which it then stands."""
     data = mujoco.MjData(model)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
@@ -12,7 +10,7 @@ NAMES = ("theta_1", "theta_2", "theta_1_dot", "theta_2_dot")
 CONSTANTS = ("mass_1", "mass_2", "length_1", "length_2", "gravity")
 
 
-def mass_matrix(p: Any, q: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+def mass_matrix(p, q):
     """Of the angles from the vertical."""
     first, second = q
     coupling = p.mass_2 * p.length_1 * p.length_2 * np.cos(first - second)
@@ -20,7 +18,7 @@ def mass_matrix(p: Any, q: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
     return ((p.mass_1 + p.mass_2) * p.length_1**2, coupling), (coupling, outer)
 
 
-def forces(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any]:
+def forces(p, time, q, v):
     """Moments about the two joints."""
     (first, second), (u, w) = q, v
     pull = p.mass_2 * p.length_1 * p.length_2 * np.sin(first - second)
@@ -28,10 +26,7 @@ def forces(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any]:
     return -pull * w**2 - weight, pull * u**2 - p.mass_2 * p.gravity * p.length_2 * np.sin(second)
 
 
-def double_pendulum(
-    constants: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0, 9.81),
-    start: tuple[float, ...] = (1.5, 2.5, 0.0, 0.0),
-) -> SmoothSystem:
+def double_pendulum(constants=(1.0, 1.0, 1.0, 1.0, 9.81), start=(1.5, 2.5, 0.0, 0.0)):
     """Two masses [kg], lengths [m] and gravity [m/s^2]; angles [rad] and rates [rad/s] at time
     0."""
     parameters = dict(zip(CONSTANTS, constants, strict=True))

@@ -7,19 +7,18 @@ equations, in angles and momenta. Two step sizes have to agree to 34 digits.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import gmpy2
 
-from plumbob.tests.support.extrapolation import Motion, Rates, Recorded, State, record
+from plumbob.tests.support.extrapolation import record
 
 FILE = Path(__file__).with_suffix(".json")
 
 
-def slope(m1: Any, m2: Any, l1: Any, l2: Any, g: Any) -> Rates:
+def slope(m1, m2, l1, l2, g):
     """Rates of the angles and of their momenta."""
 
-    def rates(state: State) -> State:
+    def rates(state):
         a, b, p, q = state
         s, c = gmpy2.sin_cos(a - b)
         spread = l1 * l2 * (m1 + m2 * s * s)
@@ -36,7 +35,7 @@ def slope(m1: Any, m2: Any, l1: Any, l2: Any, g: Any) -> Rates:
     return rates
 
 
-def motion(case: Recorded) -> Motion:
+def motion(case):
     """The motion of masses [kg], lengths [m] and gravity [m/s^2] from angles [rad] and rates
     [rad/s], in angles and momenta."""
     m1, m2, l1, l2, g = (gmpy2.mpfr(value) for value in case.constants)
@@ -46,7 +45,7 @@ def motion(case: Recorded) -> Motion:
     return slope(m1, m2, l1, l2, g), [a, b, *momenta], case.times
 
 
-def angles_and_rates(motion: Motion, state: State) -> State:
+def angles_and_rates(motion, state):
     """What is recorded of a state."""
     return [*state[:2], *motion[0](state)[:2]]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
-from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -16,7 +15,6 @@ from plumbob.analytic.numerics.smooth import certified_motion
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.tests.numerics.double_pendulum import NAMES, double_pendulum
 from plumbob.tests.numerics.recorded_motions import FILE
@@ -25,12 +23,12 @@ from plumbob.tests.support.extrapolation import recorded
 CASES = recorded(FILE)
 
 
-def stacked(values: Any) -> Array:
+def stacked(values):
     """All observables, shape (numbers, n)."""
     return np.stack(list(values.values()))
 
 
-def errors(name: str, system: SmoothSystem) -> tuple[Array, Array]:
+def errors(name, system):
     """Error beside the recorded motion, and the uncertainty stated, shape (4, n) each."""
     motion, times = CertifiedMotion(system), np.array(CASES[name].times)
     states = [[mp.mpf(x) for x in row] for row in CASES[name].states]
@@ -122,9 +120,7 @@ def test_chaos_beyond_double_precision_is_refused():
         motion.uncertainty(np.array([1000.0]))
 
 
-def particle(
-    force: Any, parameters: dict[str, float], start: tuple[float, float], **about: Any
-) -> SmoothSystem:
+def particle(force, parameters, start, **about):
     """A particle of mass 1 on a line."""
     one = ((1.0,),)
     return SmoothSystem(
@@ -172,7 +168,7 @@ MASSES, DRIVE = (1.0, 2.0, 0.5), 1.7
 STIFFNESS = ((4.0, -1.0, 0.0), (-1.0, 5.0, -4.0), (0.0, -4.0, 4.0))
 
 
-def pulled(p: Any, t: Any, q: Any, v: Any) -> tuple[Any, ...]:
+def pulled(p, t, q, v):
     """Forces on three masses on springs, the last one driven."""
     pushes = (0.0, 0.0, np.cos(p.drive * t))
     pulls = (sum(k * x for k, x in zip(row, q, strict=True)) for row in STIFFNESS)

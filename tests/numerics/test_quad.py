@@ -12,7 +12,7 @@ MP = mpmath.MPContext()
 MP.dps = 50
 
 
-def exact(value: object) -> mpmath.mpf:
+def exact(value):
     """A 34-digit number in mpmath."""
     return MP.mpf(str(value))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 from plumbob.analytic.errors.contact_models import impacts
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.engines.adapters.mujoco import bouncing_ball
 from plumbob.engines.method import meant
 from plumbob.engines.registry import method, methods
@@ -23,10 +21,10 @@ from plumbob.reports.analyses.bouncing_ball import METHODS
 from plumbob.reports.judge.verdict import judge
 
 SCENES = scenes("bouncing-ball")
-BALL: BouncingBall = case_of(scene("bouncing-ball/half")).problem
+BALL = case_of(scene("bouncing-ball/half")).problem
 
 
-def height(ball: BouncingBall, time: float) -> Any:
+def height(ball, time):
     """The height z [m] with 40 digits, impact by impact."""
     h, e, g, left = map(mp.mpf, (ball.height, ball.restitution, ball.gravity, time))
     fall = mp.sqrt(2 * h / g)

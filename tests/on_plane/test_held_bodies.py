@@ -6,7 +6,6 @@ import math
 import re
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -19,9 +18,6 @@ from plumbob.analytic.errors.contact_models.soft_friction import Held
 from plumbob.analytic.errors.contact_models.stack_steps import corners
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import SoftPoint
-from plumbob.analytic.systems.incline import Incline
-from plumbob.analytic.systems.pinch import Pinch
-from plumbob.analytic.systems.stack import Stack
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.mujoco import incline, pinch, stack
 from plumbob.engines.method import meant
@@ -30,9 +26,9 @@ from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene, scenes
 from plumbob.reports.judge.verdict import judge
 
-CUBE: Incline = case_of(scene("incline/stops")).problem
-PINCH: Pinch = case_of(scene("pinch/0.9")).problem
-STACK: Stack = case_of(scene("stack/equal")).problem
+CUBE = case_of(scene("incline/stops")).problem
+PINCH = case_of(scene("pinch/0.9")).problem
+STACK = case_of(scene("stack/equal")).problem
 BUILDERS = {"incline": incline, "pinch": pinch, "stack": stack}
 
 
@@ -81,7 +77,7 @@ def test_bad_input(problem, name, value, must):
         replace(problem, **{name: value})
 
 
-def chosen_runs() -> list[Any]:
+def chosen_runs():
     """Each scene with each method that a theory covers there."""
     pairs = [(s, m) for s in scenes(",".join(BUILDERS)) for m in methods() if meant(m, s)]
     return [
@@ -118,9 +114,7 @@ def test_the_file_is_the_model_that_is_built(name):
     np.testing.assert_allclose(built.opt.gravity, file.opt.gravity, 1e-14)
 
 
-def settled(
-    cone: str, ratio: float, part: float, heading: float
-) -> tuple[Any, Any, Any, SoftPoint]:
+def settled(cone, ratio, part, heading):
     """A cube on default contacts but for their cone after 1 s, and what theory takes."""
     case = case_of(scene("incline/rest"))
     cube = replace(case.problem, slope=math.atan(part * CUBE.friction), heading=heading)
@@ -155,7 +149,7 @@ def test_drift_depth_and_softness(cone, ratio, part, heading):
 
 
 @cache
-def threshold(cone: str, degrees: float) -> float:
+def threshold(cone, degrees):
     """Where the acceleration no longer vanishes: tan(slope)/f, by bisection."""
     low, high = 0.5, 1.5
     for _ in range(16):
@@ -215,7 +209,7 @@ def test_what_a_pinch_holds_with_40_digits(fraction, push):
         replace(held, normal_force=normal_force * fraction * (1 - 1e-12))
 
 
-def allowed_by(name: str) -> float:
+def allowed_by(name):
     """The number in what settings to paste promise."""
     asked = method(name)
     ability = engine_of(asked).ability(SettingsToPaste)

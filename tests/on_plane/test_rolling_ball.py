@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,7 +12,6 @@ from mpmath import mp
 from scipy.integrate import solve_ivp
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.engines.adapters.mujoco import rolling_ball
 from plumbob.engines.method import meant
 from plumbob.engines.registry import method, methods
@@ -22,8 +20,8 @@ from plumbob.models.registry import case_of, scene, scenes, systems
 from plumbob.reports.judge.verdict import judge
 
 SCENES = scenes("rolling-ball")
-BALL: RollingBall = case_of(scene("rolling-ball/slide-to-roll")).problem
-CHANGES: list[dict[str, float]] = [
+BALL = case_of(scene("rolling-ball/slide-to-roll")).problem
+CHANGES = [
     {},
     {"spin": -50.0},
     {"spin": 300.0},
@@ -40,7 +38,7 @@ CHANGES: list[dict[str, float]] = [
 ]
 
 
-def stepped_to(ball: RollingBall, end: float) -> list[Any]:
+def stepped_to(ball, end):
     """Place, v and R w with 40 digits, from switch to switch."""
     f, k, g = mp.mpf(ball.friction), mp.mpf(ball.rolling_friction) / ball.radius, ball.gravity
     x, v, u, left = mp.mpf(0), mp.mpf(ball.speed), mp.mpf(ball.radius) * ball.spin, mp.mpf(end)

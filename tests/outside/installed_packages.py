@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -20,7 +19,7 @@ DEFECTS = tomllib.loads((Path(__file__).parent / "defects.toml").read_text("utf-
 ENGINE = (PACKAGES / "tiny_engine" / "tiny_engine.py").read_text("utf-8")
 
 
-def install(site: Path, name: str, points: Mapping[str, Mapping[str, str]], **modules: str) -> None:
+def install(site, name, points, **modules):
     """Install the package `name`, version 1.0, in the folder `site`: its entry points by group and
     name, and its modules by name."""
     metadata = site / f"{name.replace('-', '_')}-1.0.dist-info"
@@ -36,7 +35,7 @@ def install(site: Path, name: str, points: Mapping[str, Mapping[str, str]], **mo
         (site / f"{module}.py").write_text(text, "utf-8")
 
 
-def install_folder(site: Path, folder: str) -> None:
+def install_folder(site, folder):
     """Install one of the packages beside the tests as its pyproject.toml says."""
     project = tomllib.loads((PACKAGES / folder / "pyproject.toml").read_text("utf-8"))
     modules = project["tool"]["setuptools"]["py-modules"]
@@ -44,20 +43,20 @@ def install_folder(site: Path, folder: str) -> None:
     install(site, project["project"]["name"], project["project"]["entry-points"], **texts)
 
 
-def broken(site: Path, text: str, group: str = entry_points.ENGINES, name: str = "tiny") -> None:
+def broken(site, text, group=entry_points.ENGINES, name="tiny"):
     """Install a package that adds `name` with a module of this text."""
     what = "ENGINE" if group == entry_points.ENGINES else "SYSTEM"
     install(site, "their-package", {group: {name: f"theirs:{what}"}}, theirs=text)
 
 
-def changed(text: str, right: str, wrong: str) -> str:
+def changed(text, right, wrong):
     """The text of a module with one piece of it replaced."""
     assert right in text
     return text.replace(right, wrong)
 
 
 @contextmanager
-def seen(site: Path) -> Iterator[None]:
+def seen(site):
     """Let this process see the packages of the folder `site`, and forget them afterwards."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(site))
@@ -69,7 +68,7 @@ def seen(site: Path) -> Iterator[None]:
     _forget(site)
 
 
-def _forget(site: Path) -> None:
+def _forget(site):
     for kept in (
         entry_points._installed,
         entry_points.points,
@@ -84,5 +83,5 @@ def _forget(site: Path) -> None:
         del sys.modules[name]
 
 
-def _inside(module: object, site: Path) -> bool:
+def _inside(module, site):
     return str(getattr(module, "__file__", None) or "").startswith(str(site))

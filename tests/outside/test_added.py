@@ -124,7 +124,7 @@ SMALL = "simple-pendulum/free-small"
 SIZE = 1.2  # relative: of the finest runs of the quick profile
 
 
-def limited(limit: str) -> str:
+def limited(limit):
     """An engine with a defect, whose package declares known limits."""
     return OFF.replace("    not_read=", f"    known_limits=({limit},),\n    not_read=")
 
@@ -147,7 +147,7 @@ def test_a_known_limit_that_a_package_declares_is_held_to_its_size(size, why, si
     assert bool(surprising) == bool(why)
 
 
-def surprise_of_the_defect() -> str:
+def surprise_of_the_defect():
     """Why the failure of the engine with a defect is not expected."""
     scene, method = find_scene(SMALL), find_method("tiny/euler")
     study = convergence_study(scene, method, 2000)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 
 import pytest
 
@@ -20,7 +19,6 @@ from plumbob.tests.outside.installed_packages import (
     install_folder,
     seen,
 )
-from plumbob.tests.support.fixture_types import Capture
 
 RETURN = "return stepped(case, step, build)"
 WRAPPED = """
@@ -45,7 +43,7 @@ FIRST = "for _ in range(first, last):"
 CASES = DEFECTS["checks"]
 
 
-def with_defect(defect: dict[str, str]) -> str:
+def with_defect(defect):
     """The engine with a piece of its text replaced, or with simulations that return another
     thing."""
     text = ENGINE.replace("Scheme(EULER)", defect.get("scheme", "Scheme(EULER)"))
@@ -56,7 +54,7 @@ def with_defect(defect: dict[str, str]) -> str:
     return text + WRAPPED.format(run=defect.get("run", "run"), stepped=stepped)
 
 
-def outcome(site: Path, text: str, capsys: Capture) -> tuple[int, dict[str, dict[str, str]]]:
+def outcome(site, text, capsys):
     """Exit code and checks of an engine with this text."""
     install(site, "theirs", {entry_points.ENGINES: {"tiny": "theirs:ENGINE"}}, theirs=text)
     with seen(site):

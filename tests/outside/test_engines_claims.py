@@ -3,8 +3,6 @@ end, the number of steps, and what a step costs."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -53,7 +51,7 @@ RUNS = {
 }
 
 
-def claiming(site: Path, run: str = "run", seconds: str = "timed.seconds") -> None:
+def claiming(site, run="run", seconds="timed.seconds"):
     """Install the engine of engines/README.md, with a simulation that says this of its runs."""
     text = ENGINE.replace("return stepped(", "return Claiming(stepped(")
     text = text.replace("(case, step, build)", "(case, step, build))")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -45,7 +44,7 @@ def repository(tmp_path):
     return tmp_path / "repository"
 
 
-def session_of(repository: Path, *options: str) -> subprocess.CompletedProcess[str]:
+def session_of(repository, *options):
     """pytest in the repository, which finds the plugin by its entry point, with options by its
     name."""
     path = [str(repository.parent / "site"), os.environ.get("PYTHONPATH", "")]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import plumbob.models
-from plumbob.engines.audit.engines import EngineError, engine_error
+from plumbob.engines.audit.engines import engine_error
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
 from plumbob.tests.support.engines_beside import held
@@ -20,7 +20,7 @@ NOTICED = 1.1  # of what is left: the error before; of a gravity of 9.81 for 9.8
 ROUNDING = (0.1, 10.0)
 ZERO = "0 0 0 in place of 0 0 -9.8 m/s^2"
 MISSING = "missing: ball"
-EXPECTED: tuple[tuple[str, str, dict[str, str]], ...] = (
+EXPECTED = (
     ("drake", "cone_pendulum", {"mass matrix": "armature dropped"}),
     ("drake", EVERY_FIELD, {"passive": "springs dropped", "actuator": "gear dropped"}),
     ("drake", "n_pendulum", {}),
@@ -34,7 +34,7 @@ EXPECTED: tuple[tuple[str, str, dict[str, str]], ...] = (
 )
 
 
-def _on(engine: str, model: str) -> EngineError:
+def _on(engine, model):
     """An engine on one of plumbob's files from its first keyframe."""
     if not installed(find_engine(engine)):
         pytest.skip(f"{engine} is not installed")

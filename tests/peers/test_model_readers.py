@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -12,7 +11,6 @@ from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.model_reading import EVERY_FIELD, ModelReading
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.engines.readers import KNOWN, READERS, requests
@@ -36,7 +34,7 @@ def test_what_each_reader_takes_over(capsys):
         _held(engine, found)
 
 
-def _held(engine: str, found: dict[str, Any]) -> None:
+def _held(engine, found):
     """The fields that a reader takes over are the known ones, and the others are named."""
     assert found["refuses"] == "", engine
     read = ALL if engine == "mujoco" else KNOWN[engine].fields
@@ -81,7 +79,7 @@ def study(tmp_path_factory):
     return stored
 
 
-def _tables(study: Study) -> list[dict[str, tuple[str, ...]]]:
+def _tables(study):
     """The finding's tables: of each row the texts beside its name."""
     shown = finding(READERS, study)
     return [{r[0].text: tuple(cell.text for cell in r[1:]) for r in t.rows} for t in shown.tables]

@@ -26,14 +26,14 @@ LASTING = 1.0  # [s]: the errors have their sizes by then
 STEP = 5e-3  # [s]
 
 
-def needed(name: str) -> None:
+def needed(name):
     """Skip where the engine of the method is not installed, unless all are to be (PEERS=all)."""
     if not installed(engine_of(find_method(name))):
         assert os.environ.get("PEERS") != "all", f"{name} is not installed"
         pytest.skip(f"{name} is not installed")
 
 
-def meant(name: str, scene: str) -> bool:
+def meant(name, scene):
     """Whether a method of this name runs the scene."""
     return not name.startswith("mjx") or scene == SWING  # compiling takes seconds
 

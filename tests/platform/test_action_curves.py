@@ -13,7 +13,7 @@ from gmpy2 import mpfr
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.analytic.systems.pendulums.action_curves import Branch, branches
+from plumbob.analytic.systems.pendulums.action_curves import branches
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -25,13 +25,13 @@ INERTIA = STEEL.inertia_x
 NAMES = ("in the deeper well", "in the shallower well", "over both wells", "rotation")
 
 
-def potential(pendulum: ConePendulum) -> TrigonometricPotential:
+def potential(pendulum):
     v = pendulum.potential
     return TrigonometricPotential(*(float(double(x)) for x in (v.a, v.b, v.c)))
 
 
 @cache
-def found(points: int = 60) -> dict[str, Branch]:
+def found(points=60):
     return {b.name: b for b in branches(potential(TURNING), INERTIA, 1100.0, points)}
 
 

@@ -34,7 +34,7 @@ CASES = {
 }
 
 
-def posed(name: str) -> ConePendulum:
+def posed(name):
     body, product, theta, theta_dot = CASES[name]
     return replace(
         TURNING, body=replace(body, inertia_yz=product), theta=theta, theta_dot=theta_dot

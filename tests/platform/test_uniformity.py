@@ -30,11 +30,11 @@ KNOWN = {
 }
 
 
-def posed(pivot_y: float, rate: float, speed: float) -> ConePendulum:
+def posed(pivot_y, rate, speed):
     return replace(TURNING, pivot_y=pivot_y, platform_rate=rate, theta_dot=speed)
 
 
-def floats(pendulum: ConePendulum) -> TrigonometricPotential:
+def floats(pendulum):
     v = pendulum.potential
     return TrigonometricPotential(*(float(double(x)) for x in (v.a, v.b, v.c)))
 

@@ -26,7 +26,7 @@ from plumbob.tests.support.random_capsules import CHECK, LIMIT, ordinary_lines
 UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
 
 
-def uneven(friction: float) -> LineManoeuvre:
+def uneven(friction):
     """A manoeuvre of that body, its accelerations in units of f g/mu and its times in f^(-1/2)."""
     body = replace(UNEVEN, friction=friction)
     holding = body.holding_acceleration

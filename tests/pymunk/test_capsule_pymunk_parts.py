@@ -15,7 +15,7 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import (
     iterations_needed,
 )
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.pymunk.assembly import Assembly, settle
+from plumbob.engines.adapters.pymunk.assembly import settle
 from plumbob.engines.adapters.pymunk.capsule_above import (
     foot_mass,
     friction_limits,
@@ -27,10 +27,9 @@ from plumbob.models.registry import system_of
 from plumbob.tests.support.random_capsules import CHECK
 
 ITERATIONS = 50
-CIRCLE = 0.12  # [m]
 
 
-def step_on(assembly: Assembly, step: float, count: int) -> Assembly:
+def step_on(assembly, step, count):
     """The capsule after so many steps of `step` [s] with nothing driven."""
     assembly.space.iterations = ITERATIONS
     for _ in range(count):

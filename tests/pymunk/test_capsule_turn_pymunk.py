@@ -25,7 +25,7 @@ CASES = (  # scene, steps in a half time (or a step [s]), part of the error that
 )
 
 
-def step_of(name: str, parts: float) -> float:
+def step_of(name, parts):
     """`parts` of a scene's half time, or the step itself."""
     return scene(name).parameters["half_time"] / parts if parts > 1 else parts
 

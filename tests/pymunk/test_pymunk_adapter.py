@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +10,8 @@ import pytest
 from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.adapters.pymunk import ENGINE, prepare
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
-from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.study.measurement import Measurement, measure
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.method import Unsupported
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judge
@@ -22,9 +20,7 @@ METHODS = {m.name: m for m in ENGINE.methods if "simple-pendulum" in m.systems}
 DEFAULT, TIGHT = METHODS["pymunk/default"], METHODS["pymunk/tight"]
 
 
-def run(
-    name: str, method: Method, step: float, duration: float, **settings: Any
-) -> tuple[Measurement, Trajectory]:
+def run(name, method, step, duration, **settings):
     """One run of a scene of the simple pendulum, cut to `duration` [s]."""
     scene = replace(find_scene(f"simple-pendulum/{name}"), duration=duration)
     how = replace(method, settings={**method.settings, **settings})
@@ -33,7 +29,7 @@ def run(
     return found, trajectory
 
 
-def verdict(found: Measurement, method: Method) -> str:
+def verdict(found, method):
     """The verdict on a run."""
     return judge(found, system_of(find_scene(found.scene)), method).verdict
 

@@ -18,21 +18,20 @@ CORNERS = [(x, y) for x in (0.15, -0.15) for y in (0.1, -0.1)]
 REST = 2e-3  # of v dt/2: the next order of the step, dt f g/v = 0.012 at 2 ms, and iterations
 
 
-def _python(method: str, step: float) -> tuple[str, float | None]:
+def _python(method, step):
     settings = engine_of(find_method(method)).ability(SettingsToPaste)
-    assert settings is not None
     found = settings.write(find_method(method), step, None, FRICTION)
     return found.snippets[0].python.partition("while running")[0], found.stop_error_per_speed
 
 
-def _block() -> tuple[pymunk.Space, pymunk.Body]:
+def _block():
     space, body = pymunk.Space(), pymunk.Body(2.0, 2.0 * (0.3**2 + 0.2**2) / 12)
     body.velocity = SPEED * math.cos(HEADING), SPEED * math.sin(HEADING)
     space.add(body)
     return space, body
 
 
-def _distance(space: pymunk.Space, body: pymunk.Body, step: float) -> float:
+def _distance(space, body, step):
     for _ in range(round(0.25 / step)):
         space.step(step)
     return float(abs(complex(*body.position)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -21,7 +20,7 @@ USED_UP_SCENES = (
 )
 
 
-def residual(name: str, step: float, iterations: int, **changes: Any) -> tuple[float, float]:
+def residual(name, step, iterations, **changes):
     """Fraction of the change of velocity that feet leave in a step, and its bound with one sticking
     foot."""
     changed = scene(name, changes)

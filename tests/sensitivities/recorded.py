@@ -8,7 +8,7 @@ other variables, with neither a variational equation nor a chain rule.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +17,14 @@ import numpy as np
 from gmpy2 import mpfr
 
 from plumbob.models.registry import case_of, scene
-from plumbob.tests.support.extrapolation import State, states
+from plumbob.tests.support.extrapolation import states
 
 FILE = Path(__file__).with_suffix(".json")
 STEP = mpfr("1e-12")  # of a parameter: a difference's error is its square
 DIGITS, SETS = 17, 3
 ANGLE = ("theta", "theta_dot")
 Values = Mapping[str, Any]
-Equation = tuple[Callable[[State], State], State, Callable[[State], dict[str, Any]]]
-DRAWN: Mapping[str, Mapping[str, tuple[float, float]]] = {
+DRAWN = {
     "cone-pendulum": {
         "density": (500.0, 8000.0),
         "height": (0.2, 0.5),
@@ -94,7 +93,7 @@ LASTING = {"cone-pendulum": 0.3, "simple-pendulum": 2.0, "linear-pendulum": 2.0,
 LONGEST = {"cone-pendulum": 0.02, "capsule-coast": 0.01}  # step [s]; else 0.1
 
 
-def cone(p: Values) -> Equation:
+def cone(p):
     """The cone pendulum, whose moments about the pivot follow from its shape where these are not
     given, under gravity and the centrifugal force of every mass element."""
     if "mass" in p:
@@ -108,7 +107,7 @@ def cone(p: Values) -> Equation:
         x = y = 3 * mass * (radius**2 / 4 + p["height"] ** 2) / 5
     squared = p["platform_rate"] ** 2
 
-    def rates(state: State) -> State:
+    def rates(state):
         theta, rate = state
         sine, cosine = gmpy2.sin_cos(theta)
         moment = squared * (y - z) * sine * cosine - mass * arm * p["gravity"] * sine
@@ -119,10 +118,10 @@ def cone(p: Values) -> Equation:
     return rates, [p["theta"], p["theta_dot"]], lambda s: dict(zip(ANGLE, s, strict=True))
 
 
-def pendulum(p: Values, linear: bool = False) -> Equation:
+def pendulum(p, linear=False):
     """The simple pendulum, or its linear companion; the third number of the state is the time."""
 
-    def rates(state: State) -> State:
+    def rates(state):
         theta, rate, time = state
         pull = theta if linear else gmpy2.sin(theta)
         force = p["forcing_amplitude"] * gmpy2.sin(p["forcing_frequency"] * time)
@@ -132,7 +131,7 @@ def pendulum(p: Values, linear: bool = False) -> Equation:
             mpfr(1),
         ]
 
-    def read(state: State) -> dict[str, Any]:
+    def read(state):
         theta, rate, _ = state
         angles = {"theta": theta, "theta_dot": rate}
         if linear:
@@ -143,13 +142,13 @@ def pendulum(p: Values, linear: bool = False) -> Equation:
     return rates, [p["theta"], p["theta_dot"], mpfr(0)], read
 
 
-def free(p: Values) -> Equation:
+def free(p):
     """Euler's equations and the attitude's."""
     a, b, c = (p[f"inertia_{axis}"] for axis in "xyz")
     spin = [p[f"angular_velocity[{i}]"] for i in range(3)]
     names = [*(f"angular_velocity_{axis}" for axis in "xyz"), *(f"attitude_{i}" for i in "wxyz")]
 
-    def rates(state: State) -> State:
+    def rates(state):
         u, v, w, s, x, y, z = state
         turned = (-x * u - y * v - z * w, s * u + y * w - z * v, s * v + z * u - x * w)
         last = s * w + x * v - y * u
@@ -159,7 +158,7 @@ def free(p: Values) -> Equation:
     return rates, [*spin, mpfr(1), *[mpfr(0)] * 3], lambda s: dict(zip(names, s, strict=True))
 
 
-def coast(p: Values) -> Equation:
+def coast(p):
     """A body on three sliding supports with the slider fixed, from Newton's equations of both in
     the axes of the ground, which are the body's at the start."""
     body, slider, arms = p["body_mass"], p["slider_mass"], []
@@ -167,11 +166,11 @@ def coast(p: Values) -> Equation:
     place = (p["slider[0]"], p["slider[1]"])
     loads = _loads(body * p["gravity"], slider * p["gravity"], arms, place)
 
-    def rates(state: State) -> State:
+    def rates(state):
         _, _, psi, vx, vy, omega = state
         sine, cosine = gmpy2.sin_cos(psi)
 
-        def turned(point: tuple[Any, Any]) -> tuple[Any, Any]:
+        def turned(point):
             return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
         fx = fy = moment = mpfr(0)
@@ -196,7 +195,7 @@ def coast(p: Values) -> Equation:
             alpha,
         ]
 
-    def read(state: State) -> dict[str, Any]:
+    def read(state):
         x, y, psi, vx, vy, omega = state
         names = ("x", "y", "velocity_x", "velocity_y", "heading", "heading_rate")
         values = (x, y, vx, vy, p["heading"] + psi, omega)
@@ -208,7 +207,7 @@ def coast(p: Values) -> Equation:
     return rates, start, read
 
 
-def _loads(body: Any, slider: Any, arms: list[tuple[Any, Any]], place: Any) -> list[Any]:
+def _loads(body, slider, arms, place):
     """Loads that balance the weights of body and slider, by Cramer's rule."""
     (x1, y1), (x2, y2), (x3, y3) = arms
     area = (x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)
@@ -220,7 +219,7 @@ def _loads(body: Any, slider: Any, arms: list[tuple[Any, Any]], place: Any) -> l
     ]
 
 
-EQUATIONS: Mapping[str, Callable[[Values], Equation]] = {
+EQUATIONS = {
     "cone-pendulum": cone,
     "simple-pendulum": pendulum,
     "linear-pendulum": lambda p: pendulum(p, linear=True),
@@ -229,9 +228,9 @@ EQUATIONS: Mapping[str, Callable[[Values], Equation]] = {
 }
 
 
-def nested(values: Mapping[str, float]) -> dict[str, Any]:
+def nested(values):
     """Parameters as `--set` takes them, from numbers with indices."""
-    found: dict[str, Any] = {}
+    found = {}
     for name, value in values.items():
         head, *indices = name.replace("]", "").split("[")
         if not indices:
@@ -244,18 +243,18 @@ def nested(values: Mapping[str, float]) -> dict[str, Any]:
     return {name: _tuples(value) for name, value in found.items()}
 
 
-def _tuples(value: Any) -> Any:
+def _tuples(value):
     if not isinstance(value, dict):
         return value
     return tuple(_tuples(value[index]) for index in sorted(value))
 
 
-def scene_of(system: str) -> str:
+def scene_of(system):
     """The scene whose parameters are replaced."""
     return "capsule-coast/spin" if system == "capsule-coast" else system
 
 
-def _times(system: str, parameters: Mapping[str, float]) -> list[float]:
+def _times(system, parameters):
     if system in LASTING:
         return [round(part * LASTING[system], 4) for part in (0.3, 0.7, 1.0)]
     case = case_of(scene(scene_of(system), nested(parameters)))
@@ -263,7 +262,7 @@ def _times(system: str, parameters: Mapping[str, float]) -> list[float]:
     return [round(part * stop, 4) for part in (0.3, 0.7, 0.95)]
 
 
-def _derived(system: str, parameters: Mapping[str, float], times: list[float]) -> Iterator[Any]:
+def _derived(system, parameters, times):
     """Each parameter with the derivatives of every observable at all times."""
     longest = LONGEST.get(system, 0.1)
     exact = {name: mpfr(value) for name, value in parameters.items()}
@@ -285,7 +284,7 @@ def _derived(system: str, parameters: Mapping[str, float], times: list[float]) -
         )
 
 
-def write() -> None:
+def write():
     """Draw the parameters and record the derivatives."""
     rng, table = np.random.default_rng(28), []
     with gmpy2.context(gmpy2.get_context(), precision=200):

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -14,9 +12,8 @@ import pytest
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.capsule import phased
-from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours, Sensitivity
+from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.analytic.sensitivities.smooth_systems import certified, gradients
 from plumbob.models.gradient import exact_gradient
@@ -30,7 +27,7 @@ RECORDED = json.loads(FILE.read_text("utf-8"))
 mpmath.mp.dps = 40
 
 
-def agrees(found: Sensitivity, name: str, exact: Array, scale: float, within: float) -> str:
+def agrees(found, name, exact, scale, within):
     """Why a derivative is not the exact one, within its uncertainty and within the accuracy asked
     for; empty where it is."""
     off, unsure = np.abs(found.values[name] - exact), found.uncertainty[name]
@@ -60,7 +57,7 @@ def test_recorded_derivatives(record):
             assert not wrong, (name, wrong)
 
 
-def line_in_40_digits(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+def line_in_40_digits(p, time):
     """Displacement, velocity, stroke and forces along a line, eqs. 11-14 of Chernousko 2020,
     integrated phase by phase."""
     total = p["body_mass"] + p["slider_mass"]
@@ -92,7 +89,7 @@ def line_in_40_digits(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
     } | _loads(p, p["start"] + xi)
 
 
-def _loads(p: Mapping[str, Any], reach: Any) -> dict[str, Any]:
+def _loads(p, reach):
     """Normal forces with the slider at `reach` along its line."""
     arms = p["supports"]
     along = p["slider_mass"] * p["gravity"] * reach
@@ -103,14 +100,14 @@ def _loads(p: Mapping[str, Any], reach: Any) -> dict[str, Any]:
     return {f"normal_force_{i}": load for i, load in enumerate(loads, start=1)}
 
 
-def _exactly(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    def exact(value: Any) -> Any:
+def _exactly(parameters):
+    def exact(value):
         return [exact(v) for v in value] if isinstance(value, tuple) else mpmath.mpf(value)
 
     return {name: exact(value) for name, value in parameters.items()}
 
 
-def _nudged(p: Mapping[str, Any], name: str, step: Any) -> dict[str, Any]:
+def _nudged(p, name, step):
     head, *indices = name.replace("]", "").split("[")
     changed = {**p, "supports": [list(arm) for arm in p["supports"]]}
     if indices:
@@ -120,7 +117,7 @@ def _nudged(p: Mapping[str, Any], name: str, step: Any) -> dict[str, Any]:
     return changed
 
 
-def drawn_line(number: int) -> dict[str, Any]:
+def drawn_line(number):
     """A random line manoeuvre, not along the axis of a support."""
     rng = np.random.default_rng(number)
     parameters = dict(scene("capsule-line").parameters)

@@ -3,9 +3,7 @@ with a formula, and of certified motions by two methods."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -15,16 +13,14 @@ from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
 from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.models.gradient import exact_gradient, numbers
 from plumbob.models.registry import case_of, scene
-from plumbob.models.scene import Case
 from plumbob.tests.support.derivatives import scaled
 
 SMOOTH = 1e-9  # of scale
 STEP, ROUNDED = mpmath.mpf(10) ** -13, 1e-15  # of a parameter, and of what a derivative is made of
 DIGITS = 40
-Formula = Callable[[Mapping[str, Any], Any], dict[str, Any]]
 
 
-def ball(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+def ball(p, time):
     """A bouncing ball, from impact to impact."""
     begun, speed, height = mpmath.mpf(0), mpmath.mpf(0), p["height"]
     flight = mpmath.sqrt(2 * p["height"] / p["gravity"])
@@ -36,7 +32,7 @@ def ball(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
     return {"z": height + speed * since - p["gravity"] * since**2 / 2}
 
 
-def rolling(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+def rolling(p, time):
     """A ball that is thrown forward without spin, slides, and rolls."""
     u, pull = p["radius"] * p["spin"], p["friction"] * p["gravity"]
     rolls = 2 * (p["speed"] - u) / (7 * pull)
@@ -46,7 +42,7 @@ def rolling(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
     return {"x": x + v * (time - sliding), "speed": v, "spin": spin}
 
 
-def coasting(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
+def coasting(p, time):
     """The turn of a body that coasts along a line until it stops, and turns a little with it: with
     the mass M, the load N_i and the place r_i about the centre of mass along the speed v of support
     i, I w' = -f w sum(N_i r_i^2)/v, and v' = -f g."""
@@ -67,18 +63,18 @@ def coasting(p: Mapping[str, Any], time: Any) -> dict[str, Any]:
     return {"heading": p["heading_rate"] * speed / fg / (k + 1) * (1 - left ** (k + 1))}
 
 
-FORMULAS: Mapping[str, tuple[Formula, tuple[str, ...]]] = {
+FORMULAS = {
     "bouncing-ball": (ball, ("height", "restitution", "gravity")),
     "rolling-ball": (rolling, ("radius", "speed", "spin", "friction", "gravity")),
     "capsule-coast/translation": (coasting, ("heading_rate",)),
 }
 
 
-def drawn(name: str, seed: int) -> Case:
+def drawn(name, seed):
     """A scene with its numbers moved by up to a tenth."""
     rng, posed = np.random.default_rng(seed), scene(name)
 
-    def moved(value: Any) -> Any:
+    def moved(value):
         if isinstance(value, tuple):
             return tuple(map(moved, value))
         return value * float(rng.uniform(0.9, 1.1)) if isinstance(value, float) else value
@@ -87,7 +83,7 @@ def drawn(name: str, seed: int) -> Case:
     return case_of(replace(posed, parameters=changed))
 
 
-def mp(value: Any) -> Any:
+def mp(value):
     return tuple(map(mp, value)) if isinstance(value, tuple) else mpmath.mpf(value)
 
 

@@ -16,7 +16,7 @@ from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.method import Unsupported
-from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, systems
 from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import judge
@@ -52,7 +52,7 @@ def test_friction_of_rk4_is_that_of_its_first_stage(name, method):
     assert np.abs(stages - mean).max() > 10 * allowed
 
 
-def tight(found: Measurement, name: str) -> float:
+def tight(found, name):
     """Model-error bound over the unpredicted part of the error."""
     return sum(found.errors[name].model.values()) / beyond(found.errors[name])
 

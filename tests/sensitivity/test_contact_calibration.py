@@ -3,7 +3,6 @@ larger ones give bounds that are too loose."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -11,9 +10,8 @@ import pytest
 
 from plumbob.analytic.errors.contact_models import soft_contact
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, system_of
-from plumbob.models.scene import Case
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.mujoco_capsule import LOADS, METHODS
@@ -24,11 +22,10 @@ LINE = ("capsule-line/at-123", "rk4+coulomb", 1e-3)
 OFF_CENTROID = ("capsule-line/off-centroid", "euler+coulomb", 1e-3)
 TURNS = tuple((f"capsule-turn/{ratio}", "euler+coulomb", 100) for ratio in (0.3, 0.1, 0.03))
 HEAVY = tuple(("capsule-turn/heavy-slider", f"{m}+coulomb", 200) for m in ("euler", "rk4"))
-Run = tuple[str, str, float]  # scene, method, step [s] or parts of the half time
 
 
 @cache
-def measured(run: Run) -> tuple[Case, Measurement]:
+def measured(run):
     """A run, independent of the factors."""
     name, method, step = run
     chosen = scene(name)
@@ -38,7 +35,7 @@ def measured(run: Run) -> tuple[Case, Measurement]:
     return case, measure(case, METHODS[method], step)[0]
 
 
-def again(run: Run) -> Measurement:
+def again(run):
     """The run with bounds from the present factors."""
     case, found = measured(run)
     bounds = ENGINE.model_error(case, METHODS[run[1]], found.step)
@@ -48,12 +45,12 @@ def again(run: Run) -> Measurement:
     return replace(found, errors=errors)
 
 
-def verdict(run: Run) -> str:
+def verdict(run):
     """The verdict on a run with the present factors."""
     return judge(again(run), system_of(scene(run[0])), METHODS[run[1]]).verdict
 
 
-def looseness(run: Run) -> Mapping[str, float]:
+def looseness(run):
     """{observable: model-error bound over the unpredicted error}."""
     return {
         name: sum(error.model.values()) / beyond(error)

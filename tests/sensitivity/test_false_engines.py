@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import pytest
 
-from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, engines, installed, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import measurement
-from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
-from plumbob.engines.study.measurement import Measurement, ObservedError, measure
+from plumbob.engines.study.convergence import convergence_study
+from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case, Scene
 from plumbob.reports.judge.expectations import run_surprise, surprise
 from plumbob.reports.judge.not_read import not_read
 from plumbob.reports.judge.tolerance import STARTS_OFF, TOO_WIDE, model_part
-from plumbob.reports.judge.verdict import Judgement, judge
+from plumbob.reports.judge.verdict import judge
 from plumbob.reports.judge.verdict import judged as judged_of
 
 TURNED = (
@@ -48,16 +45,15 @@ WIDEST = (  # pairs whose bounds come nearest to what is declared
     ("capsule-plan/near-free", "mujoco/rk4+coulomb"),
     ("capsule-hold/slow-motion", "pymunk/feet"),
 )
-Changed = Callable[[Case], Case]
 
 
-def changing(monkeypatch: pytest.MonkeyPatch, change: Changed, wider: float = 1.0) -> None:
+def changing(monkeypatch, change, wider=1.0):
     """Have every engine build and read another case, and declare bounds so many times as wide."""
 
-    def false(method: Method) -> object:
+    def false(method):
         true = engine_of(method)
 
-        def bounds(case: Case, method: Method, step: float) -> Mapping[str, Mapping[str, float]]:
+        def bounds(case, method, step):
             found = true.model_error(case, method, step)
             return {
                 name: {why: wider * bound for why, bound in by_reason.items()}
@@ -73,22 +69,22 @@ def changing(monkeypatch: pytest.MonkeyPatch, change: Changed, wider: float = 1.
     monkeypatch.setattr(measurement, "engine_of", false)
 
 
-def without_heading(case: Case) -> Case:
+def without_heading(case):
     setup = replace(case.problem.setup, heading=0.0)
     return replace(case, problem=replace(case.problem, setup=setup))
 
 
-def with_more_friction(case: Case) -> Case:
+def with_more_friction(case):
     capsule = case.problem.setup.capsule
     setup = replace(case.problem.setup, capsule=replace(capsule, friction=1.01 * capsule.friction))
     return replace(case, problem=replace(case.problem, setup=setup))
 
 
-def study(scene: Scene, method: Method) -> ConvergenceStudy:
+def study(scene, method):
     return convergence_study(scene, method, most_steps(scene, "quick"))
 
 
-def judged(scene: Scene, method: Method, found: ConvergenceStudy) -> Judgement:
+def judged(scene, method, found):
     about = system_of(scene).quantities(case_of(scene))
     return judged_of(found, system_of(scene), method, about).whole
 
@@ -111,7 +107,7 @@ def test_every_engine_turns_its_body(engine):
         assert not verdict.reason.startswith(STARTS_OFF), (scene.name, method.name, verdict.reason)
 
 
-def _runs(engine: str) -> Iterator[tuple[Scene, Method, Judgement]]:
+def _runs(engine):
     """The verdicts on a run of each turned scene, with the methods that give a heading of it."""
     for scene, method in pairs(TURNED, methods(engine)):
         steps = method.step_sizes if method.control == "tolerance" else scene.steps
@@ -143,8 +139,8 @@ def test_what_is_declared_of_a_bound_is_as_little_as_it_needs(scene, method):
     assert surprise(where, how, verdict)
 
 
-def _wider(found: Measurement, times: float) -> Measurement:
-    errors: dict[str, ObservedError] = {
+def _wider(found, times):
+    errors = {
         name: replace(error, model={why: times * bound for why, bound in error.model.items()})
         for name, error in found.errors.items()
     }

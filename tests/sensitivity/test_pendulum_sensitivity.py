@@ -13,13 +13,12 @@ from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
-from plumbob.models.scene import Case
 from plumbob.reports.judge.verdict import judge
 
 STEP, DURATION = 5e-3, 20.0  # [s]
 
 
-def early(case: Case, time: float) -> Case:
+def early(case, time):
     """The case with the exact motion and its prediction under a push `time` [s] early."""
     problem = case.problem
     rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)

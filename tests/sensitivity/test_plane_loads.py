@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.study.measurement import Measurement, ObservedError, measure
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.mujoco_capsule import LOADS, METHODS, run, verdict
@@ -17,12 +17,12 @@ ROTATION = "capsule-coast/rotation"
 BOTH = pytest.mark.parametrize("method", ["euler+coulomb", "rk4+coulomb"])
 
 
-def allowed(error: ObservedError) -> float:
+def allowed(error):
     """What theory leaves open beside the prediction [N]."""
     return sum(error.model.values())
 
 
-def off(found: Measurement) -> bool:
+def off(found):
     """Whether any normal force is off its prediction."""
     return any(beyond(found.errors[load]) > allowed(found.errors[load]) for load in LOADS)
 

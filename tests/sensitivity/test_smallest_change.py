@@ -10,12 +10,12 @@ import pytest
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.smallest_change import Sensitivities, parameters_of
-from plumbob.reports.judge.verdict import Judged, judge, judged
+from plumbob.reports.judge.verdict import judge, judged
 
 MANY = 10_000  # steps of a run, at most
 CASES = (
@@ -38,14 +38,14 @@ ADAPTIVE = ("ode/radau",)  # of a solver's first steps nothing is left of that
 
 
 @cache
-def run(scene: str, method: str, steps: tuple[float, ...]) -> tuple[ConvergenceStudy, Judged]:
+def run(scene, method, steps):
     """A method's runs of a scene, and the verdicts on them."""
     how, where = find_method(method), find_scene(scene)
     found = convergence_study(where, how, MANY, steps)
     return found, judged(found, system_of(where), how)
 
 
-def verdict_of_changed(scene: str, method: str, label: str, by: float, step: float) -> str:
+def verdict_of_changed(scene, method, label, by, step):
     """The verdict on an engine that runs `scene` with a parameter changed, held to the answer for
     the unchanged one."""
     right = case_of(find_scene(scene))

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import Scheme
-from plumbob.analytic.theory import Coefficients, ErrorTheory, SteppedErrors
+from plumbob.analytic.reference import Reference
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
@@ -26,11 +25,11 @@ class Altered:
     sign: float
     late: float  # [steps]
 
-    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+    def series(self, scheme, times):
         """Empty."""
         return {}
 
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+    def at_step(self, scheme, step, times):
         """The prediction with this sign, for so many steps later."""
         later = times + self.late * step
         stepped = self.theory.at_step(scheme, step, later)

@@ -12,7 +12,7 @@ from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import moved_support, pose
 
 
-def turned(turn: TurnManoeuvre) -> float:
+def turned(turn):
     """The exact heading at 2 tau [rad]."""
     return float(pose(three_point_motion(turn.capsule, turn.path), 2 * turn.half_time)[2])
 

@@ -3,17 +3,17 @@ when it is held to its own scene, and fails when one parameter of that is a litt
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
 
-from plumbob.engines.method import Method, meant
+from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.measurement import Measurement, measure
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import run_of
@@ -29,7 +29,7 @@ MOVED = moved_support(CHECK, 1e-4).supports
 SWAPPED = tuple(CHECK.supports[i] for i in (0, 2, 1))
 
 
-def fixed_steps(name: str, *orders: int) -> str:
+def fixed_steps(name, *orders):
     """The methods with fixed steps of these orders that are meant for a scene."""
     return " ".join(
         method.name
@@ -41,7 +41,7 @@ def fixed_steps(name: str, *orders: int) -> str:
     )
 
 
-def of(engine: str, *names: str) -> str:
+def of(engine, *names):
     """Methods of an engine."""
     return " ".join(f"{engine}/{name}" for name in names)
 
@@ -153,10 +153,9 @@ WRONG = (
     Wrong(HEAVY[0], "mujoco/euler+coulomb", 1600, {"gravity": 1e-4}),
     Wrong(HEAVY[0], "mujoco/euler+coulomb", 1600, {"gravity": -1e-4}),
 )
-Row = tuple[str, str, str, Any, Wrong]
 
 
-def rows(wrong: Wrong) -> Iterator[Row]:
+def rows(wrong):
     """Each scene, method and parameter, but for parameters that are zero."""
     for name in wrong.scenes.split():
         for method in wrong.methods.split():
@@ -178,7 +177,7 @@ ROWS = [
 ]
 
 
-def verdict(found: Measurement, method: Method) -> str:
+def verdict(found, method):
     """The verdict on a run."""
     return judge(found, case_of(scene(found.scene)).system, method).verdict
 

@@ -6,33 +6,30 @@ import io
 import os
 import pickle
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
 
 from plumbob.models.registry import find_system
 from plumbob.models.scene import System
 
 FOLDER = "PLUMBOB_TESTS_SHARED"  # in the environment of a process that conftest.py has let share
-Made = TypeVar("Made")
 PAUSE, PATIENCE = 0.1, 600.0  # [s] between two looks at what another process makes, and in all
 
 
 class _ByName(pickle.Pickler):
     """Systems, which hold functions without a name, are found again by their own."""
 
-    def reducer_override(self, value: Any) -> Any:
+    def reducer_override(self, value):
         """How a system is found again."""
         return (find_system, (value.name,)) if isinstance(value, System) else NotImplemented
 
 
-def share(folder: Path) -> None:
+def share(folder):
     """Let this process share by a folder of its run."""
     folder.mkdir(exist_ok=True)
     os.environ[FOLDER] = f"{os.getpid()}:{folder}"
 
 
-def shared(name: str, make: Callable[[], Made]) -> Made:
+def shared(name, make):
     """What `make` makes, in this process or before in another of this run, under `name`."""
     owner, _, folder = os.environ.get(FOLDER, "").partition(":")
     if owner != str(os.getpid()):  # one that a test began makes its own
@@ -52,11 +49,11 @@ def shared(name: str, make: Callable[[], Made]) -> Made:
                 return _kept(make(), file)
         finally:
             lock.rmdir()
-    found: Made = pickle.loads(file.read_bytes())
+    found = pickle.loads(file.read_bytes())
     return found
 
 
-def _kept(found: Made, file: Path) -> Made:
+def _kept(found, file):
     packed = io.BytesIO()
     _ByName(packed, pickle.HIGHEST_PROTOCOL).dump(found)
     unfinished = file.with_suffix(".part")

@@ -15,11 +15,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plumbob.tests.support.browser import Visit, driven, visited
+from plumbob.tests.support.browser import driven, visited
 from plumbob.tests.support.page_document import site_files
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    pass
 
 WIDTHS = (1280, 390)  # [px]
 LOADS = 5  # of which the median is taken
@@ -37,7 +37,7 @@ HEADS = (
 )
 
 
-def measured(browser: Browser, page: Path, width: int) -> tuple[str, ...]:
+def measured(browser, page, width):
     """The figures of a page at a width [px], as text."""
     ready = [_ready(browser, page, width) for _ in range(LOADS)]
     with visited(browser, page, width=width) as visit:
@@ -60,17 +60,17 @@ def measured(browser: Browser, page: Path, width: int) -> tuple[str, ...]:
     )
 
 
-def _ready(browser: Browser, page: Path, width: int) -> float:
+def _ready(browser, page, width):
     with visited(browser, page, width=width) as visit:
         return float(visit.ask(READY))
 
 
-def _sheets(visit: Visit) -> str:
+def _sheets(visit):
     paper = visit.page.pdf(format="A4", print_background=True)
     return str(len(re.findall(rb"/Type\s*/Page[^s]", paper)))
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments):
     """Print a line a page and width; returns an exit code."""
     folder, *wanted = arguments
     files = {file.stem: file for file in site_files(Path(folder) / "index.html")}

@@ -3,9 +3,7 @@ figures do not show is not claimed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ from plumbob.engines.study.gradient import Gradients
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import MeasuredLongRun
 from plumbob.engines.study.model_reading import ModelRead
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import Stability
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
@@ -23,7 +20,6 @@ from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import ALIKE, CLEAR, as_predicted, at_most, between, clear
 from plumbob.reports.analyses.cone_pendulum import equilibria
 from plumbob.reports.analyses.measurements import plan_of
-from plumbob.reports.view.content import Finding
 from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
@@ -118,7 +114,7 @@ def spoiled(study):
     )
 
 
-def _far(found: Any) -> Any | None:
+def _far(found):
     """A recording that departs from where it was, ever faster, with energies of its own; and a
     reading of a model that has no number but its gravity, and another predicted step."""
     if isinstance(found, ModelRead):
@@ -143,7 +139,7 @@ def _far(found: Any) -> Any | None:
     return replace(found, observables=seen, channels=channels | energies)
 
 
-def _findings(study: Study) -> dict[str, Finding]:
+def _findings(study):
     own = [one for name in (*systems(), OF_ENGINES) if (one := section(name)) is not None]
     return {f.name: f for one in own for f in findings_of(one, study)}
 
@@ -194,7 +190,7 @@ def test_rates_of_small_swings_are_looked_up(study, quicker, shown):
     assert (found.judgement != NOT_SHOWN) is shown
 
 
-def _claiming(*found: dict[str, Finding]) -> Iterator[str]:
+def _claiming(*found):
     for name in MEASURED:
         if any(one[name].claims for one in found):
             yield name

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import jinja2
 import pytest
 
@@ -20,7 +18,7 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache" / "plumbob" / "templates"
 
 
-def filled(folder: Path, *, autoescape: bool = True) -> str:
+def filled(folder, *, autoescape=True):
     """The template as a new process would fill it."""
     fresh = environment(folder, autoescape=autoescape)
     return fresh.get_template("greeting.html").render(name="<b>")

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 
@@ -13,15 +12,11 @@ import numpy as np
 import pytest
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.analyses.capsule_line.displacement import ERRORS
 from plumbob.reports.analyses.page_numbers import scene_record, study_record
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure
 from plumbob.reports.view.page import UNITS
 from plumbob.reports.view.pictures import names, picture
 from plumbob.reports.view.plotly_figure import curve, figure, linear, logarithmic
@@ -30,7 +25,6 @@ from plumbob.reports.view.records import (
     Records,
     RunVerdict,
     SceneRecord,
-    StudyRecord,
 )
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.site.views import scene_view
@@ -42,9 +36,7 @@ from plumbob.tests.support.studies import verdicts
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
 
 
-def _with_error(
-    study: Study, scene: str, method: str, error: float | Callable[[float], float]
-) -> Study:
+def _with_error(study, scene, method, error):
     """The study with another relative error of the displacement in every run of a pair, or with
     one that is a function of the step [s]."""
     at = error if callable(error) else lambda step: error
@@ -69,21 +61,21 @@ def _with_error(
     return replace(study, convergence=tuple(changed))
 
 
-def _about(study: Study, scene: str) -> tuple[Quantity, ...]:
+def _about(study, scene):
     return study.quantities(scene)
 
 
-def _answers(study: Study) -> tuple[first_screen.Answer, ...]:
+def _answers(study):
     return first_screen.answers(study, _record())
 
 
 @cache
-def _record() -> StudyRecord:
+def _record():
     """The record of the whole profile, whatever its numbers are."""
     return study_record(replace(whole_profile.study(), convergence=()), {})
 
 
-def _matrix(study: Study, scene: Scene) -> dict[str, matrix.Steps]:
+def _matrix(study, scene):
     """The cells of a scene's row, by method."""
     judged = {m: of for (name, m), of in verdicts(study).items() if name == scene.name}
     records = Records(_record(), {scene.name: SceneRecord(judged, (), (), None)})
@@ -95,7 +87,7 @@ def _matrix(study: Study, scene: Scene) -> dict[str, matrix.Steps]:
     return {name: cell for name, cell in zip(names, cells, strict=True) if cell}
 
 
-def _said(study: Study) -> str:
+def _said(study):
     contacts, joints = _answers(study)
     assert (contacts.name, joints.name) == ("with-contacts", "without-contacts")
     return " ".join(contacts.sentences)
@@ -144,7 +136,7 @@ def test_settings_that_are_no_better_are_not_advised(study):
     assert "up to 90 %" in _said(changed)
 
 
-def _falling(finest: float, step: float) -> float:
+def _falling(finest, step):
     return 0.5 if step >= 1e-3 else finest
 
 
@@ -186,7 +178,7 @@ def test_the_matrix_is_computed_from_the_study(study):
         assert cell.look.partition(" ")[0] == f"size-{size}"
 
 
-def _at_steps(study: Study, runs: dict[float, float | None]) -> ConvergenceStudy:
+def _at_steps(study, runs):
     """A study of the line with these relative errors at its end, signed, by step [s]; None for a
     run that diverged."""
     (quantity,) = _about(study, LINE)
@@ -360,7 +352,7 @@ def test_a_picture_leaves_out_what_has_no_place():
     assert "nan" not in picture(_drawn([1.0, float("nan"), 3.0], False))
 
 
-def _drawn(values: list[float], logarithms: bool) -> Figure:
+def _drawn(values, logarithms):
     axis = logarithmic if logarithms else linear
     line = curve([1.0, 2.0, 3.0][: len(values)], values, colour="#0072b2", name="one")
     return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))

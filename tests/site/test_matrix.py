@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.browser import visited
 
 SEEN = """() => {
   const visible = (one) => one.checkVisibility();
@@ -17,7 +17,7 @@ SEEN = """() => {
 FOCUSED = "document.activeElement.matches('[data-filter]')"
 
 
-def _reached(visit: Visit) -> None:
+def _reached(visit):
     """Press the tab key until the filter has the focus."""
     for _ in range(120):
         visit.page.keyboard.press("Tab")

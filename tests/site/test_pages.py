@@ -16,7 +16,7 @@ from jinja2 import TemplateNotFound
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.study.results import Analysed, Study
+from plumbob.engines.study.results import Analysed
 from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.analyses import section
 from plumbob.reports.cli import main
@@ -237,11 +237,11 @@ def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path):
     )
 
 
-def _small(study_step: float = 1e-3) -> Study:
+def _small(study_step=1e-3):
     return recorded(made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)]))
 
 
-def _folders(out: Path) -> set[str]:
+def _folders(out):
     return {path.name for path in out.iterdir() if path.is_dir()}
 
 
@@ -261,7 +261,7 @@ def test_the_old_site_is_whole_until_the_new_index_stands(tmp_path, monkeypatch)
     assert len(_folders(tmp_path)) == 1
 
 
-def _full(text: str, folder: Path, name: str) -> Path:
+def _full(text, folder, name):
     raise OSError("no space left")
 
 

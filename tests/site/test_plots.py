@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from plumbob.engines.registry import method
 from plumbob.reports.advice.work_precision import Point
-from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import drawing, shown
 from plumbob.reports.view.page import Plots
 from plumbob.reports.view.palette import styles
@@ -24,7 +22,7 @@ from plumbob.reports.view.plotly_figure import (
     logarithmic,
 )
 from plumbob.reports.view.plots import error_against_cost
-from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
 SCENE = "capsule-line-ca1.html"
@@ -61,7 +59,7 @@ LEGENDS = """() => [...document.querySelectorAll(".area.drawn")].flatMap((area) 
 })"""
 
 
-def _pictures(index: Path, whole: bool) -> dict[str, str]:
+def _pictures(index, whole):
     """The pictures of a site by file, or those of one page of each kind."""
     folder = site_files(index)[1].parent
     pages = "*.html" if whole else "cap*-line*1.html"
@@ -103,7 +101,7 @@ def test_a_legend_below_and_names_at_ends_and_a_map_are_apart_too(index, browser
         assert visit.ask(MISPLACED, {name: _svg(one) for name, one in drawn.items()}) == []
 
 
-def _svg(of: Figure, *chosen: str) -> str:
+def _svg(of, *chosen):
     drawn = drawing(of, chosen)
     assert drawn
     return drawn.svg
@@ -128,7 +126,7 @@ def test_a_plot_is_a_picture_until_it_is_pressed(index, browser):
         assert visit.console == []
 
 
-def _pressed(visit: Visit, place: int) -> None:
+def _pressed(visit, place):
     plot = visit.page.locator(".area").nth(place)
     plot.locator("button").focus()
     visit.page.keyboard.press("Enter")

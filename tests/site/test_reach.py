@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
 from plumbob.models.registry import systems
 from plumbob.reports.cli import main
 from plumbob.reports.view.page import TEMPLATES
-from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
 
 NODES, KILOBYTES, SHEETS, STOPS, HEIGHT = 8000, 400.0, 12, 60, 5000
@@ -62,11 +61,11 @@ CUT = """() => [...document.querySelectorAll("body *")].filter((one) => {
 }).map((one) => one.className || one.tagName)"""
 
 
-def _page(index: Path, name: str) -> Path:
+def _page(index, name):
     return index if name == "index" else site_files(index)[1].parent / f"{name}.html"
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """Every page in the full profile; else one of each template, the fullest: the rest are made of
     the same parts."""
     if metafunc.definition.name == "test_nothing_is_out_of_reach":
@@ -87,7 +86,7 @@ def test_nothing_is_out_of_reach(name, index, browser, pytestconfig):
         assert all(url.startswith("file:") for url in visit.requests)
 
 
-def _faults(visit: Visit, *, whole: bool = False) -> list[str]:
+def _faults(visit, *, whole=False):
     """What is wrong with a page in any look. axe-core is given the `whole` page, or one of all
     that is alike but for its words."""
     found = []
@@ -252,14 +251,14 @@ def test_every_button_works(name, index, browser):
         assert visit.console == []
 
 
-def _copies(visit: Visit) -> None:
+def _copies(visit):
     for button in visit.page.locator("[data-copy]").all():
         button.click()
         said = button.locator("xpath=..").locator("[role=status]")
         said.filter(has_text=re.compile("copied|selected")).wait_for()
 
 
-def _hints(visit: Visit) -> None:
+def _hints(visit):
     tip = visit.page.locator("#tip")
     first = visit.page.locator(".hint").first
     first.focus()
@@ -275,7 +274,7 @@ def _hints(visit: Visit) -> None:
     assert tip.inner_text() == last.get_attribute("data-hint")
 
 
-def _methods(visit: Visit) -> None:
+def _methods(visit):
     plot = visit.page.locator(".area").first
     plot.locator("button").focus()
     visit.page.keyboard.press("Enter")
@@ -290,7 +289,7 @@ def _methods(visit: Visit) -> None:
     assert visit.page.locator("[data-method][aria-pressed=false]").count() == 0
 
 
-def _table_of_a_plot(visit: Visit) -> None:
+def _table_of_a_plot(visit):
     visit.ask("document.querySelectorAll('details.data').forEach((one) => { one.open = false; })")
     summary = visit.page.locator("details.data > summary").first
     summary.click()

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import inf
 
 import pytest
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.page_numbers import scene_record
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.view.records import Records, SceneRecord, StudyRecord
+from plumbob.reports.view.records import Records, StudyRecord
 from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.tests.support.studies import SCENE, made_up
 
-Error = Callable[[float], float]
 STEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 
 
-def _study(default: Error, rk4: Error) -> Study:
+def _study(default, rk4):
     """A scene whose relative errors are these functions of the step [s], and on which a step of
     RK4 costs four times one of the default method."""
     methods = [find_method("mujoco/euler"), find_method("mujoco/rk4")]
@@ -27,14 +24,14 @@ def _study(default: Error, rk4: Error) -> Study:
     return made_up(both, [500.0, 2000.0])
 
 
-def _parts(study: Study) -> tuple[SceneRecord, dict[str, matrix.Steps]]:
+def _parts(study):
     """The record of the scene, and its errors by method."""
     record = scene_record(study, judge_study(study), study.scenes[0])
     records = Records(StudyRecord((), {}, {}, (), ()), {SCENE: record})
     return record, {name: of for (_, name), of in matrix.every_pair(study, records).items()}
 
 
-def _sentences(default: Error, rk4: Error) -> tuple[str, ...]:
+def _sentences(default, rk4):
     study = _study(default, rk4)
     record, cells = _parts(study)
     about = study.quantities(SCENE)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,7 +17,7 @@ from plumbob.tests.support.browser import visited
 from plumbob.tests.support.studies import made_up, recorded
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    pass
 
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
 CODE = re.compile(r"<pre [^>]*>(.*?)</pre>", re.DOTALL)
@@ -59,7 +58,7 @@ def page(tmp_path_factory):
     return written(text, tmp_path_factory.mktemp("settings"), "index.html")
 
 
-def _codes(page: Path) -> list[str]:
+def _codes(page):
     return [html.unescape(code) for code in CODE.findall(page.read_text("utf-8"))]
 
 
@@ -105,7 +104,7 @@ def test_sensitivity_to_what_is_copied(page, browser, tmp_path):
     assert _clicked(browser, silent, "refused", tmp_path)[0]["said"] == ""
 
 
-def _clicked(browser: Browser, text: str, clipboard: str, folder: Path) -> list[dict[str, str]]:
+def _clicked(browser, text, clipboard, folder):
     """What each click on a button of the page `text` left."""
     script = CLICK.format(clipboard=CLIPBOARDS[clipboard])
     before, body, after = text.rpartition("</body>")
@@ -113,8 +112,6 @@ def _clicked(browser: Browser, text: str, clipboard: str, folder: Path) -> list[
     (folder / "clicked.html").write_text(before + script + after, "utf-8")
     with visited(browser, folder / "clicked.html", "#cheapest") as visit:
         visit.page.locator("output").wait_for(state="attached")
-        found: list[dict[str, str]] = json.loads(
-            visit.ask("document.querySelector('output').textContent")
-        )
+        found = json.loads(visit.ask("document.querySelector('output').textContent"))
         assert visit.console == []
     return found

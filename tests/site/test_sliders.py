@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from plumbob.models.registry import case_of, scene
-from plumbob.models.scene import Case
 from plumbob.reports.view.site.links import page_file
-from plumbob.tests.support.browser import Visit, visited
+from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
 NEAR = (
@@ -44,14 +40,14 @@ def visit(index, browser):
         assert there.console == []
 
 
-def moved(visit: Visit, index: Path, system: str, values: Mapping[str, float]) -> dict[str, Any]:
+def moved(visit, index, system, values):
     """The figure of a system with sliders moved."""
     visit.page.goto((site_files(index)[1].parent / page_file(system)).as_uri())
-    shown: dict[str, Any] = visit.ask(SET, values)
+    shown = visit.ask(SET, values)
     return shown
 
 
-def repeated(command: str) -> tuple[Case, dict[str, float]]:
+def repeated(command):
     """The case of the command that repeats a figure, and what it sets."""
     _, _, name, *words = shlex.split(command)
     changes = {k: json.loads(v) for k, _, v in (w.partition("=") for w in words if "=" in w)}

@@ -12,7 +12,6 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.engines.study.results import Analysed, Study
 from plumbob.reports.cli import main
 from plumbob.reports.view.records import SCENE, STUDY, records_of
 from plumbob.reports.view.site.writing import write_page
@@ -35,7 +34,7 @@ sys.meta_path.insert(0, Refuses)
 REPORT = f"{REFUSING}from plumbob.reports.cli import main\nsys.exit(main(sys.argv[1:]))"
 
 
-def report(out: Path) -> Path:
+def report(out):
     """The index that `plumbob report` writes in a process that refuses to load what it should not
     need."""
     command = [sys.executable, "-c", REPORT, "report", str(out)]
@@ -44,7 +43,7 @@ def report(out: Path) -> Path:
     return Path(done.stdout.strip())
 
 
-def files(index: Path) -> Mapping[str, bytes]:
+def files(index):
     """The content of a site's pages."""
     return {file.name: file.read_bytes() for file in site_files(index)}
 
@@ -106,7 +105,7 @@ def test_a_store_of_another_version_is_refused_in_a_line(place, tmp_path, capsys
     assert list(tmp_path.iterdir()) == [tmp_path / store.FILE]
 
 
-def _without_a_field(study: Study, place: str) -> tuple[Analysed, ...]:
+def _without_a_field(study, place):
     """The records of a version that had one number fewer."""
     chosen = [a for a in study.analyses if a.place == place]
     return tuple(replace(a, numbers=dict(list(a.numbers.items())[1:])) for a in chosen)

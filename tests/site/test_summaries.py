@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import re
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
@@ -14,7 +13,7 @@ from plumbob.tests.support.page_document import site_files
 from plumbob.tests.support.studies import verdicts
 
 
-def _lead(index: Path, name: str) -> str:
+def _lead(index, name):
     """The first paragraph of a page, as text."""
     page = (site_files(index)[1].parent / f"{name}.html").read_text("utf-8")
     text = page.partition('<p class="lead">')[2].partition("</p>")[0]

@@ -3,7 +3,6 @@ was measured: made once a run, with engines that refuse to run, for all that loo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -11,34 +10,32 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plumbob.engines.study.results import Study
 from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.capsule_plan import legs
 from plumbob.reports.analyses.capsule_plan.plans import plan_of
-from plumbob.reports.judge.smallest_change import Sensitivities, Slopes, parameters_of
-from plumbob.reports.view.content import Finding
+from plumbob.reports.judge.smallest_change import Sensitivities, parameters_of
 from plumbob.reports.view.finding_text import findings_of
-from plumbob.reports.view.site.writing import Content, content
+from plumbob.reports.view.site.writing import content
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import invented_study
 from plumbob.tests.support.studies import Asked, no_engine, quick
 
 
 @cache
-def study() -> Study:
+def study():
     """Every scene and method of the quick profile with errors of first order: their places on the
     pages are those of a measured study, and most are unexpected."""
     return shared("whole-study", _invented)
 
 
-def _invented() -> Study:
+def _invented():
     with no_engine(), one_plan():
         return invented_study(requests)
 
 
 @contextmanager
-def one_plan() -> Iterator[None]:
+def one_plan():
     """Findings on plans take one for all: to look for the others takes longer than all the rest."""
     shown = legs.SCENES[1]
     with pytest.MonkeyPatch.context() as patched:
@@ -48,38 +45,38 @@ def one_plan() -> Iterator[None]:
 
 
 @cache
-def shown() -> Content:
+def shown():
     """What its pages show, and what they asked for: its study's extras are `Asked`."""
     return _whole()[0]
 
 
-def findings() -> tuple[Finding, ...]:
+def findings():
     """The findings of its pages, as they are where all that they claim holds."""
     return _whole()[1]
 
 
 @cache
-def small() -> Content:
+def small():
     """The same of the small study that is measured."""
     return shared("small-pages", lambda: _pages(quick()))
 
 
 @cache
-def _whole() -> tuple[Content, tuple[Finding, ...]]:
+def _whole():
     """Without the exact motions of every changed parameter, which take half of the time."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Sensitivities, "slopes", property(_even))
         return shared("whole-pages", lambda: _shown(study()))
 
 
-def _even(sensitivities: Sensitivities) -> Mapping[str, Slopes]:
+def _even(sensitivities):
     """Slopes that are as invented as the study: 1 for every parameter and observable."""
     scene = sensitivities.scene
     ones = {observable.name: np.ones(1) for observable in system_of(scene).observables}
     return dict.fromkeys(parameters_of(scene), ones)
 
 
-def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
+def _shown(study):
     """What the pages of a study show, and the findings before it is seen whether they hold."""
     asked = replace(study, extras=Asked(study.extras))
     with no_engine(), one_plan():
@@ -88,6 +85,6 @@ def _shown(study: Study) -> tuple[Content, tuple[Finding, ...]]:
     return _pages(replace(asked, analyses=analysed)), tuple(kept)
 
 
-def _pages(analysed: Study) -> Content:
+def _pages(analysed):
     with no_engine():
         return content(analysed)

@@ -8,20 +8,19 @@ have to agree to 34 digits.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import gmpy2
 
-from plumbob.tests.support.extrapolation import Motion, Rates, Recorded, State, record
+from plumbob.tests.support.extrapolation import record
 
 FILE = Path(__file__).with_suffix(".json")
 
 
-def slope(masses: list[Any], lengths: list[Any], g: Any) -> Rates:
+def slope(masses, lengths, g):
     """Rates of the angles and of their rates."""
     count = len(masses)
 
-    def rates(state: State) -> State:
+    def rates(state):
         rows = []  # of turns a_i, then forces (x, z) in the pin above each rod
         for i, (mass, length) in enumerate(zip(masses, lengths, strict=True)):
             line, row_x, row_z = ([gmpy2.mpfr(0)] * (3 * count + 1) for _ in range(3))
@@ -44,7 +43,7 @@ def slope(masses: list[Any], lengths: list[Any], g: Any) -> Rates:
     return rates
 
 
-def solved(rows: list[list[Any]]) -> list[Any]:
+def solved(rows):
     """Gauss's elimination, with pivots."""
     for k in range(len(rows)):
         pivot = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]))
@@ -56,7 +55,7 @@ def solved(rows: list[list[Any]]) -> list[Any]:
     return [row[-1] / row[k] for k, row in enumerate(rows)]
 
 
-def motion(case: Recorded) -> Motion:
+def motion(case):
     """The motion of masses [kg], lengths [m] and gravity [m/s^2] from angles [rad] and rates."""
     count = len(case.start) // 2
     numbers = [gmpy2.mpfr(value) for value in case.constants]

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple, replace
-from typing import Any
 
 import numpy as np
 import pytest
 from mpmath import mp
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
 TURNING = case_of(scene("four-bar/crank-rocker"))
-BARS: FourBar = TURNING.problem
+BARS = TURNING.problem
 DRAG_LINK = replace(BARS, crank=0.5, coupler=0.4, ground=0.2, gravity=1.6)
 
 
-def passed(bars: FourBar, angle: Any) -> Any:
+def passed(bars, angle):
     """Time [s] at which a crank that turns forward passes an angle, by the law of cosines."""
     a, b, c, d, *masses, g, begin, rate = map(mp.mpf, astuple(bars))
 
-    def places(t: Any) -> tuple[tuple[Any, ...], ...]:
+    def places(t):
         crank = a * mp.expj(t)
         line = d - crank
         square = mp.re(line) ** 2 + mp.im(line) ** 2

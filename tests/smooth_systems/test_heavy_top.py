@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from mpmath import mp
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.heavy_top import HeavyTop
 from plumbob.models.registry import case_of, scene
 
-TOP: HeavyTop = case_of(scene("heavy-top/nutating")).problem
+TOP = case_of(scene("heavy-top/nutating")).problem
 
 
-def passed(top: HeavyTop, tilt: Any) -> tuple[Any, Any]:
+def passed(top, tilt):
     """Time [s] at which a top whose tilt grows passes one, and its precession then."""
     mass, length, across, axis, g, begin, around, over, spin = map(
         mp.mpf, vars(replace(top)).values()
@@ -25,13 +23,13 @@ def passed(top: HeavyTop, tilt: Any) -> tuple[Any, Any]:
     along = axis * (spin + around * mp.cos(begin))
     vertical = across * around * mp.sin(begin) ** 2 + along * mp.cos(begin)
 
-    def turning(t: Any) -> Any:
+    def turning(t):
         return (vertical - along * mp.cos(t)) / (across * mp.sin(t) ** 2)
 
-    def potential(t: Any) -> Any:
+    def potential(t):
         return across * (turning(t) * mp.sin(t)) ** 2 / 2 + mass * g * length * mp.cos(t)
 
-    def speed(t: Any) -> Any:
+    def speed(t):
         return mp.sqrt(over**2 + 2 * (potential(begin) - potential(t)) / across)
 
     late = mp.quad(lambda t: 1 / speed(t), [begin, tilt])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import astuple, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,19 +10,18 @@ from mpmath import mp
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
 TURNING = case_of(scene("slider-crank/turning"))
-CRANK: SliderCrank = TURNING.problem
+CRANK = TURNING.problem
 
 
-def passed(crank: SliderCrank, angle: Any) -> Any:
+def passed(crank, angle):
     """Time [s] at which a crank that turns forward passes an angle."""
     a, length, *masses, g, begin, rate = map(mp.mpf, astuple(crank))
 
-    def places(t: Any) -> tuple[tuple[Any, ...], ...]:
+    def places(t):
         turn, half = -mp.asin(a * mp.sin(t) / length), length / 2
         x, y = a * mp.cos(t) + half * mp.cos(turn), a * mp.sin(t) + half * mp.sin(turn)
         slider = a * mp.cos(t) + length * mp.cos(turn)

@@ -36,18 +36,18 @@ SHARP = 1.0 + 1e-5  # growth in 10^4 steps: what is left of the margin is 1e-9 a
 REAL_AXIS = 2.785293563405282
 
 
-def oscillator(damping: float = 0.0, stiffness: float = OMEGA**2) -> LinearSystem:
+def oscillator(damping=0.0, stiffness=OMEGA**2):
     one = np.eye(1)
     return LinearSystem(2.0 * one, 2.0 * damping * one, 2.0 * stiffness * one)
 
 
-def limit(scheme: Scheme, system: LinearSystem, factor: float = SHARP) -> float:
+def limit(scheme, system, factor=SHARP):
     matrices = step_matrices(system, scheme)
     assert matrices is not None
     return largest_step(matrices, system.rates, factor=factor)
 
 
-def closed_form(scheme: Scheme, damping: float) -> float:
+def closed_form(scheme, damping):
     """The limit of each scheme by Jury's conditions on trace and determinant (eq. 13.2)."""
     if scheme.implicit_spring:
         return math.inf

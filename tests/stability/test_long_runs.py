@@ -28,12 +28,12 @@ RUNS = (
 SHORTEST = 12  # a period is an eleventh of that: the bar
 
 
-def scales(name: str) -> dict[str, float]:
+def scales(name):
     case = case_of(find_scene(name))
     return {q.observable: q.scale for q in case.system.quantities(case)}
 
 
-def motion(name: str) -> PeriodicMotion:
+def motion(name):
     case = case_of(find_scene(name))
     pendulum = case.problem.motion if name.startswith("cone") else case.problem.elliptic
     start = case.reference.observe(np.zeros(1))

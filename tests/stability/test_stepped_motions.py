@@ -14,9 +14,8 @@ from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.errors.stability.pendulums import pendulum_stability
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, near, sampled_steps
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
-from plumbob.analytic.stability import EVERY, RATIO, StabilityTheory
+from plumbob.analytic.stability import EVERY, RATIO
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
@@ -41,13 +40,13 @@ FIRST = (
 )
 
 
-def theory(name: str) -> StabilityTheory:
+def theory(name):
     case = case_of(find_scene(name))
     assert case.system.stability is not None
     return case.system.stability(case.problem)
 
 
-def held(name: str, scheme: Scheme, step: float) -> tuple[bool, bool]:
+def held(name, scheme, step):
     """Whether a run in plain numbers and a nudged one stay together, and keep the kind."""
     case, limits = case_of(find_scene(name)), theory(name)
     problem = case.problem
@@ -127,7 +126,7 @@ def test_growth_of_the_exact_motion(name):
         assert 0.2 < ratio < 5.0
 
 
-def kind(theta: Array, rate: Array, rotor: DrivenRotor | None = None) -> str:
+def kind(theta, rate, rotor=None):
     return PendulumKinds(rotor or DrivenRotor(sin=9.8), 3.0)({"theta": theta, "theta_dot": rate})
 
 

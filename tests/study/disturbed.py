@@ -9,15 +9,12 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.results import Study, TaskResult
+from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.store import FILE, load
-from plumbob.models.scene import Scene
 
 SCENE = "linear-pendulum/overdamped"
 FATAL = "ode/leapfrog"  # the method that `fatal` does not survive
@@ -44,13 +41,13 @@ if __name__ == "__main__":
 """
 
 
-def words(out: Path, jobs: int, *more: str) -> list[str]:
+def words(out, jobs, *more):
     """The command line of the study."""
     wanted = ("--scenes", SCENE, "--methods", METHODS)
     return ["validate", *wanted, "--out", str(out), "--jobs", str(jobs), *more]
 
 
-def begun(out: Path, jobs: int, first: str = "") -> subprocess.Popen[str]:
+def begun(out, jobs, first=""):
     """The study, begun in a process group of its own; `first` is run before."""
     return subprocess.Popen(
         [sys.executable, "-c", COUNTED % first, str(out / "log"), *words(out, jobs)],
@@ -61,26 +58,26 @@ def begun(out: Path, jobs: int, first: str = "") -> subprocess.Popen[str]:
     )
 
 
-def logged(out: Path) -> list[str]:
+def logged(out):
     """The results that were measured, in the order in which they were kept."""
     file = out / "log"
     return file.read_text("utf-8").splitlines() if file.exists() else []
 
 
-def until(true: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+def until(true, process):
     """Wait until something is so, or the process has ended."""
     while process.poll() is None and not true():
         time.sleep(0.005)
 
 
-def children(process: subprocess.Popen[str]) -> list[int]:
+def children(process):
     """The worker processes of a study: those of its group that do tasks."""
     return [
         pid for pid in group(process.pid) if pid != process.pid and b"spawn_main" in _command(pid)
     ]
 
 
-def group(leader: int) -> list[int]:
+def group(leader):
     """The processes of a group that still run."""
     found = []
     for entry in Path("/proc").iterdir():
@@ -94,14 +91,14 @@ def group(leader: int) -> list[int]:
     return found
 
 
-def _command(pid: int) -> bytes:
+def _command(pid):
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return b""
 
 
-def ended(process: subprocess.Popen[str]) -> tuple[str, float]:
+def ended(process):
     """What it has written on stderr, and the time [s] until the last process of its group ended."""
     begin = time.monotonic()
     _, err = process.communicate(timeout=60.0)
@@ -110,7 +107,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[str, float]:
     return err, time.monotonic() - begin
 
 
-def sent(process: subprocess.Popen[str], number: signal.Signals, target: str) -> None:
+def sent(process, number, target):
     """Send a signal to the process, to one of its workers, or to its group."""
     if target == "group":
         os.killpg(process.pid, number)
@@ -120,14 +117,14 @@ def sent(process: subprocess.Popen[str], number: signal.Signals, target: str) ->
             os.kill(pid, number)
 
 
-def stored(out: Path) -> Study:
+def stored(out):
     """The newest study of a folder."""
     found = load(out / FILE)
     assert found is not None
     return found
 
 
-def figures(out: Path) -> dict[tuple[str, str], list[object]]:
+def figures(out):
     """The figures of the newest study of a folder that do not depend on how long it took."""
     return {
         (c.scene, c.method): [(m.step, m.status, m.steps, m.errors) for m in c.measurements]
@@ -135,18 +132,18 @@ def figures(out: Path) -> dict[tuple[str, str], list[object]]:
     }
 
 
-def is_whole(out: Path) -> bool:
+def is_whole(out):
     """Whether the store of a folder has a study that was measured to its end."""
     return (out / FILE).exists() and load(out / FILE) is not None
 
 
-def rows(out: Path, table: str) -> int:
+def rows(out, table):
     """How many rows a table of a folder's store has."""
     with closing(sqlite3.connect(f"file:{out / FILE}?mode=ro", uri=True)) as opened:
         return int(opened.execute(f"select count(*) from {table}").fetchone()[0])
 
 
-def run_to_its_end(out: Path, jobs: int, first: str = "") -> tuple[int, str]:
+def run_to_its_end(out, jobs, first=""):
     """Exit code and stderr of the study."""
     process = begun(out, jobs, first)
     err, _ = ended(process)
@@ -154,7 +151,7 @@ def run_to_its_end(out: Path, jobs: int, first: str = "") -> tuple[int, str]:
     return process.returncode, err
 
 
-def fatal(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
+def fatal(scene, method, most, seed):
     """The convergence study of a pair, for a worker; with one method it ends its process."""
     if method.name == FATAL:
         signal.raise_signal(signal.SIGKILL)
@@ -162,7 +159,7 @@ def fatal(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
     return TaskResult(found, pair=(scene.name, method.name))
 
 
-def starved(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
+def starved(scene, method, most, seed):
     """The convergence study of a pair, for a worker; with one method its process may address no
     more than it does already."""
     if method.name == STARVED:

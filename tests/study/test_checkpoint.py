@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
-from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -50,7 +49,7 @@ def test_a_key_follows_from_all_that_defines_a_result(monkeypatch):
     assert len({same, *others.values()}) == 1 + len(others)
 
 
-def _changed(package: str, named: str) -> str:
+def _changed(package, named):
     return "another" if named == package else "1.0"
 
 
@@ -64,7 +63,7 @@ def test_the_version_of_an_engine_is_known(engine, package, monkeypatch):
 
 
 @contextmanager
-def _in_another_process(do: Callable[[], None]) -> Iterator[int]:
+def _in_another_process(do):
     """A process that does something, and then waits to be ended; it ends with the context."""
     ours, theirs = os.pipe()
     child = os.fork()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -17,7 +17,6 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import cost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.tests.support.fixture_types import Patch
 
 SCENE = find_scene("simple-pendulum/free-large")  # 50 s
 
@@ -30,11 +29,11 @@ class Clock:
     computed: float = 0.0  # [s]
     wall: float = 0.0  # [s]
 
-    def perf_counter(self) -> float:
+    def perf_counter(self):
         self.wall += 100.0
         return self.wall
 
-    def thread_time(self) -> float:
+    def thread_time(self):
         self.computed += 1.0
         return self.computed
 
@@ -74,14 +73,12 @@ class Slow:
     milliseconds: Iterator[float]
     compile_seconds: float = 0.5
 
-    def stepped(self, fraction: float) -> Stepping:
+    def stepped(self, fraction):
         assert fraction == 0.25
         return Stepping(1000, 1e-3 * next(self.milliseconds))
 
 
-def cost_of(
-    patch: Patch, milliseconds: Iterable[float], rules: Iterable[float]
-) -> tuple[cost.Cost, float]:
+def cost_of(patch, milliseconds, rules):
     """What is made of these times, and the unit [ns]."""
     piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
     patch.setattr(cost, "_sized", lambda *_: piece)

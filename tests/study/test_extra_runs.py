@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study import store
-from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, StudyPlan, TrimmingRun
-from plumbob.engines.study.request import Request, UndeclaredRun
+from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, TrimmingRun
+from plumbob.engines.study.request import UndeclaredRun
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes, systems
@@ -34,7 +32,7 @@ DIVERGES = ExtraRun(SCENE, "mujoco/euler", 0.05, None, (("platform_rate", 900.0)
 CONVERGENCE = ExtraConvergence(SCENE, "ode/rk4", (5e-3, 2e-3, 1e-3), 0.1)
 TRIMMING = TrimmingRun(SCENE, "mujoco/euler", 1e-3, 20, 3)
 NO_TRIMMING = TrimmingRun(SCENE, "ode/rk4", 1e-3, 20, 3)
-ALL: tuple[Request[Any], ...] = (
+ALL = (
     PLAIN,
     CHANGED,
     SETTING,
@@ -46,7 +44,7 @@ ALL: tuple[Request[Any], ...] = (
 )
 
 
-def wanted(plan: StudyPlan) -> Sequence[Request[Any]]:
+def wanted(plan):
     """Each request twice, as from two findings that need the same run."""
     return (*ALL, *ALL)
 
@@ -57,12 +55,12 @@ def study():
     return run_study(chosen, methods("ode/rk4"), timed=False, requests=wanted, command="plumbob")
 
 
-def untimed(run: Trajectory | None) -> object:
+def untimed(run):
     """All that a recording says but how long it took."""
     return bits(run and replace(run, seconds=0.0))
 
 
-def run_directly(request: ExtraRun) -> Trajectory:
+def run_directly(request):
     chosen = scene(request.scene, dict(request.changes))
     how = method(request.method)
     how = replace(how, settings={**how.settings, **dict(request.settings)})

@@ -44,7 +44,7 @@ def test_processes_end_with_what_began_them():
     assert set(multiprocessing.active_children()) <= others
 
 
-def _interrupted_while_a_process_sleeps() -> None:
+def _interrupted_while_a_process_sleeps():
     with Workers(1) as pool:
         pool.submit(time.sleep, 3600.0)  # [s]: not waited for
         raise KeyboardInterrupt

@@ -13,7 +13,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.results import TaskResult
-from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
+from plumbob.reports.judge.long_runs import judged_long_run
 
 SWING, CHAOS = "simple-pendulum/free-large", "simple-pendulum/forced-chaotic"
 SCENES = (
@@ -26,7 +26,7 @@ SCENES = (
 STEPS = 60_000
 
 
-def run(scene: str, method: str, step: float | None = None) -> JudgedLongRun:
+def run(scene, method, step=None):
     search = LongRunSearch(scene, method, step, STEPS)
     found = search.answer(find_method(method))
     assert isinstance(found, MeasuredLongRun)

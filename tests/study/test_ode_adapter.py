@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,14 +19,13 @@ from plumbob.engines.adapters.divergence import possible_speed
 from plumbob.engines.adapters.mujoco import ENGINE as MUJOCO
 from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.adapters.ode.integrators import Advance, integrator
+from plumbob.engines.adapters.ode.integrators import integrator
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
     FixedStepSimulation,
     solved,
 )
-from plumbob.engines.method import Method, Unsupported
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.method import Unsupported
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, THETA_DOT, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}
@@ -36,17 +34,17 @@ ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"
 END = np.array([0.5])
 
 
-def advance(method: Method) -> Advance:
+def advance(method):
     """The integrator of a method with a fixed step."""
     return integrator(method.scheme.integrator)
 
 
-def run(method: Method, step: float, duration: float = 0.5, **given: Any) -> Trajectory:
+def run(method, step, duration=0.5, **given):
     """Run the default scene, with some of its fields changed."""
     return ENGINE.prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 
 
-def error(method: Method, step: float, **given: Any) -> float:
+def error(method, step, **given):
     """Error of theta [rad] at 0.5 s relative to the default scene, for any scene that was run."""
     trajectory = run(method, step, **given)
     assert trajectory.times[-1] == pytest.approx(0.5, abs=1e-12)
@@ -151,10 +149,10 @@ def test_a_small_change_is_seen(changed):
     assert abs(error(METHODS["ode/rk4"], 2.5e-5, **changed)) > 5e-13
 
 
-def driven(rotor: DrivenRotor, theta: float, theta_dot: float) -> Equation:
+def driven(rotor, theta, theta_dot):
     """A rotor of any kind as an equation of motion."""
 
-    def acceleration(t: float, x: float, v: float) -> float:
+    def acceleration(t, x, v):
         return float(rotor.acceleration(t, x, v))
 
     return Equation(acceleration, theta, theta_dot, 10.0, damping_rate=rotor.damping_rate)

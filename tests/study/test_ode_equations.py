@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.adapters import heyoka
 from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.equation import Equation
@@ -23,7 +20,7 @@ from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
     FixedStepSimulation,
 )
-from plumbob.engines.method import Method, Unsupported, meant
+from plumbob.engines.method import Unsupported, meant
 from plumbob.engines.study.measurement import measure
 from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, System
 
@@ -38,19 +35,19 @@ LAUNCH = np.array([3.0, 5.0])  # [m/s]
 class Exact:
     """What a problem's own answer says beside its state."""
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+    def uncertainty(self, times):
         """A few roundings of each."""
         return {n: 4 * 2.0**-52 * np.abs(v) for n, v in self.observe(times).items()}
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times):
         """The exact state; see the problems."""
         raise NotImplementedError
 
-    def leading_error(self, scheme: Any, times: Array) -> Mapping[int, Mapping[str, Array]]:
+    def leading_error(self, scheme, times):
         """Theory has none."""
         return {}
 
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+    def nonlinearity(self, times, errors):
         """The fall stays linear for the errors here."""
         return 0.0
 
@@ -59,17 +56,17 @@ class Exact:
 class Fall(Exact):
     """A body that falls from rest under quadratic drag, to a terminal speed."""
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times):
         """Height [m] and its rate [m/s]: v = -u tanh(g t/u), y = -u^2/g ln cosh(g t/u)."""
         scaled = GRAVITY * times / TERMINAL
         height = -(TERMINAL**2) / GRAVITY * np.log(np.cosh(scaled))
         return {"height": height, "height_rate": -TERMINAL * np.tanh(scaled)}
 
-    def equation(self) -> Equation:
+    def equation(self):
         """y'' = -g + g (y'/u)^2 while it falls."""
         square = GRAVITY / TERMINAL**2
 
-        def acceleration(time: float, height: float, rate: float) -> float:
+        def acceleration(time, height, rate):
             return square * rate * rate - GRAVITY
 
         return Equation(
@@ -83,7 +80,7 @@ class Throw(Exact):
 
     declared: bool  # whether the equation declares its damping rate
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times):
         """x, z [m] and their rates [m/s]: v = v_t + (v_0 - v_t) e^(-k t), v_t = (0, -g/k)."""
         settled = np.array([0.0, -GRAVITY / DRAG])
         decay = np.exp(-DRAG * times)[:, None]
@@ -92,11 +89,11 @@ class Throw(Exact):
         names = ("x", "z", "velocity_x", "velocity_z")
         return dict(zip(names, [*places.T, *rates.T], strict=True))
 
-    def equation(self) -> Equation:
+    def equation(self):
         """r'' = -k r' + g."""
         weight = np.array([0.0, -GRAVITY])
 
-        def acceleration(time: float, place: Array, rate: Array) -> Array:
+        def acceleration(time, place, rate):
             return weight - DRAG * rate
 
         return Equation(
@@ -168,19 +165,19 @@ def test_a_declared_damping_rate_gives_the_same_leapfrog():
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-13)
 
 
-def run_of(problem: Fall | Throw, method: Method, step: float) -> Array:
+def run_of(problem, method, step):
     """All observables at 2 s."""
     advance = integrator(method.scheme.integrator)
     run = FixedStepSimulation(problem.equation(), advance, round(2.0 / step), step, 0.0).run()
     return np.array([values[-1] for values in run.observables.values()])
 
 
-def exploding(time: float, place: Any, rate: Any) -> Any:
+def exploding(time, place, rate):
     """theta'' = 6 theta^2, whose solution 1/(1 - t)^2 from (1, 2) ends at t = 1."""
     return 6 * place * place
 
 
-def sine_of_much(time: float, place: float, rate: float) -> float:
+def sine_of_much(time, place, rate):
     """A force that overflows, for which math.sin then raises."""
     return math.sin(place) + 1e3 * place
 

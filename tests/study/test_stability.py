@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -44,14 +43,14 @@ OMEGA = math.sqrt(9.8)
 SHARP = 0.02  # of a limit at an equilibrium: a bracket of 1 %, and as much for runs that are finite
 
 
-def euler_limit(damping: float, implicit: bool) -> float:
+def euler_limit(damping, implicit):
     """Where semi-implicit Euler's multiplier passes -1: h^2 omega^2 = 4 - 2 c h with explicit
     damping c, and 4 + 2 c h with implicit damping."""
     half = (1.0 if implicit else -1.0) * damping / OMEGA**2
     return half + math.sqrt(half * half + 4.0 / OMEGA**2)
 
 
-def closed_forms() -> list[tuple[str, str, float]]:
+def closed_forms():
     """Scenes, methods and limits [s]: RK4's from its stability function, 2.785 on the real axis and
     2 sqrt(2) on the imaginary one."""
     fast = 5.0 + math.sqrt(25.0 - OMEGA**2)
@@ -70,12 +69,12 @@ def closed_forms() -> list[tuple[str, str, float]]:
     ]
 
 
-def at_equilibrium(growth: Callable[[float], float] = lambda duration: 1.0) -> StabilityTheory:
+def at_equilibrium(growth=lambda duration: 1.0):
     """A swing's record, without a limit."""
     return StabilityTheory(2.0 * math.pi / OMEGA, True, lambda s: (), growth, lambda seen: "swing")
 
 
-def found_by(scene: str, method: str, prediction: float | None) -> MeasuredLimit:
+def found_by(scene, method, prediction):
     """The limit that a search from a prediction finds."""
     limits = () if prediction is None else (StepLimit("unstable", prediction, ""),)
     (limit,) = measured(
@@ -157,13 +156,13 @@ def test_the_growth_of_the_exact_motion_is_taken_off():
     assert without < 0.5 * own
 
 
-def judged(method: str, limits: Stability, scene: str = SWING) -> list[str]:
+def judged(method, limits, scene=SWING):
     """Verdicts, with a mark where unexpected."""
     search = StabilitySearch(scene, method)
     return [f"{of.verdict}{'!' * bool(of.surprise)}" for of in judged_limits(search, limits)]
 
 
-def rk4_with(second: float, third: float) -> integrators.Advance:
+def rk4_with(second, third):
     """RK4 with another weight of its third stage, and another place of that stage."""
     matrix = ((), (0.5,), (0.5 - third, third), (0.0, 0.0, 1.0))
     weights = (1.0, 2.0, second, 5.0 - 2.0 - second + 1.0)

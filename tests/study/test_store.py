@@ -9,7 +9,6 @@ import subprocess
 import sys
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.measurement import ObservedError
 from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.provenance import provenance
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
@@ -39,11 +37,11 @@ def study():
     return run_study(chosen, methods("mujoco/euler,ode/rk4,ode/dop853"))
 
 
-def _save(study: Study, file: Path) -> int:
+def _save(study, file):
     return store.save(study, file)
 
 
-def _kept(study: Study, file: Path) -> Study:
+def _kept(study, file):
     """What comes back of a study that is stored."""
     back = store.load(file, _save(study, file))
     assert back is not None
@@ -84,7 +82,7 @@ def stored(tmp_path_factory):
     return file.read_bytes()
 
 
-def _all_columns(file: Path) -> list[tuple[str, str]]:
+def _all_columns(file):
     with closing(sqlite3.connect(file)) as held:
         return [
             (table, column)
@@ -172,7 +170,7 @@ def test_recommend_answers_from_what_is_stored(error, code, said, study, tmp_pat
     assert captured.err == ""
 
 
-def _asked(folder: Path, error: str, *words: str) -> list[str]:
+def _asked(folder, error, *words):
     return ["recommend", SCENE, "--error", error, "--out", str(folder), "--stored", *words]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -13,7 +12,6 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.engines.study import store, store_file
 from plumbob.reports.cli import main
-from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.studies import SCENE, made_up
 
 WRITERS = (("validate", "--scenes", SCENE, "--methods", "ode/rk4", "--jobs", "1", "--out"),)
@@ -32,8 +30,8 @@ def whole(tmp_path_factory):
     return file.read_bytes()
 
 
-def _with(statement: str) -> Callable[[Path, bytes], None]:
-    def made(file: Path, whole: bytes) -> None:
+def _with(statement):
+    def made(file, whole):
         file.write_bytes(whole)
         with closing(sqlite3.connect(file)) as opened, opened:
             opened.executescript(statement)
@@ -41,16 +39,16 @@ def _with(statement: str) -> Callable[[Path, bytes], None]:
     return made
 
 
-def _foreign(file: Path, whole: bytes) -> None:
+def _foreign(file, whole):
     with closing(sqlite3.connect(file)) as opened, opened:
         opened.execute("create table result (id integer)")
 
 
-def _torn(file: Path, whole: bytes) -> None:
+def _torn(file, whole):
     file.write_bytes(whole[: len(whole) // 2])
 
 
-BAD: dict[str, tuple[Callable[[Path, bytes], object], str]] = {
+BAD = {
     "text": (lambda file, whole: file.write_text("what is this" * 200), "not a database"),
     "foreign": (_foreign, "it holds other data"),
     "truncated": (_torn, "must be a"),
@@ -87,7 +85,7 @@ def test_what_is_no_store_is_one_line_and_stays_as_it_is(kind, words, whole, tmp
     assert list(tmp_path.iterdir()) == [file]
 
 
-def _refused(words: tuple[str, ...], file: Path, said: str, capsys: Capture) -> None:
+def _refused(words, file, said, capsys):
     given = [str(file) if word == "STORE" else word for word in words]
     assert main([*given, str(file.parent)]) == 2
     captured = capsys.readouterr()
@@ -97,7 +95,7 @@ def _refused(words: tuple[str, ...], file: Path, said: str, capsys: Capture) -> 
 
 
 @contextmanager
-def _locked(file: Path) -> Iterator[None]:
+def _locked(file):
     with closing(sqlite3.connect(file, isolation_level=None)) as other:
         other.execute("begin exclusive")
         yield

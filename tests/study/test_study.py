@@ -10,14 +10,12 @@ import pytest
 
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import (
-    ConvergenceStudy,
     chosen_step_sizes,
     convergence_study,
     steps_beside,
 )
 from plumbob.engines.study.cost import ENOUGH
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, run_study
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import case_of, scene, scenes, system_of
@@ -26,12 +24,12 @@ SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
 
 
-def _study(**how: object) -> Study:
+def _study(**how):
     chosen = [replace(s, steps=(5e-3, 2e-3, 1e-3, 5e-4)) for s in scenes(SCENES)]
-    return run_study(chosen, methods(METHODS), timed=False, **how)  # type: ignore[arg-type]
+    return run_study(chosen, methods(METHODS), timed=False, **how)
 
 
-def _errors(convergence: tuple[ConvergenceStudy, ...]) -> list[tuple[str, str, float, float]]:
+def _errors(convergence):
     return [
         (c.scene, c.method, m.step, m.errors["theta"].end)
         for c in convergence

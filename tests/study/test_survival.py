@@ -9,17 +9,13 @@ import shutil
 import signal
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import pytest
 
 from plumbob.engines.study import runner
 from plumbob.engines.study.checkpoint import Checkpoint
-from plumbob.engines.study.results import TaskResult
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
-from plumbob.tests.support.fixture_types import Patch
 
 OLD = "the page of an older study"
 
@@ -39,7 +35,7 @@ def out(tmp_path):
     return tmp_path
 
 
-def _forked(out: Path, words: Sequence[str], limit: int = 0) -> tuple[int, str]:
+def _forked(out, words, limit=0):
     """How a study ends in a process of its own, and what it says; `limit` is that of a file's
     size [bytes]."""
     child = os.fork()
@@ -59,11 +55,11 @@ def _forked(out: Path, words: Sequence[str], limit: int = 0) -> tuple[int, str]:
     return os.waitstatus_to_exitcode(status), (out / "said").read_text()
 
 
-def _counting(monkeypatch: Patch, out: Path, ends: int = 0, number: int = 0) -> None:
+def _counting(monkeypatch, out, ends=0, number=0):
     """Note each result that is kept; at the one of number `ends` comes the signal `number`."""
     usual = Checkpoint.keep
 
-    def keep(self: Checkpoint, results: Mapping[str, TaskResult]) -> None:
+    def keep(self, results):
         if number and len(disturbed.logged(out)) + 1 == ends:
             os.kill(os.getpid(), number)
         usual(self, results)

@@ -7,10 +7,8 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from multiprocessing.connection import Connection
-from typing import Any
 
 import pytest
 
@@ -18,7 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines import workers as module
 from plumbob.engines.workers import Lost, Task, Workers, results
 
-FATAL: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...], float, str]] = {
+FATAL = {
     "killed": (signal.raise_signal, (signal.SIGKILL,), 60.0, "ended by SIGKILL, 2 times"),
     "aborted": (os.abort, (), 60.0, "ended by SIGABRT, 2 times"),
     "left": (os._exit, (7,), 60.0, "exit code 7, 2 times"),
@@ -33,7 +31,7 @@ FATAL: Mapping[str, tuple[Callable[..., Any], tuple[Any, ...], float, str]] = {
 }
 
 
-def _worked_out(tasks: list[Task], jobs: int = 1) -> tuple[dict[Any, Any], dict[Any, str]]:
+def _worked_out(tasks, jobs=1):
     with Workers(jobs) as workers:
         found = {task.key: result for task, result in workers.results(tasks)}
     lost = {key: result.why for key, result in found.items() if isinstance(result, Lost)}
@@ -60,7 +58,7 @@ def test_a_task_that_is_fatal_once_is_worked_out(tmp_path):
     assert _worked_out([Task(1, exec, (code,), 60.0)]) == ({1: None}, {})
 
 
-def _cut_short() -> None:
+def _cut_short():
     """In a worker: begin an answer that is longer than a pipe holds, and end."""
     import struct
 

@@ -5,16 +5,12 @@ from __future__ import annotations
 import json
 import math
 import statistics
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from pathlib import Path
 
-from plumbob.reports.judge.benchmarks import FORMAT, BenchmarkRun, Ratio
+from plumbob.reports.judge.benchmarks import FORMAT, Ratio
 
 
-def in_turn(
-    run: Callable[[], float], other: Callable[[], float], turns: int = 21
-) -> tuple[float, ...]:
+def in_turn(run, other, turns=21):
     """How many times as long `run` takes as `other`, each of which times itself [s], turn by turn:
     a slow spell of the machine touches both alike."""
     ratios = []
@@ -24,13 +20,13 @@ def in_turn(
     return tuple(ratios)
 
 
-def ratio(name: str, values: Sequence[float], most: float = math.inf, least: float = 0.0) -> Ratio:
+def ratio(name, values, most=math.inf, least=0.0):
     """The ratio of some turns, at least two."""
     low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
     return Ratio(name, low, middle, high, most, least)
 
 
-def add(run: BenchmarkRun, file: Path) -> None:
+def add(run, file):
     """Add a run to a file, which is made where there is none."""
     file.parent.mkdir(parents=True, exist_ok=True)
     ratios = [{k: v for k, v in asdict(r).items() if v != math.inf} for r in run.ratios]
@@ -39,12 +35,12 @@ def add(run: BenchmarkRun, file: Path) -> None:
         lines.write(f"{line}\n")
 
 
-def holds(of: Ratio) -> bool:
+def holds(of):
     """Whether the median is within its limits."""
     return of.least <= of.median <= of.most
 
 
-def limit(of: Ratio) -> str:
+def limit(of):
     """The limits as text."""
     if math.isfinite(of.most):
         return f"at most {of.most:g}"

@@ -5,16 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING
 
 import pytest
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Page
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 AXE = "axe-core@4.14.1"  # rules change with versions
@@ -70,7 +69,7 @@ ALIKE = """() => {
 }"""
 
 
-def chromium() -> str:
+def chromium():
     """The browser's program; without one the test is skipped, and fails where CI is set."""
     for name in NAMES:
         if found := shutil.which(name):
@@ -86,18 +85,18 @@ class Visit:
     console: list[str]
     requests: list[str]
 
-    def ask(self, script: str, *given: Any) -> Any:
+    def ask(self, script, *given):
         """The value of a script in the page."""
         return self.page.evaluate(script, *given)
 
-    def violations(self, *rules: str) -> list[str]:
+    def violations(self, *rules):
         """What axe-core finds by these rules, or by all, minor things aside."""
         if not self.ask("'axe' in window"):
             self.ask(f"() => {{ {axe_core().read_text('utf-8')} }}")
-        found: list[str] = self.ask(RUN_AXE, {"levels": SERIOUS, "rules": rules})
+        found = self.ask(RUN_AXE, {"levels": SERIOUS, "rules": rules})
         return found
 
-    def until(self, script: str) -> None:
+    def until(self, script):
         """Wait until a script in the page has a true value: the page's policy allows no function
         made of text, with which playwright would do it."""
         for _ in range(1200):
@@ -106,13 +105,13 @@ class Visit:
             self.page.wait_for_timeout(50)
         raise TimeoutError(script)
 
-    def look(self, width: int, scheme: str) -> None:
+    def look(self, width, scheme):
         """Show the page at a width [px] in a colour scheme."""
         self.page.set_viewport_size({"width": width, "height": 900})
         self.page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
         self.page.wait_for_timeout(100)
 
-    def keep_one_of_each(self, looks: Sequence[tuple[int, str]]) -> None:
+    def keep_one_of_each(self, looks):
         """Take away what is alike, but for its words, to what stands beside it at all widths [px]
         and in all colour schemes."""
         for look in looks:
@@ -120,13 +119,13 @@ class Visit:
             self.ask(LOOKS)
         self.ask(ALIKE)
 
-    def scroll_through(self) -> None:
+    def scroll_through(self):
         """Open everything that can be opened, and scroll from the top to the end."""
         self.ask(SCROLL)
 
 
 @contextmanager
-def driven() -> Iterator[Browser]:
+def driven():
     """Chromium under playwright; where either is missing the test is skipped, and fails in CI."""
     try:
         from playwright.sync_api import sync_playwright
@@ -142,9 +141,7 @@ def driven() -> Iterator[Browser]:
 
 
 @contextmanager
-def visited(
-    browser: Browser, page: Path, place: str = "", width: int = 1280, scheme: str = "light"
-) -> Iterator[Visit]:
+def visited(browser, page, place="", width=1280, scheme="light"):
     """A page at a width [px] in a colour scheme, loaded by a reader who prefers less motion: no
     replay plays by itself meanwhile."""
     context = browser.new_context(
@@ -165,12 +162,12 @@ def visited(
         context.close()
 
 
-def _requested(visit: Visit, url: str) -> None:
+def _requested(visit, url):
     if not url.startswith(("blob:", "data:")):  # which the page itself holds
         visit.requests.append(url)
 
 
-def axe_core() -> Path:
+def axe_core():
     """The script of axe-core, from npm and kept in the user's cache; without npm the test is
     skipped, and fails in CI."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "plumbob"
@@ -187,7 +184,7 @@ def axe_core() -> Path:
     return found
 
 
-def _missing(why: str) -> NoReturn:
+def _missing(why):
     if os.environ.get("CI"):
         pytest.fail(why)
     pytest.skip(why)

@@ -6,22 +6,19 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.measurement import Measurement, ObservedError, measure
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case, Scene
+from plumbob.models.scene import Scene
 from plumbob.reports.judge.verdict import judge
 
 
-def held_against(case: Case, other: Case) -> Case:
+def held_against(case, other):
     """The case with the exact motion of `other` and its predictions."""
     return replace(case, reference=other.reference, errors=other.errors)
 
 
-def run_of(
-    method: Method, scene: Scene, step: float, other: Scene | None = None
-) -> tuple[Measurement, Trajectory]:
+def run_of(method, scene, step, other=None):
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
     return _measured(_Run(scene, method, step, other))
 
@@ -35,15 +32,15 @@ class _Run:
     step: float
     other: Scene | None
 
-    def __eq__(self, other: object) -> bool:
+    def __eq__(self, other):
         return isinstance(other, _Run) and repr(self) == repr(other)
 
-    def __hash__(self) -> int:
+    def __hash__(self):
         return hash(repr(self))
 
 
 @lru_cache(maxsize=64)
-def _measured(asked: _Run) -> tuple[Measurement, Trajectory]:
+def _measured(asked):
     """A measurement that neighbouring tests need, made once; forgotten where a formula or an
     adapter is replaced."""
     case = case_of(asked.scene)
@@ -54,13 +51,12 @@ def _measured(asked: _Run) -> tuple[Measurement, Trajectory]:
     return found, trajectory
 
 
-def verdict_of(found: Measurement, method: Method) -> str:
+def verdict_of(found, method):
     """The verdict on a run of a scene as it stands in its system."""
     return judge(found, system_of(find_scene(found.scene)), method).verdict
 
 
-def beyond(error: ObservedError) -> float:
+def beyond(error):
     """The part of an error that theory, which must predict it for this step, does not."""
-    assert error.predicted is not None
     assert error.predicted.for_this_step
     return error.predicted.beyond

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.models.scene import Observable, Scene, System
@@ -17,11 +15,11 @@ DEFAULT = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9
 THETA, THETA_DOT = 19.655093168749575, 45.196918078698202
 
 
-def _problem(parameters: Mapping[str, Any]) -> ConePendulum:
+def _problem(parameters):
     return replace(DEFAULT, **parameters)
 
 
-def _nothing(*_: Any) -> Any:
+def _nothing(*_):
     raise NotImplementedError
 
 
@@ -41,6 +39,6 @@ SYSTEM = System(
 )
 
 
-def scene(duration: float = 0.5, **changes: Any) -> Scene:
+def scene(duration=0.5, **changes):
     """Scene of DEFAULT with some of its fields changed, for `duration` [s]."""
     return Scene("cone-pendulum/test", "", changes, duration, (), "Sudakov 2015")

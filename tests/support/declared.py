@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.stability import StepLimit
 from plumbob.engines.abilities import Trimming
-from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import (
@@ -21,13 +18,13 @@ from plumbob.engines.study.convergence import (
     steps_beside,
 )
 from plumbob.engines.study.cost import Cost
-from plumbob.engines.study.extra_runs import ExtraRun, Requests, StudyPlan, TrimmingRun
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan, TrimmingRun
 from plumbob.engines.study.gradient import Difference, Gradient, Gradients, GradientSearch
 from plumbob.engines.study.identification import Identification, Identified, ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
 from plumbob.engines.study.model_reading import ModelRead, ModelReading, Number, read_model
-from plumbob.engines.study.request import Request, RunRequest
+from plumbob.engines.study.request import RunRequest
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.study.stability import (
@@ -41,16 +38,14 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.analysis import Analysis, Section, plain
-from plumbob.reports.view.content import Finding
+from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.view.finding_text import written
 
 SAMPLES, ERROR = 240, 1e-6  # of invented runs
 
 
 @cache
-def made(request: Request[Any]) -> Any:
+def made(request):
     """The result of a request, with the method found by its name."""
     if isinstance(request, ModelReading):
         return read_model(request)
@@ -58,29 +53,28 @@ def made(request: Request[Any]) -> Any:
     return request.answer(find_method(request.method))
 
 
-def plan_of(study: Study) -> StudyPlan:
+def plan_of(study):
     """The planned runs of a study."""
     return StudyPlan(study.profile, study.scenes, study.methods)
 
 
-def declared(study: Study, *requests: Requests) -> Study:
+def declared(study, *requests):
     """A study with the extra runs that these declare for its plan, and no others."""
     wanted = [request for one in requests for request in one(plan_of(study))]
     return replace(study, extras={request: made(request) for request in wanted})
 
 
-def numbers_of(analysis: Analysis, ran: Study | None = None) -> Any:
+def numbers_of(analysis, ran=None):
     """The numbers of a study with the runs that the analysis declares."""
     return analysis.numbers(declared(ran or nothing(), analysis.requests))
 
 
-def findings_of(own: Section | None, study: Study) -> list[Finding]:
+def findings_of(own, study):
     """The findings of a section in a study."""
-    assert own is not None
     return [found for find in own.findings if (found := formed(find, study)) is not None]
 
 
-def formed(analysis: Analysis, study: Study) -> Finding | None:
+def formed(analysis, study):
     """The finding that an analysis and its template form of a study."""
     numbers = analysis.numbers(study)
     if numbers is None:
@@ -89,27 +83,27 @@ def formed(analysis: Analysis, study: Study) -> Finding | None:
     return finding
 
 
-def finding(analysis: Analysis, study: Study) -> Finding:
+def finding(analysis, study):
     """The same, where there is one."""
     found = formed(analysis, study)
     assert found is not None
     return found
 
 
-def nothing() -> Study:
+def nothing():
     """An empty study in the quick profile."""
     return Study("quick", (), (), (), {}, 1.0, {"errors": 0.0, "costs": 0.0})
 
 
 @cache
-def measured(scene: str, methods: Sequence[str], *steps: float) -> Study:
+def measured(scene, methods, *steps):
     """A scene with some methods at a few steps, and no costs; without steps, not run."""
     chosen, hows = find_scene(scene), [find_method(name) for name in methods]
     convergence = tuple(convergence_study(chosen, how, 100_000, steps) for how in hows if steps)
     return replace(nothing(), scenes=(chosen,), methods=tuple(hows), convergence=convergence)
 
 
-def invented_study(wanted: Requests) -> Study:
+def invented_study(wanted):
     """The quick study of every scene and method, with what `wanted` declares, and without a run:
     errors of first order, as predicted."""
     plan = StudyPlan("quick", find_scenes("*", "quick"), find_methods("*"))
@@ -126,12 +120,12 @@ def invented_study(wanted: Requests) -> Study:
 
 
 @cache
-def _posed(name: str) -> Case:
+def _posed(name):
     scene = find_scene(name)
     return case_of(scene)
 
 
-def _invented(request: Request[Any]) -> Any:
+def _invented(request):
     """What an engine with a small, constant error would give."""
     if isinstance(request, TrimmingRun):
         return Trimming(3.0, 2.0, 1.0, True)
@@ -163,13 +157,13 @@ def _invented(request: Request[Any]) -> Any:
     return Trajectory(times, seen, channels, steps=SAMPLES)
 
 
-def _steps(scene: Scene, method: Method, most: int) -> Sequence[float]:
+def _steps(scene, method, most):
     """The steps that a convergence study runs, coarse to fine."""
     beside = steps_beside(scene, method, most)
     return sorted((*chosen_step_sizes(scene, method, most), *beside), reverse=True)
 
 
-def _convergence(plan: StudyPlan) -> tuple[ConvergenceStudy, ...]:
+def _convergence(plan):
     """A made-up study of every pair: errors of first order, as predicted."""
     found = []
     for scene, method in pairs(plan.scenes, plan.methods):

@@ -4,28 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.registry import method
 from plumbob.engines.study.gradient import GradientSearch, gradients
 from plumbob.models.registry import case_of, scene
-from plumbob.reports.judge.gradients import JudgedGradient, judged_gradients
+from plumbob.reports.judge.gradients import judged_gradients
 
 
-def scaled(values: Array, observed: Array, number: float) -> float:
+def scaled(values, observed, number):
     """Its own size, or the observable's over the parameter's, the larger."""
     largest = max(float(np.abs(values).max()), float(np.abs(observed).max() / (abs(number) or 1)))
     return largest or 1.0
 
 
-def judged_way(
-    name: str,
-    how: str,
-    of: str,
-    by: str,
-    way: str,
-    step: float | None = None,
-    at: float | None = None,
-) -> JudgedGradient:
+def judged_way(name, how, of, by, way, step=None, at=None):
     """The judgement on the derivative that one way gives of an observable `of` by a parameter."""
     search = GradientSearch(name, how, (of,), by, (way,), step, at=at)
     found = gradients(case_of(scene(name)), method(how), search)

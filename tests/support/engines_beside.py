@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,18 +12,15 @@ from plumbob.engines.adapters.mujoco.terms import PortedModel
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.engines import held_against
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.term_differences import Held
 from plumbob.engines.method import Engine
 from plumbob.engines.registry import find_engine
 from plumbob.tests.audit.scenes_as_models import ready
 
 EXACT = 2.0**-53
-UNCHANGED: Callable[[Any], None] = lambda model: None  # noqa: E731
+UNCHANGED = lambda model: None  # noqa: E731
 
 
-def held(
-    file: Path, keyframe: int | None = None, control: str = "rest", duration: float = 0.2
-) -> Held:
+def held(file, keyframe=None, control="rest", duration=0.2):
     """The certified motion of a file, all of it."""
     model = ready(str(file), keyframe)
     motion = script(model, control, duration)
@@ -39,20 +33,20 @@ class Changed:
     """MuJoCo as a port, with a change of the model, its state single after each step if
     asked."""
 
-    def __init__(self, change: Callable[[Any], None], single: bool, model: Any) -> None:
+    def __init__(self, change, single, model):
         change(model)
         self.model, self.single, self.data = model, single, mujoco.MjData(model)
 
-    def load(self, data: Any) -> None:
+    def load(self, data):
         """The state, control and applied forces."""
         for name in ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart", "time"):
             setattr(self.data, name, getattr(data, name))
 
-    def forward(self) -> None:
+    def forward(self):
         """All terms."""
         mujoco.mj_forward(self.model, self.data)
 
-    def steps(self, count: int) -> None:
+    def steps(self, count):
         """Steps, rounded if asked."""
         for _ in range(count):
             mujoco.mj_step(self.model, self.data)
@@ -60,14 +54,12 @@ class Changed:
                 for name in ("qpos", "qvel", "act"):
                     getattr(self.data, name)[:] = getattr(self.data, name).astype(np.float32)
 
-    def unload(self, data: Any) -> None:
+    def unload(self, data):
         """All that it has."""
         mujoco.mj_copyData(data, self.model, self.data)
 
 
-def changed(
-    change: Callable[[Any], None] = UNCHANGED, single: bool = False, precision: float = EXACT
-) -> Engine:
+def changed(change=UNCHANGED, single=False, precision=EXACT):
     """MuJoCo in another engine's place, with a change of the compiled model."""
     load = partial(PortedModel, partial(Changed, change, single))
     genuine = find_engine("mujoco")

@@ -7,9 +7,8 @@ gmpy2's numbers: an independent method, with neither formula nor arithmetic of w
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import gmpy2
@@ -17,12 +16,11 @@ import gmpy2
 COLUMNS = 20
 State = list[Any]
 Rates = Callable[[State], State]
-Motion = tuple[Rates, State, Sequence[float]]  # its equation, its start, and the times to record
 
 
-def extrapolated(rates: Rates, state: State, step: Any) -> State:
+def extrapolated(rates, state, step):
     """The state after `step`, by Aitken and Neville's scheme in the square of the substep."""
-    table: list[State] = []
+    table = []
     for k in range(1, COLUMNS + 1):
         row = [midpoint(rates, state, step, 2 * k)]
         for j, before in enumerate(table, start=1):
@@ -32,7 +30,7 @@ def extrapolated(rates: Rates, state: State, step: Any) -> State:
     return table[-1]
 
 
-def midpoint(rates: Rates, state: State, step: Any, count: int) -> State:
+def midpoint(rates, state, step, count):
     """Gragg's modified midpoint rule in `count` substeps, an even number."""
     h = step / count
     before, now = state, [x + h * v for x, v in zip(state, rates(state), strict=True)]
@@ -43,7 +41,7 @@ def midpoint(rates: Rates, state: State, step: Any, count: int) -> State:
     return [(x + y + h * v) / 2 for x, y, v in ends]
 
 
-def states(motion: Motion, longest: float) -> list[State]:
+def states(motion, longest):
     """The state at each of the motion's times, in steps of at most `longest` [s]."""
     rates, state, times = motion
     time, reached = gmpy2.mpfr(0), []
@@ -66,7 +64,7 @@ class Recorded:
     states: tuple[tuple[str, ...], ...]
 
 
-def recorded(file: Path) -> dict[str, Recorded]:
+def recorded(file):
     """The motions of a file."""
     table = json.loads(file.read_text("utf-8"))
     return {
@@ -75,14 +73,7 @@ def recorded(file: Path) -> dict[str, Recorded]:
     }
 
 
-def record(
-    file: Path,
-    motion: Callable[[Recorded], Motion],
-    longest: float,
-    digits: int,
-    bound: float,
-    shown: Callable[[Motion, State], State] = lambda _, state: state,
-) -> None:
+def record(file, motion, longest, digits, bound, shown=lambda _, state: state):
     """Write the states of each motion of a file anew: `shown` of each in so many digits; steps of
     `longest` [s] and of 0.7 times that have to agree within `bound`, relatively."""
     table = {}

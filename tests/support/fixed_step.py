@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 from math import cos, sin
-from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import LEAPFROG, RK4, Scheme
+from plumbob.analytic.schemes import LEAPFROG, RK4
 
 
-def run(
-    rotor: DrivenRotor, theta: float, theta_dot: float, step: float, steps: int, scheme: Scheme
-) -> tuple[Array, Array]:
+def run(rotor, theta, theta_dot, step, steps, scheme):
     """Theta and theta_dot at times 0, step ... steps * step."""
     h, xi, base = step, rotor.damping_rate, scheme.integrator
     held = {"start": 0.0, "midpoint": 0.5}.get(scheme.control)
 
-    def pull(x: float) -> float:
+    def pull(x):
         constant = rotor.sin2 * sin(2 * x) + rotor.cos * cos(x) - rotor.sin * sin(x)
         return constant - rotor.stiffness * x
 
-    def push(t: float, part: float) -> float:
+    def push(t, part):
         time = t + h * (part if held is None else held)
         return rotor.forcing_amplitude * sin(rotor.forcing_frequency * time + rotor.forcing_phase)
 
@@ -55,7 +50,7 @@ def run(
     return np.array(motion).T[0], np.array(motion).T[1]
 
 
-def mean_acceleration(motion: Any, edges: Array) -> Array:
+def mean_acceleration(motion, edges):
     """Mean of the slider's acceleration in the body over each step between `edges` [s], shape
     (n + 1,), in a `motion` along a line: shape (n,) [m/s^2], as engines impose it."""
     return np.asarray(np.diff(motion.relative_velocity(edges)) / np.diff(edges))

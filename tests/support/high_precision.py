@@ -7,7 +7,6 @@ gmpy2's MPFR numbers and not mpmath's, which take six times as long.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from typing import Any
@@ -16,15 +15,12 @@ import gmpy2
 import numpy as np
 from gmpy2 import mpfr
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum
-
 gmpy2.get_context().precision = 200  # bits: differences of energies lose 20 digits
 Number = Any  # an mpfr
-Pair = tuple[Number, Number]
-PI: Number = gmpy2.const_pi()
-TURN: Number = 2 * PI
-ZERO: Number = mpfr(0)
-_ONE: Number = mpfr(1)
+PI = gmpy2.const_pi()
+TURN = 2 * PI
+ZERO = mpfr(0)
+_ONE = mpfr(1)
 
 
 @dataclass(frozen=True)
@@ -41,35 +37,35 @@ class Orbit:
     d: Number = ZERO  # I_yz w^2 / 2 of a product of inertia
     agreement: float = 1e-12  # of a Gauss rule and its two halves, whose error is 1e-17 then
 
-    def potential(self, theta: Number) -> Number:
+    def potential(self, theta):
         """V(theta)."""
         sine, cosine = gmpy2.sin_cos(theta)
         even = -(self.a * sine + self.b) * sine - self.c * cosine
         return even - 2 * self.d * sine * cosine
 
-    def slope(self, theta: Number) -> Number:
+    def slope(self, theta):
         """dV/dtheta."""
         sine, cosine = gmpy2.sin_cos(theta)
         even = self.c * sine - (2 * self.a * sine + self.b) * cosine
         return even - 2 * self.d * (cosine - sine) * (cosine + sine)
 
-    def curvature(self, theta: Number) -> Number:
+    def curvature(self, theta):
         """d^2V/dtheta^2."""
         sine, cosine = gmpy2.sin_cos(theta)
         even = (2 * self.a * sine + self.b) * sine + (self.c - 2 * self.a * cosine) * cosine
         return even + 8 * self.d * sine * cosine
 
     @cached_property
-    def energy(self) -> Number:
+    def energy(self):
         """H."""
         return self.inertia * self.theta_dot**2 / 2 + self.potential(self.theta)
 
-    def speed(self, theta: Number) -> Number:
+    def speed(self, theta):
         """|theta'| at an angle that the motion reaches."""
         return gmpy2.sqrt(2 * abs(self.energy - self.potential(theta)) / self.inertia)
 
     @cached_property
-    def critical(self) -> tuple[Number, ...]:
+    def critical(self):
         """Angles in one turn, ascending, at which dV/dtheta changes its sign."""
         count = 2880
         grid = 0.123 + 2 * math.pi * np.arange(count + 1) / count
@@ -81,7 +77,7 @@ class Orbit:
         return tuple(_root(self.slope, self.curvature, *pair) for pair in ends)
 
     @cached_property
-    def crest(self) -> Number:
+    def crest(self):
         """Angle of the highest maximum of V, of two the one nearest to the start."""
         angles = self.critical or (ZERO,)
         highest = max(self.potential(x) for x in angles)
@@ -91,12 +87,12 @@ class Orbit:
         return min(nearest, key=lambda x: abs(x - self.theta))
 
     @cached_property
-    def turning(self) -> Pair | None:
+    def turning(self):
         """The nearest zeros of H - V on either side of the start, or None when it rotates."""
         edges = [self._edge(sense) for sense in (-1, 1)]
         return None if edges[0] is None or edges[1] is None else (edges[0], edges[1])
 
-    def _edge(self, sense: int) -> Number | None:
+    def _edge(self, sense):
         if self.theta_dot == 0 and sense * self.slope(self.theta) > 0:
             return self.theta
         least = mpfr("1e-50") * (abs(self.a) + abs(self.b) + abs(self.c))
@@ -109,12 +105,12 @@ class Orbit:
         return None
 
     @property
-    def sense(self) -> int:
+    def sense(self):
         """-1 when the start moves backward, else 1."""
         return -1 if self.theta_dot < 0 else 1
 
     @cached_property
-    def _swing(self) -> tuple[Number, Number, Number, Number] | None:
+    def _swing(self):
         """Middle of a libration, its sine and cosine, and sine of half the amplitude."""
         if self.turning is None:
             return None
@@ -122,7 +118,7 @@ class Orbit:
         middle = (low + high) / 2
         return middle, *gmpy2.sin_cos(middle), gmpy2.sin((high - low) / 4)
 
-    def chart(self, u: Number) -> Pair:
+    def chart(self, u):
         """theta and |dtheta/du| of a parameter that grows with time by 2 pi a period and in which
         dt/du is smooth: sin((theta - middle) / 2) = sin(amplitude / 2) sin u removes the square
         roots of a libration."""
@@ -134,7 +130,7 @@ class Orbit:
         width = 2 * most * abs(cosine) / gmpy2.sqrt(1 - half * half)
         return middle + 2 * gmpy2.asin(half), width
 
-    def _along(self, sine: Number, cosine: Number) -> Pair:
+    def _along(self, sine, cosine):
         """|dtheta/du| and the speed of the u with this sine and cosine; in a rotation of a u from
         theta = 0 on, forward."""
         if self._swing is None:
@@ -156,11 +152,11 @@ class Orbit:
         return width, gmpy2.sqrt(abs(self.energy + height) * self._per_energy)
 
     @cached_property
-    def _per_energy(self) -> Number:
+    def _per_energy(self):
         """2 / I."""
         return 2 / self.inertia
 
-    def parameter(self, theta: Number, theta_dot: Number) -> Number:
+    def parameter(self, theta, theta_dot):
         """The u of a state, as a first guess of Newton's method."""
         if self._swing is None:
             return self.sense * (mpfr(theta) - self.theta)
@@ -168,7 +164,7 @@ class Orbit:
         u = gmpy2.asin(max(-1, min(1, gmpy2.sin((mpfr(theta) - middle) / 2) / most)))
         return u if theta_dot >= 0 else PI - u
 
-    def over(self, low: Number, high: Number) -> Pair:
+    def over(self, low, high):
         """Time, and integral of |p| dtheta, from one u to another."""
         count = max(1, math.ceil(abs(high - low) / 2))
         reach = (high - low) / (2 * count)
@@ -176,7 +172,7 @@ class Orbit:
         parts = [self._halved(middle, reach, self._gauss(middle, reach)) for middle in middles]
         return sum(t for t, _ in parts), sum(area for _, area in parts)
 
-    def _halved(self, middle: Number, reach: Number, whole: Pair) -> Pair:
+    def _halved(self, middle, reach, whole):
         reach = reach / 2
         left, right = self._gauss(middle - reach, reach), self._gauss(middle + reach, reach)
         total = left[0] + right[0], left[1] + right[1]
@@ -186,7 +182,7 @@ class Orbit:
         right = self._halved(middle + reach, reach, right)
         return left[0] + right[0], left[1] + right[1]
 
-    def _gauss(self, middle: Number, reach: Number) -> Pair:
+    def _gauss(self, middle, reach):
         """Time, and integral of |p| dtheta, over u from middle - reach to middle + reach."""
         here = middle if self._swing is not None else self.theta + self.sense * middle
         sine, cosine = gmpy2.sin_cos(here)
@@ -199,9 +195,7 @@ class Orbit:
             area += weight * (width * speed + other_width * other_speed)
         return reach * time, reach * area * self.inertia
 
-    def follow(
-        self, times: Sequence[float] = (), guesses: Sequence[tuple[float, float]] = ()
-    ) -> tuple[Number, Number, list[Pair]]:
+    def follow(self, times=(), guesses=()):
         """Period, (1/2 pi) closed integral of p dtheta, and theta and theta' at `times`, each by
         Newton's method on the time of u, from a first guess of the state."""
         start = ZERO if self.turning is None else self.parameter(self.theta, self.theta_dot)
@@ -218,7 +212,7 @@ class Orbit:
         ]
         return spent, area / TURN, states
 
-    def _newton(self, time: Number, u: Number, spent: Number, period: Number) -> Pair:
+    def _newton(self, time, u, spent, period):
         whole = gmpy2.rint((time - spent) / period)
         missing = time - whole * period - spent
         for _ in range(12):
@@ -234,12 +228,12 @@ class Orbit:
         raise ArithmeticError("no state near the guess is reached at this time")
 
 
-def _within_turn(angle: Number) -> Number:
+def _within_turn(angle):
     return angle - TURN * gmpy2.floor(angle / TURN)
 
 
 @cache
-def _rule(count: int = 24) -> tuple[Pair, ...]:
+def _rule(count=24):
     """Nodes and weights of the Gauss rule, by Newton's method on Legendre's recurrence."""
     rule = []
     for i in range(count):
@@ -255,17 +249,12 @@ def _rule(count: int = 24) -> tuple[Pair, ...]:
 
 
 @lru_cache(maxsize=64)
-def _offsets(reach: Number) -> tuple[tuple[Number, Number, Number], ...]:
+def _offsets(reach):
     """Weight of each pair of nodes, and sine and cosine of its distance from the middle."""
     return tuple((weight, *gmpy2.sin_cos(reach * x)) for x, weight in _rule() if x > 0)
 
 
-def _root(
-    function: Callable[[Number], Number],
-    slope: Callable[[Number], Number],
-    low: Number,
-    high: Number,
-) -> Number:
+def _root(function, slope, low, high):
     """A zero between two points at which the function's signs differ: Newton's method, and a
     bisection where that leaves the bracket or is slow."""
     low, high = mpfr(low), mpfr(high)
@@ -284,7 +273,7 @@ def _root(
     raise ArithmeticError("no zero found")
 
 
-def orbit_of(pendulum: ConePendulum) -> Orbit:
+def orbit_of(pendulum):
     """The orbit of a pendulum from its own doubles."""
     body = pendulum.body
     rate2, arm = mpfr(pendulum.platform_rate) ** 2, mpfr(body.mass) * body.com_distance
@@ -296,9 +285,7 @@ def orbit_of(pendulum: ConePendulum) -> Orbit:
     return started(orbit, pendulum.excess)
 
 
-def started(
-    orbit: Orbit, excess: float | None = None, theta_from_top: float | None = None
-) -> Orbit:
+def started(orbit, excess=None, theta_from_top=None):
     """The orbit from an angle from the highest barrier, with an energy above that barrier."""
     if theta_from_top is not None:
         orbit = replace(orbit, theta=orbit.crest + theta_from_top)

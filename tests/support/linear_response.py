@@ -3,20 +3,14 @@ an error of the start."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
 from plumbob.analytic.numerics.rotor.variational import TangentFlow, weighted_response
-from plumbob.analytic.reference import Array
 
 
-def parameter_sensitivity(
-    rotor: DrivenRotor, theta: float, theta_dot: float, times: Array
-) -> Mapping[str, Array]:
+def parameter_sensitivity(rotor, theta, theta_dot, times):
     """Derivatives of (theta, theta_dot) at `times` [s], shape (n,), by each coefficient of the
     rotor, by the field's name, shape (n, 2). Raises ParameterError."""
     flow = TangentFlow(
@@ -29,9 +23,7 @@ def parameter_sensitivity(
     return {name: values[:, :, column] for column, name in enumerate(partials)}
 
 
-def condition(
-    rotor: DrivenRotor, theta: float, theta_dot: float, times: Array
-) -> Mapping[str, Array]:
+def condition(rotor, theta, theta_dot, times):
     """Condition of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,): their change for a
     relative change of one in every input, summed in magnitude; times the machine epsilon, the
     effect of inputs rounded to double. Raises ParameterError."""
@@ -45,7 +37,7 @@ def condition(
     }
 
 
-def growth(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array) -> Array:
+def growth(rotor, theta, theta_dot, times):
     """Largest factor by which a small change of the start has grown at `times` [s], shape (n,),
     theta_dot measured in units of the rotor's rate. Raises ParameterError."""
     matrix = sensitivity(rotor, theta, theta_dot, times)

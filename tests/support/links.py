@@ -3,34 +3,20 @@ digits, and how their soft loops pull, beside MuJoCo's."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
-
 import mujoco
 import numpy as np
 from mpmath import mp
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.slider_crank import LOOP
 from plumbob.engines.registry import engine_of, method
-from plumbob.models.scene import Case
-
-Places = Callable[[Any], Sequence[tuple[Any, ...]]]
 
 
-def passed(
-    places: Places,
-    masses: Sequence[Any],
-    lengths: Sequence[Any],
-    gravity: Any,
-    ends: tuple[Any, Any],
-    rate: Any,
-) -> Any:
+def passed(places, masses, lengths, gravity, ends, rate):
     """Time [s] from one of two angles [rad] to the other, of a crank that begins at a `rate`
     [rad/s]; `places` are x, y and the angle of each link by the crank's, and speeds their
     differences."""
 
-    def energies(t: Any) -> tuple[Any, Any]:
+    def energies(t):
         half, height = mp.mpf(0), mp.mpf(0)
         for i, (mass, length) in enumerate(zip(masses, lengths, strict=True)):
             x, y, turn = (mp.diff(lambda s, k=k, i=i: places(s)[i][k], t) for k in range(3))
@@ -41,14 +27,14 @@ def passed(
     half, height = energies(ends[0])
     total = half * rate**2 + height
 
-    def slowness(t: Any) -> Any:
+    def slowness(t):
         half, height = energies(t)
         return mp.sqrt(half / (total - height))
 
     return mp.quad(slowness, mp.linspace(*ends, 3))
 
 
-def error_at(time: float, problem: Any, passed: Callable[[Any, Any], Any]) -> tuple[float, float]:
+def error_at(time, problem, passed):
     """Error of a crank's angle [rad] at a `time` [s], by the time at which it has `passed` it, with
     40 digits; and its uncertainty."""
     exact, doubt = (
@@ -59,11 +45,11 @@ def error_at(time: float, problem: Any, passed: Callable[[Any, Any], Any]) -> tu
     return abs(float(late)) * exact["angle_dot"][0], doubt["angle"][0]
 
 
-def loop_accelerations(case: Case, gap: float) -> tuple[Array, Array]:
+def loop_accelerations(case, gap):
     """Accelerations of the joints in MuJoCo, and of the coordinates of the soft system, at the
     start with the third coordinate off by `gap`."""
     how = method("mujoco/rk4")
-    simulation: Any = engine_of(how).prepare(case, how, 1e-3)
+    simulation = engine_of(how).prepare(case, how, 1e-3)
     model, data, system = simulation.model, simulation.data, case.problem.soft(LOOP, 1e-3)
     state = system.start
     state[2] += gap

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cases import run_of, verdict_of
@@ -23,19 +18,17 @@ FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 
 
-def run(
-    name: str, method: str, step: float, other: Any = None, **changes: Any
-) -> tuple[Measurement, Trajectory]:
+def run(name, method, step, other=None, **changes):
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
     return run_of(METHODS[method], find_scene(name, changes), step, other)
 
 
-def verdict(found: Measurement, method: str) -> str:
+def verdict(found, method):
     """The verdict on a run."""
     return verdict_of(found, METHODS[method])
 
 
-def problem(name: str, **changes: Any) -> CapsuleProblem:
+def problem(name, **changes):
     """The problem of a scene."""
     scene = find_scene(name, changes)
     found = system_of(scene).problem(scene.parameters)
@@ -43,14 +36,13 @@ def problem(name: str, **changes: Any) -> CapsuleProblem:
     return found
 
 
-def displaced(name: str, method: str, step: float, **changes: Any) -> tuple[float, float]:
+def displaced(name, method, step, **changes):
     """Error of the displacement at the end of a run [m], and its prediction."""
     error = run(name, method, step, **changes)[0].errors["displacement"]
-    assert error.predicted is not None
     return error.end, error.predicted.end
 
 
-def loads(name: str, method: str, step: float) -> tuple[Array, Array, Array]:
+def loads(name, method, step):
     """Normal forces [N] of a run, of statics, and the prediction of their difference: (3, n)."""
     _, run_ = run(name, method, step)
     case = case_of(find_scene(name))

@@ -7,12 +7,8 @@ import gzip
 import json
 import re
 import shlex
-from argparse import ArgumentParser
-from collections.abc import Mapping
 from functools import cache
 from html.parser import HTMLParser
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -31,18 +27,18 @@ LOADS = ("src", "srcset", "data", "data-src")  # attributes that name a file
 class Document(HTMLParser):
     """Parts of a page for tests: ids, links, loaded files, plots, and the text of tables."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__()
-        self.ids: list[str] = []
-        self.links: list[str] = []
-        self.loaded: list[str] = []
-        self.scripts: list[str] = []
-        self.cells: list[str] = []
-        self.tags: list[str] = []
+        self.ids = []
+        self.links = []
+        self.loaded = []
+        self.scripts = []
+        self.cells = []
+        self.tags = []
         self._inside = ""
         self.feed(text)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         given = dict(attrs)
         self.tags.append(tag)
         self.ids += [given["id"] or ""] if "id" in given else []
@@ -56,24 +52,23 @@ class Document(HTMLParser):
             self._inside = "td"
             self.cells.append("")
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         self._inside = "td" if tag in ("a", "span", "svg", "button") and self._inside != "" else ""
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if self._inside == "script":
             self.scripts.append(data)
         elif self.cells:
             self.cells[-1] += data
 
 
-def site_files(index: Path) -> list[Path]:
+def site_files(index):
     """The pages of a site: its index, and those in the folder that it leads to."""
     found = re.search(r'href="(site-[0-9a-f]+)/page.css"', index.read_text("utf-8"))
-    assert found is not None
     return [index, *sorted((index.parent / found[1]).glob("*.html"))]
 
 
-def plotted(file: Path) -> list[dict[str, Any]]:
+def plotted(file):
     """The figures of a page of a site, as plotly takes them."""
     holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
     if holder is None:
@@ -81,19 +76,19 @@ def plotted(file: Path) -> list[dict[str, Any]]:
     return with_arrays(json.loads(carried_text(file.parent / holder[1]))["figures"])
 
 
-def folded(file: Path) -> list[str]:
+def folded(file):
     """The folded tables that a page of a site shows when they are wanted, as HTML."""
     holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
     return json.loads(carried_text(file.parent / holder[1]))["tables"] if holder else []
 
 
-def plotted_inside(page: str) -> list[dict[str, Any]]:
+def plotted_inside(page):
     """The same of a page that holds them."""
     (text,) = re.findall(r'class="figures">([^<]+)<', page)
     return with_arrays(unpacked_text(text)["figures"])
 
 
-def with_arrays(figures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def with_arrays(figures):
     """Figures as a page holds them, their arrays in their places."""
     for figure in figures:
         for trace in figure["data"]:
@@ -101,7 +96,7 @@ def with_arrays(figures: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return figures
 
 
-def carried_text(file: Path) -> str:
+def carried_text(file):
     """The text that a script beside a page holds compressed."""
     after, *places = (ord(one) - FIRST for one in file.read_text("utf-16").split('"')[1])
     rows = np.array(places, ">u2").view(np.uint8).reshape(-1, 2)
@@ -109,12 +104,12 @@ def carried_text(file: Path) -> str:
     return gzip.decompress(np.packbits(bits)[: bits.size // 8 - after].tobytes()).decode()
 
 
-def unpacked_text(text: str) -> Any:
+def unpacked_text(text):
     """What a page holds as compressed JSON."""
     return json.loads(gzip.decompress(base64.b64decode(text)))
 
 
-def broken_links(documents: Mapping[Path, Document]) -> list[str]:
+def broken_links(documents):
     """Links of these pages that lead to no page or to no place on it, nor to a system's source; and
     ids that stand twice."""
     sources = " ".join(scene.source for system in systems().values() for scene in system.scenes)
@@ -133,7 +128,7 @@ def broken_links(documents: Mapping[Path, Document]) -> list[str]:
     return broken
 
 
-def words(command: str) -> list[str]:
+def words(command):
     """What follows `plumbob` in a command as a text has it, without its comment."""
     first, *rest = shlex.split(command, comments=True)
     assert first == "plumbob", command
@@ -141,12 +136,12 @@ def words(command: str) -> list[str]:
 
 
 @cache
-def _parser() -> ArgumentParser:
+def _parser():
     """The command line's parser, made once for hundreds of commands."""
     return parser(COMMANDS)
 
 
-def resolve(command: str, folder: Path) -> None:
+def resolve(command, folder):
     """Raises SystemExit, ParameterError or AssertionError unless a command can be read, and its
     scenes, methods, numbers, and files in `folder` are there; runs nothing."""
     chosen = _parser().parse_args(words(command))

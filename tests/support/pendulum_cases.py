@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -12,7 +11,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.rotor import taylor_series
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
@@ -30,18 +28,16 @@ class Case:
     duration: float = 50.0
 
 
-def _notebook(theta: float, theta_dot: float, damping_rate: float = 0.0) -> Case:
+def _notebook(theta, theta_dot, damping_rate=0.0):
     rotor = DrivenRotor(sin=GRAVITY, damping_rate=damping_rate)
     return Case(rotor, theta * DEGREE, theta_dot * DEGREE)
 
 
-def _forced(
-    amplitude: float, frequency: float, damping_rate: float, sin: float, theta: float
-) -> Case:
+def _forced(amplitude, frequency, damping_rate, sin, theta):
     return Case(DrivenRotor(0.0, 0.0, sin, damping_rate, amplitude, frequency), theta, 0.0)
 
 
-def _cone() -> Case:
+def _cone():
     body, rate, pivot_y = cone(8000.0, 0.3, 30 * DEGREE), 26.0, 0.09
     arm = body.mass * body.com_distance / body.inertia_x
     rotor = DrivenRotor(
@@ -52,7 +48,7 @@ def _cone() -> Case:
     return Case(rotor, 0.0, 37.0, 0.5)
 
 
-CASES: Mapping[str, Case] = MappingProxyType(
+CASES = MappingProxyType(
     {
         "free-small": _notebook(-10, 0),
         "free-large": _notebook(-120, 0),
@@ -70,7 +66,7 @@ CASES: Mapping[str, Case] = MappingProxyType(
 
 
 @st.composite
-def cases(draw: st.DrawFn) -> Case:
+def cases(draw):
     """Any rotor of moderate rates, damped and forced."""
     size, small = st.floats(-10.0, 10.0), st.floats(0.0, 5.0)
     rotor = DrivenRotor(
@@ -86,12 +82,12 @@ def cases(draw: st.DrawFn) -> Case:
     return Case(rotor, draw(st.floats(-4.0, 4.0)), draw(size), 2.0)
 
 
-def motion(case: Case) -> DrivenMotion:
+def motion(case):
     """The case's exact motion."""
     return DrivenMotion(case.rotor, case.theta, case.theta_dot, case.duration)
 
 
-def endpoint(case: Case) -> Array:
+def endpoint(case):
     """Theta and theta_dot at the case's end, shape (2,)."""
     orbit = taylor_series.integrate(case.rotor, case.theta, case.theta_dot, case.duration)
     return np.array([orbit.theta[-1], orbit.theta_dot[-1]])

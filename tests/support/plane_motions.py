@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Path, Point, Segment, normal_forces
+from plumbob.analytic.systems.capsule import Segment, normal_forces
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, ResidualMotion
 from plumbob.analytic.systems.slider_path import Kinematics
-from plumbob.analytic.systems.three_points.forces import Loading, moving, resting
-from plumbob.analytic.systems.three_points.motion import ThreePointMotion
+from plumbob.analytic.systems.three_points.forces import moving, resting
 from plumbob.analytic.systems.three_points.smooth_segment import monotone_root
 
 SAMPLES = 129  # of a smooth piece, for the search of its lowest normal force
@@ -28,18 +27,18 @@ class SmoothPiece:
     duration: float
     motion: Callable[[Array], Kinematics]
 
-    def kinematics(self, times: Array) -> Kinematics:
+    def kinematics(self, times):
         """See Piece."""
         return self.motion(times)
 
-    def track(self) -> Path:
+    def track(self):
         """Straight lines between samples: see Piece."""
         places = self.motion(np.linspace(0.0, self.duration, SAMPLES))[0]
         corners = [(float(x), float(y)) for x, y in places]
         return tuple(Segment(a, b) for a, b in itertools.pairwise(corners))
 
 
-def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading]]:
+def loading(motion, times):
     """Loadings at `times` [s], shape (n,): for each segment that contains some of them, those times
     and its loading."""
     times = np.atleast_1d(np.asarray(times, dtype=np.float64))
@@ -57,7 +56,7 @@ def loading(motion: ThreePointMotion, times: Array) -> list[tuple[Array, Loading
     return loadings
 
 
-def pivoting(capsule: Capsule, slider: Point, support: int, rate: float) -> ResidualMotion:
+def pivoting(capsule, slider, support, rate):
     """Coasting at `rate` [rad/s] about support A_1, A_2 or A_3 at rest, Q at `slider` relative to C
     [m]: J_A omega' = -f sum N_i |A_i - A|, J_A the inertia of body and slider about A. The support
     sticks (asserted). Chernousko 2020, eqs. 1-4 with one support at rest."""

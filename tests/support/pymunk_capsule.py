@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cases import run_of, verdict_of
 
@@ -19,29 +14,27 @@ METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods if "model" in m.s
 GOOD = ("feet", "side")
 
 
-def run(
-    name: str, model: str, step: float, other: Any = None, **changes: Any
-) -> tuple[Measurement, Trajectory]:
+def run(name, model, step, other=None, **changes):
     """One run of a scene, compared with its own answer or that of `other`, and its samples."""
     return run_of(METHODS[model], find_scene(name, changes), step, other)
 
 
-def verdict(found: Measurement, model: str) -> str:
+def verdict(found, model):
     """The verdict on a run."""
     return verdict_of(found, METHODS[model])
 
 
-def last(name: str, model: str, step: float, **changes: Any) -> float:
+def last(name, model, step, **changes):
     """Displacement at the end of a run [m]."""
     return float(run(name, model, step, **changes)[1].observables["displacement"][-1])
 
 
-def moved(line: LineManoeuvre, model: str, step: float) -> Mapping[str, float]:
+def moved(line, model, step):
     """Readings of a line manoeuvre at rest, two steps after t2."""
     return ended(problem_of(line), model, step, math.ceil(line.t2 / step) + 2)
 
 
-def problem_of(line: LineManoeuvre) -> CapsuleProblem:
+def problem_of(line):
     """A line manoeuvre in the form that engines take."""
     setup = CapsuleSetup(
         line.capsule,
@@ -53,7 +46,7 @@ def problem_of(line: LineManoeuvre) -> CapsuleProblem:
     return CapsuleProblem(line, LineReference(line), setup)
 
 
-def ended(problem: CapsuleProblem, model: str, step: float, steps: int) -> Mapping[str, float]:
+def ended(problem, model, step, steps):
     """Readings after so many steps."""
     built = capsule.build(problem, METHODS[model], step)
     for n in range(steps):

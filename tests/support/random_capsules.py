@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.models.registry import case_of, scene
-from plumbob.models.scene import Scene
 
 CHECK = Capsule(1.0, 0.3, 0.02, ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)), 0.3, 9.81)
 LIMIT = CHECK.holding_acceleration
@@ -20,7 +17,7 @@ LINE = LineManoeuvre(CHECK, 3 * LIMIT, 0.8 * LIMIT, 0.03)
 
 
 @st.composite
-def triangles(draw: st.DrawFn, shortest: float, longest: float) -> tuple[Point, Point, Point]:
+def triangles(draw, shortest, longest):
     """Three supports round C at these distances."""
     gaps = [draw(st.floats(0.6, 1.0)) for _ in range(3)]  # each comes to less than half a turn
     angles = [2 * math.pi * sum(gaps[: i + 1]) / sum(gaps) for i in range(3)]
@@ -30,7 +27,7 @@ def triangles(draw: st.DrawFn, shortest: float, longest: float) -> tuple[Point, 
 
 
 @st.composite
-def capsules(draw: st.DrawFn, friction: float | None = None) -> Capsule:
+def capsules(draw, friction=None):
     """Any capsule with C inside its triangle of arms 0.5 to 2 m; m/M from 1e-3 to 1e3."""
     ratio = 10.0 ** draw(st.floats(-3, 3))
     coefficient = draw(st.floats(0.01, 2.0)) if friction is None else friction
@@ -39,7 +36,7 @@ def capsules(draw: st.DrawFn, friction: float | None = None) -> Capsule:
 
 
 @st.composite
-def lines(draw: st.DrawFn, friction: float | None = None) -> LineManoeuvre:
+def lines(draw, friction=None):
     """Any valid manoeuvre, along any line; the push from just above its threshold to far above."""
     capsule = draw(capsules(friction))
     limit = capsule.holding_acceleration or 1.0
@@ -54,7 +51,7 @@ def lines(draw: st.DrawFn, friction: float | None = None) -> LineManoeuvre:
 
 
 @st.composite
-def ordinary_lines(draw: st.DrawFn, lightest: float = -1.5, heaviest: float = 0.7) -> LineManoeuvre:
+def ordinary_lines(draw, lightest=-1.5, heaviest=0.7):
     """Line manoeuvres of bodies and triangles that are not extreme; m/M is ten to the power of
     `lightest` to `heaviest`."""
     supports, mass = draw(triangles(0.1, 0.3)), draw(st.floats(0.2, 5.0))
@@ -68,7 +65,7 @@ def ordinary_lines(draw: st.DrawFn, lightest: float = -1.5, heaviest: float = 0.
     return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
 
 
-def changed(name: str, changes: Mapping[str, Any]) -> Scene:
+def changed(name, changes):
     """A scene of a capsule with changed parameters; repeated manoeuvres begin when they did, for
     nothing is predicted of those that begin between two steps."""
     usual = scene(name)

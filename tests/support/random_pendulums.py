@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, Equilibrium, cone
+from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 
 REGIMES = (
     "rotation forward",
@@ -25,7 +24,7 @@ REGIMES = (
 )
 
 
-def pendulums(count: int, seed: int = 2015) -> Iterator[tuple[str, ConePendulum]]:
+def pendulums(count, seed=2015):
     """Draw `count` pendulums, each with the name of its regime, in turn."""
     rng = np.random.default_rng(seed)
     for i in range(count):
@@ -35,7 +34,7 @@ def pendulums(count: int, seed: int = 2015) -> Iterator[tuple[str, ConePendulum]
         yield regime, drawn
 
 
-def _platform(rng: np.random.Generator) -> ConePendulum:
+def _platform(rng):
     """A body at rest on a platform: half of them cones, apex angles to 170 degrees, where
     I_x < I_z; half with different moments; at 0 to 1000 rad/s."""
     if rng.random() < 0.5:
@@ -53,7 +52,7 @@ def _platform(rng: np.random.Generator) -> ConePendulum:
     return ConePendulum(body, rng.uniform(-1.0, 1.0), pivot, rate, gravity, 0.0, 0.0)
 
 
-def _started(rng: np.random.Generator, platform: ConePendulum, regime: str) -> ConePendulum | None:
+def _started(rng, platform, regime):
     """The pendulum started in a regime, or None where its potential has no such regime."""
     wells = sorted((e for e in platform.equilibria if e.kind == "centre"), key=_potential)
     crests = sorted((e for e in platform.equilibria if e.kind == "saddle"), key=_potential)
@@ -100,11 +99,11 @@ def _started(rng: np.random.Generator, platform: ConePendulum, regime: str) -> C
     return replace(platform, theta=theta, theta_dot=sign * speed)
 
 
-def _potential(equilibrium: Equilibrium) -> float:
+def _potential(equilibrium):
     return equilibrium.potential
 
 
-def _within(rng: np.random.Generator, well: float, crests: list[Equilibrium]) -> float:
+def _within(rng, well, crests):
     """An angle between a well and one of the crests on its sides."""
     gaps = [math.remainder(c.theta - well, 2 * math.pi) for c in crests]
     return well + float(rng.choice(gaps)) * rng.uniform(0.0, 0.95)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, validity
 from plumbob.analytic.systems.slider_path import (
     SliderPath,
@@ -20,7 +19,6 @@ from plumbob.analytic.systems.slider_path import (
     straight,
 )
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.tests.support.random_capsules import CHECK
 
 
@@ -32,12 +30,12 @@ class Slide:
     path: SliderPath
     start: Start
 
-    def motion(self) -> ThreePointMotion:
+    def motion(self):
         """The exact motion."""
         return three_point_motion(self.capsule, self.path, self.start)
 
     @property
-    def state(self) -> Array:
+    def state(self):
         """The start as (x, y, psi, v_x, v_y, omega), shape (6,)."""
         start = self.start
         return np.array(
@@ -45,7 +43,7 @@ class Slide:
         )
 
 
-def _capsule(rng: np.random.Generator) -> Capsule:
+def _capsule(rng):
     """Any triangle about C, m/M from 0.05 to 6; J is small in every second one, which makes the
     mobility of a support strongly anisotropic."""
     while True:
@@ -67,7 +65,7 @@ def _capsule(rng: np.random.Generator) -> Capsule:
             return capsule
 
 
-def _pieces(rng: np.random.Generator, scale: float) -> tuple[list[float], list[float]]:
+def _pieces(rng, scale):
     """Accelerations of either sign, 0.5 to 4 of `scale`, that end at rest, and their durations."""
     count = int(rng.integers(2, 5))
     accelerations = scale * rng.uniform(0.5, 4.0, count) * rng.choice([-1.0, 1.0], count)
@@ -76,7 +74,7 @@ def _pieces(rng: np.random.Generator, scale: float) -> tuple[list[float], list[f
     return accelerations.tolist(), durations.tolist()
 
 
-def _path(rng: np.random.Generator, capsule: Capsule) -> SliderPath:
+def _path(rng, capsule):
     hold = capsule.holding_acceleration
     angle, radius = float(rng.uniform(0.0, 2 * math.pi)), float(rng.uniform(0.02, 0.12))
     kind = int(rng.integers(3))
@@ -94,7 +92,7 @@ def _path(rng: np.random.Generator, capsule: Capsule) -> SliderPath:
     return concatenate(turn, fixed(turn.end, float(rng.uniform(0.001, 0.3))), back)
 
 
-def slide(seed: int) -> Slide:
+def slide(seed):
     """A slide of one to seven pieces near the friction limit, from rest or, three times in ten,
     from any velocity."""
     rng = np.random.default_rng(seed)
@@ -110,7 +108,7 @@ def slide(seed: int) -> Slide:
     return Slide(capsule, path, start)
 
 
-def moved_support(capsule: Capsule, fraction: float) -> Capsule:
+def moved_support(capsule, fraction):
     """`capsule` with its first support moved outward by `fraction` of its arm."""
     (x, y), second, third = capsule.supports
     return replace(capsule, supports=((x * (1 + fraction), y * (1 + fraction)), second, third))
@@ -120,12 +118,12 @@ def moved_support(capsule: Capsule, fraction: float) -> Capsule:
 COAST = Slide(CHECK, fixed((0.12, 0.0)), Start(velocity=(0.4, 0.2), angular_velocity=6.0))
 
 
-def pose(motion: ThreePointMotion, time: float) -> Array:
+def pose(motion, time):
     """(x, y, psi) at `time` [s], shape (3,)."""
     at = motion.at(np.array([time]))
     return np.array([*at.position[0], at.heading[0]])
 
 
-def ending(motion: ThreePointMotion) -> float:
+def ending(motion):
     """A time [s] after the final rest."""
     return 1.01 * motion.rest_time + 1e-6

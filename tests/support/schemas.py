@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
@@ -16,21 +14,21 @@ from plumbob.reports.commands.list_ import SCHEMAS
 
 
 @cache
-def validator(command: str) -> Draft202012Validator:
+def validator(command):
     """Of what a command prints."""
     return Draft202012Validator(json.loads((SCHEMAS / f"{command}.json").read_text("utf-8")))
 
 
-def misses(command: str, value: Any) -> str:
+def misses(command, value):
     """Where `value` departs most from the schema of `command`; nothing where it does not."""
     error = best_match(validator(command).iter_errors(plain(value)))
     return "" if error is None else f"{command} --json: {error.json_path}: {error.message}"
 
 
-def held(print_json: Callable[[Any], None]) -> Callable[[Any], None]:
+def held(print_json):
     """`print_json` that first holds what the command of the calling module prints to its schema."""
 
-    def holding(value: Any) -> None:
+    def holding(value):
         name = sys._getframe(1).f_globals["__name__"].rpartition(".")[2].replace("_", "-")
         assert not misses(name, value), misses(name, value)[:500]
         print_json(value)

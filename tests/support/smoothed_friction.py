@@ -11,24 +11,19 @@ speed of the order of delta. Only the slider's path is common with the event-dri
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule
-from plumbob.analytic.systems.slider_path import SliderPath
 
 RELATIVE, ABSOLUTE = 1e-9, 1e-13
 TINY = 1e-30  # complex step of a derivative, free of cancellation
 
-Vector = tuple[Any, Any]
 Kinematics = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 Slider = Callable[[float], Kinematics]
-Rates = Callable[[Any, Kinematics], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -40,12 +35,12 @@ class SmoothedPose:
     moved: Array
 
 
-def _rates(capsule: Capsule, delta: float) -> Rates:
+def _rates(capsule, delta):
     """d/dt of (x, y, psi, v_x, v_y, omega), of floats or, for a derivative, of complex numbers."""
     m, mu = capsule.slider_mass, capsule.mass_ratio
     drag = partial(_friction, capsule.supports, _limits(capsule), delta)
 
-    def rates(state: Any, slider: Kinematics) -> list[Any]:
+    def rates(state, slider):
         axes = _axes(state[2])
         (rx, ry), (bx, by) = _carried(axes, state[5], slider)
         fx, fy, moment = drag(axes, state[3:], slider[0])
@@ -58,17 +53,17 @@ def _rates(capsule: Capsule, delta: float) -> Rates:
     return rates
 
 
-def _limits(capsule: Capsule) -> list[list[float]]:
+def _limits(capsule):
     """Friction limits from the balance of forces and of moments about C, affine in r: a row each,
     at C and by x and y."""
     mass = capsule.body_mass + capsule.slider_mass
     balance = np.linalg.inv(np.vstack([np.ones(3), np.transpose(capsule.supports)]))
     weights = np.diag([mass, capsule.slider_mass, capsule.slider_mass])
-    limits: list[list[float]] = (capsule.friction * capsule.gravity * balance @ weights).tolist()
+    limits = (capsule.friction * capsule.gravity * balance @ weights).tolist()
     return limits
 
 
-def _axes(heading: Any) -> Vector:
+def _axes(heading):
     """Cosine and sine of a heading; its imaginary part is small."""
     c, s = math.cos(heading.real), math.sin(heading.real)
     if heading.imag:
@@ -76,13 +71,13 @@ def _axes(heading: Any) -> Vector:
     return c, s
 
 
-def _turned(axes: Vector, vector: Vector) -> Vector:
+def _turned(axes, vector):
     """A vector of the body, in the ground's axes."""
     (c, s), (x, y) = axes, vector
     return c * x - s * y, s * x + c * y
 
 
-def _carried(axes: Vector, omega: Any, slider: Kinematics) -> tuple[Vector, Vector]:
+def _carried(axes, omega, slider):
     """Slider's place from C, and its acceleration but for dv_C/dt and d omega/dt: centripetal,
     Coriolis, relative."""
     (rx, ry), (vx, vy), (wx, wy) = (_turned(axes, vector) for vector in slider)
@@ -91,14 +86,7 @@ def _carried(axes: Vector, omega: Any, slider: Kinematics) -> tuple[Vector, Vect
     return (rx, ry), (bx, by)
 
 
-def _friction(
-    supports: Sequence[Vector],
-    limits: list[list[float]],
-    delta: float,
-    axes: Vector,
-    velocity: Any,
-    place: Vector,
-) -> tuple[Any, Any, Any]:
+def _friction(supports, limits, delta, axes, velocity, place):
     """Smoothed friction and its moment about C, with the slider at `place` in the body."""
     speed_x, speed_y, omega = velocity
     fx = fy = moment = 0.0
@@ -112,18 +100,16 @@ def _friction(
     return fx, fy, moment
 
 
-def _derivative(rates: Rates, state: list[float], slider: Kinematics) -> Array:
+def _derivative(rates, state, slider):
     columns = np.zeros((6, 6))
     for k in range(2, 6):
-        shifted: list[complex] = list(state)
+        shifted = list(state)
         shifted[k] = shifted[k] + TINY * 1j
         columns[:, k] = [value.imag / TINY for value in rates(shifted, slider)]
     return columns
 
 
-def smoothed_motion(
-    capsule: Capsule, path: SliderPath, start: Array, duration: float, delta: float
-) -> Array:
+def smoothed_motion(capsule, path, start, duration, delta):
     """Pose and velocity (x, y, psi, v_x, v_y, omega), shape (6,), at `duration` [s] from `start`,
     shape (6,), with friction smoothed over `delta` [m/s]. Raises RuntimeError if Radau fails."""
     from scipy.integrate import solve_ivp
@@ -135,16 +121,16 @@ def smoothed_motion(
             continue
 
         @lru_cache(maxsize=16)  # Newton's iterations use the same few times repeatedly
-        def slider(t: float, begin: float = begin, number: int = number) -> Kinematics:
+        def slider(t, begin=begin, number=number):
             if number == len(path.pieces):
                 return path.end, (0.0, 0.0), (0.0, 0.0)
             r, v, w = path.pieces[number].kinematics(np.array([t - begin]))
             return tuple(r[0].tolist()), tuple(v[0].tolist()), tuple(w[0].tolist())
 
-        def slope(t: float, y: Array, slider: Slider = slider) -> list[float]:
+        def slope(t, y, slider=slider):
             return rates(y.tolist(), slider(t))
 
-        def jacobian(t: float, y: Array, slider: Slider = slider) -> Array:
+        def jacobian(t, y, slider=slider):
             return _derivative(rates, y.tolist(), slider(t))
 
         solution = solve_ivp(
@@ -160,14 +146,7 @@ def smoothed_motion(
     return np.asarray(state)
 
 
-def smoothed_pose(
-    capsule: Capsule,
-    path: SliderPath,
-    start: Array,
-    duration: float,
-    delta: float = 1e-8,
-    order: float = 1.0,
-) -> SmoothedPose:
+def smoothed_pose(capsule, path, start, duration, delta=1e-8, order=1.0):
     """Pose at `duration` [s] from `start` (x, y, psi, v_x, v_y, omega), extrapolated to delta -> 0
     from `delta` [m/s] and half of it, the error going as delta^`order`: 1, or 4/5 where a
     load grows through the friction limit."""

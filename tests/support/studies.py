@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 
-from plumbob.engines.method import Method
 from plumbob.engines.registry import engines
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -19,13 +18,11 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, Predic
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.view.records import Verdicts
 from plumbob.tests.sharing.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
@@ -41,23 +38,23 @@ class Asked(Mapping[Request[Any], Any]):
     results: Mapping[Request[Any], Any]
     looked_up: set[Request[Any]] = field(default_factory=set)
 
-    def __getitem__(self, request: Request[Any]) -> Any:
+    def __getitem__(self, request):
         found = self.results[request]
         self.looked_up.add(request)
         return found
 
-    def __iter__(self) -> Iterator[Request[Any]]:
+    def __iter__(self):
         return iter(self.results)
 
-    def __len__(self) -> int:
+    def __len__(self):
         return len(self.results)
 
 
 @contextmanager
-def no_engine() -> Iterator[None]:
+def no_engine():
     """Engines that raise when a run is prepared or timed."""
 
-    def refuses(*arguments: object) -> None:
+    def refuses(*arguments):
         raise AssertionError("an engine was run")
 
     with pytest.MonkeyPatch.context() as patched:
@@ -68,12 +65,12 @@ def no_engine() -> Iterator[None]:
 
 
 @cache
-def quick() -> Study:
+def quick():
     """The quick scenes of the cone pendulum, with a method of each kind, measured once a run."""
     return shared("quick-study", measured_quick)
 
 
-def measured_quick() -> Study:
+def measured_quick():
     """The same, measured, with a record of the extra runs that its analyses looked up."""
     scenes = find_scenes("cone-pendulum", "quick")
     methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
@@ -83,9 +80,7 @@ def measured_quick() -> Study:
         return replace(asked, analyses=analyses_of(asked))
 
 
-def made_up(
-    errors: Sequence[tuple[Method, Sequence[float], Error]], ns: Sequence[float] = ()
-) -> Study:
+def made_up(errors, ns=()):
     """A study of one scene: for each method its step sizes, and the error at a step; an infinite
     error is a run that diverged. `ns` are the costs of a step, 1000 ns without."""
     scene = find_scene(SCENE)
@@ -104,28 +99,27 @@ def made_up(
     return Study("quick", (scene,), methods, convergence, costs, NS, {"errors": 1.0, "costs": 1.0})
 
 
-def bits(run: Trajectory | None) -> object:
+def bits(run):
     """All that a recording says, equal only to what is the same to the last bit."""
-    assert run is not None
     arrays = {"": run.times, **run.observables, **run.channels}
     seen = [(name, array.dtype, array.tobytes()) for name, array in arrays.items()]
     return seen, run.steps, run.seconds, run.diverged_at, run.warnings
 
 
-def recorded(study: Study) -> Study:
+def recorded(study):
     """A study with the records that its pages take, in place of all analyses of it."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("plumbob.reports.analyses.section", lambda system: None)
         return replace(study, analyses=analyses_of(study))
 
 
-def verdicts(study: Study) -> Verdicts:
+def verdicts(study):
     """The verdicts on everything that a study measured, as pages take them."""
     judged = judge_study(study)
     return {(c.scene, c.method): verdict_on(study, c, judged) for c in study.convergence}
 
 
-def _run(method: Method, step: float, error: float) -> Measurement:
+def _run(method, step, error):
     if error == float("inf"):
         return Measurement(SCENE, method.name, step, "diverged")
     duration = find_scene(SCENE).duration

@@ -11,7 +11,6 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep import cluster as module
@@ -58,7 +57,7 @@ def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers):
     assert [_figures(c) for c in far.convergence] == [_figures(c) for c in near.convergence]
 
 
-def _figures(found: ConvergenceStudy) -> object:
+def _figures(found):
     """A convergence study but for how long it took."""
     return [replace(m, seconds=0.0, compile_seconds=0.0) for m in found.measurements]
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import importlib
 import json
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,9 +19,9 @@ from plumbob.reports.cli import main
 LINE, PENDULUM = "capsule-line/heading-030", "simple-pendulum/free-large"
 
 
-def records(capsys: pytest.CaptureFixture[str], *words: str) -> list[Mapping[str, Any]]:
+def records(capsys, *words):
     assert main(["identify", *words, "--json"]) == 0
-    found: list[Mapping[str, Any]] = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)
     return found
 
 

@@ -14,7 +14,7 @@ from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.engines.sweep import store
-from plumbob.engines.sweep.sweep import Chunk, Sweep, run_error, sweep, sweep_of
+from plumbob.engines.sweep.sweep import run_error, sweep, sweep_of
 from plumbob.models.registry import case_of, scene
 
 HEADING = Side("heading", 0.0, 6.0)
@@ -26,14 +26,14 @@ RUNS = (
 )
 
 
-def small(step: float = 1e-3) -> Sweep:
+def small(step=1e-3):
     """Twelve points of the capsule on a line, three of them without an exact answer, in three
     pieces."""
     around = box("capsule-line", {}, [HEADING, Side("friction", 0.2, 0.5)])
     return replace(sweep_of(around, (3, 4), [method("mujoco/euler")], [step]), chunk=5)
 
 
-def forgotten(number: int, chunk: Chunk) -> None:
+def forgotten(number, chunk):
     """Keep nothing."""
 
 

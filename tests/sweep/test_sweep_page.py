@@ -51,7 +51,7 @@ def test_the_command_of_a_worst_point_gives_its_error(tmp_path, capsys):
     assert again["relative_error"] == found["error"]
 
 
-def drawn(counts: tuple[int, ...]) -> Swept:
+def drawn(counts):
     """A sweep of so many points whose errors are made up, one of them much the largest."""
     names = ("heading", "friction", "gravity")[: len(counts)]
     around = box("capsule-line", {}, [Side(name, 0.3, 0.6) for name in names])

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Reference
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.sweep.worst import SURE, certificate, search
 from plumbob.models.registry import case_of, scene
-from plumbob.models.scene import Case
 from plumbob.reports.commands.worst import of_tolerance
 from plumbob.reports.judge.verdict import judge
 
@@ -26,19 +23,19 @@ AROUND = Side("heading", 0.0, 2.0 * math.pi)
 class _Off:
     """An exact answer with all observables multiplied by a factor."""
 
-    def __init__(self, true: Reference, factor: float) -> None:
+    def __init__(self, true, factor):
         self._true, self._factor = true, factor
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
+    def observe(self, times):
         return {n: self._factor * values for n, values in self._true.observe(times).items()}
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name):
         return getattr(self._true, name)
 
 
-def spoilt(case: Case, factor: float) -> Case:
+def spoilt(case, factor):
     """The case with an exact answer that is off."""
-    return replace(case, reference=_Off(case.reference, factor))  # type: ignore[arg-type]
+    return replace(case, reference=_Off(case.reference, factor))
 
 
 @pytest.mark.long

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.problem import Limits, RestPose
-from plumbob.analytic.systems.planner.result import Plan
 from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
@@ -25,7 +23,7 @@ SEED, TASKS = 27, range(10)
 
 
 @cache
-def task(number: int) -> dict[str, Any]:
+def task(number):
     """A random pose, an arc of 0.15 to 2.5 rad either way round, and segments of 3 to 10 cm."""
     rng = np.random.default_rng([SEED, number])
     first, extent = rng.uniform(-math.pi, math.pi), rng.uniform(0.15, 2.5) * rng.choice([-1, 1])
@@ -40,7 +38,7 @@ def task(number: int) -> dict[str, Any]:
     }
 
 
-def asked(number: int) -> Plan:
+def asked(number):
     """The plan of a task."""
     return planned(scene("capsule-plan", task(number)).parameters)
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -18,7 +17,6 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.balance import actuator_force
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.adapters.pymunk import capsule
 from plumbob.models.registry import case_of, scene
@@ -70,11 +68,11 @@ def test_repeated_manoeuvres_ask_for_no_more_than_one():
     assert whole.rms == pytest.approx(math.sqrt(mean / many.period), rel=1e-12)
 
 
-def turning() -> ThreePointMotion:
+def turning():
     return three_point_motion(CHECK, turn_of(CHECK, 0.12, 0.3).path)
 
 
-def in_space(motion: ThreePointMotion, times: Array) -> Array:
+def in_space(motion, times):
     """Place of the slider on the ground, complex [m]."""
     pose = motion.at(times)
     inside = motion.path.kinematics(times)[0] @ [1.0, 1j]
@@ -108,11 +106,10 @@ def test_a_line_in_the_plane_asks_for_the_same():
     assert other.power == pytest.approx(one.power, rel=1e-9)
 
 
-def measured(name: str, method: str, other: object = None) -> tuple[float, float]:
+def measured(name, method, other=None):
     """Part of the error [N] that the step does not explain, and the bound of the model's."""
     engine = pymunk_capsule if method in ("feet", "side") else mujoco_capsule
     error = engine.run(name, method, STEP, other=other)[0].errors["driving_force"]
-    assert error.predicted is not None
     assert error.predicted.for_this_step
     return error.predicted.beyond, sum(error.model.values())
 

@@ -12,16 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.lines import line_time
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc, slow_line
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
-from plumbob.analytic.systems.planner.result import Plan, pose_error
-from plumbob.analytic.systems.planner.tracks import ArcName, Track, curve
-from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, StraightPiece, arc, straight
+from plumbob.analytic.systems.planner.result import pose_error
+from plumbob.analytic.systems.planner.tracks import Track, curve
+from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import BESIDE, CURVES, problem
@@ -62,9 +61,9 @@ def _of_the_profile(request, quick):
 
 
 @cache
-def planned(name: str, track: str) -> Plan:
+def planned(name, track):
     """One of the suite's plans, made once in a process, with those that its scene is run with."""
-    made: Plan = problem(scene(f"capsule-plan/{name}-{track}").parameters).motion
+    made = problem(scene(f"capsule-plan/{name}-{track}").parameters).motion
     assert (made.capsule, made.goal, made.track) == (CHECK, PLACES[name], track)
     assert made.limits == Limits()
     return made
@@ -118,7 +117,7 @@ def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name, track):
         assert np.abs(change).max() <= still
 
 
-def parts_of_curve(made: Plan, place: Array) -> tuple[Array, Array]:
+def parts_of_curve(made, place):
     """For each `place` of the slider, complex, without the track's own words: whether it is on the
     first line (0), the circle (1) or the second line (2), and the direction of the curve there."""
     ends = [complex(*made.capsule.supports[i - 1]) for i in made.legs]
@@ -151,7 +150,7 @@ PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer"))
 
 
 @cache
-def on_curve(legs: tuple[int, int], arc: ArcName) -> Plan:
+def on_curve(legs, arc):
     """The plan of the scalene body along a pair of lines and an arc between them."""
     return plan(SCALENE, BESIDE, track="curve", legs=legs, arc=arc)
 
@@ -206,7 +205,7 @@ def test_lines_take_about_as_long_as_is_estimated(track):
     assert estimate == pytest.approx(planned("ahead", track).duration, rel=0.05)
 
 
-def quickened(path: SliderPath, factor: float) -> SliderPath:
+def quickened(path, factor):
     """The same path in less time: every acceleration times `factor`."""
     pieces = [p for p in path.pieces if isinstance(p, (ArcPiece, StraightPiece))]
     times = [p.duration / math.sqrt(factor) for p in pieces]

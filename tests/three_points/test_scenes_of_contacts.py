@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.models.registry import case_of, scene
 from plumbob.models.tripod_capsule.parameters import CHECK
@@ -24,20 +23,20 @@ SMOOTHED = (*QUICK, "capsule-plan/light-slider")
 LATE = 0.9  # of the motion: what it is compared at
 
 
-def motion(name: str) -> ThreePointMotion:
+def motion(name):
     """The exact motion of a scene."""
     found = case_of(scene(name)).problem.reference.motion
     assert isinstance(found.single, ThreePointMotion)
     return found.single
 
 
-def pose(of: ThreePointMotion, time: float) -> Array:
+def pose(of, time):
     """x, y [m] and psi [rad] at `time` [s]."""
     at = of.at(np.array([time]))
     return np.array([*at.position[0], at.heading[0]])
 
 
-def apart(of: ThreePointMotion, friction: float = 1.0) -> float:
+def apart(of, friction=1.0):
     """By how much the exact pose differs from that with smoothed friction, of a coefficient times
     `friction`, relative to its largest coordinate."""
     time = LATE * of.rest_time

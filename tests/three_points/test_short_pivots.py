@@ -9,7 +9,7 @@ import pytest
 
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc
-from plumbob.analytic.systems.slider_path import ArcPiece, SliderPath, arc
+from plumbob.analytic.systems.slider_path import ArcPiece, arc
 from plumbob.analytic.systems.three_points import friction, pivoting
 from plumbob.analytic.systems.three_points.balance import balance
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -20,14 +20,14 @@ OTHER = Capsule(1.3, 0.4, 0.03, ((0.22, 0.03), (-0.09, 0.17), (-0.12, -0.14)), 0
 WHOLE = slow_arc(CHECK, 0.12, 0.3, 2.4, 1.0), slow_arc(OTHER, 0.12, 0.3, 2.4, 1.0)
 
 
-def accelerated(number: int, excess: float) -> SliderPath:
+def accelerated(number, excess):
     """A slow arc at the friction limit, with accelerations larger by the fraction `excess`."""
     pieces = [p for p in WHOLE[number].path.pieces if isinstance(p, ArcPiece)]
     drives = [piece.acceleration * (1.0 + excess) for piece in pieces]
     return arc(0.12, 0.3, drives, [p.duration / math.sqrt(1.0 + excess) for p in pieces])
 
 
-def heading(number: int, excess: float) -> float:
+def heading(number, excess):
     motion = three_point_motion((CHECK, OTHER)[number], accelerated(number, excess))
     assert [event.mode for event in motion.events] == ["rest", "pivot", "rest"]
     # As in every slide, although the forces of the pivot nearly balance.

@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Point
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
 from plumbob.analytic.systems.slider_path import (
@@ -23,7 +21,6 @@ from plumbob.analytic.systems.slider_path import (
     line_stroke,
 )
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.tests.support.plane_motions import SmoothPiece, pivoting
 from plumbob.tests.support.random_capsules import CHECK, LIMIT
 from plumbob.tests.support.random_slides import COAST, ending, moved_support, pose, slide
@@ -38,7 +35,7 @@ CORNERS = [
     for angle in (0.3, 2.2, 4.4)
 ]
 ROUND_ABOUT = replace(CHECK, supports=(CORNERS[0], CORNERS[1], CORNERS[2]))
-BALANCED: Point = (CENTRE[0] / CHECK.mass_ratio, CENTRE[1] / CHECK.mass_ratio)
+BALANCED = (CENTRE[0] / CHECK.mass_ratio, CENTRE[1] / CHECK.mass_ratio)
 # Formulas and motion agree to round-off: displacements of some mm, sums of some tens of elements.
 ROUND = 1e-14
 
@@ -119,7 +116,7 @@ def test_a_slow_onset_of_sliding_is_its_formula():
     np.testing.assert_allclose(moved, -mu * jerk * late**3 / 6, rtol=0, atol=ROUND)
 
 
-def gradual(motion: ThreePointMotion) -> bool:
+def gradual(motion):
     """Whether a load grows through the friction limit within a piece."""
     return any(
         before.mode != "slide"
@@ -170,7 +167,7 @@ def test_sensitivity_of_the_motion(wrong, least):
     assert np.abs(pose(three_point_motion(wrong, path), 1.0) - turned).max() > 0.1 * least
 
 
-def far_out(times: Array) -> tuple[Array, Array, Array]:
+def far_out(times):
     still = np.zeros((times.size, 2))
     return still + np.array([2.0, 0.0]), still, still
 

@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.slider_path import Kinematics, Piece, SliderPath
+from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.balance import balance
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.tests.support.plane_motions import SmoothPiece, loading
@@ -56,10 +55,10 @@ def test_friction_obeys_coulomb_and_the_body_stops(seed):
     assert not speeds.angular_velocity.any()
 
 
-def mirrored(piece: Piece) -> SmoothPiece:
+def mirrored(piece):
     """A piece of a path in a mirror along x."""
 
-    def kinematics(times: Array) -> Kinematics:
+    def kinematics(times):
         r, v, w = (part * np.array([1.0, -1.0]) for part in piece.kinematics(times))
         return r, v, w
 

@@ -9,8 +9,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
 from plumbob.analytic.systems.three_points.rest import load_factor
 
@@ -19,7 +17,7 @@ ANGLES = st.floats(0.0, 2 * math.pi)
 
 
 @st.composite
-def supports(draw: st.DrawFn) -> tuple[Array, Complex]:
+def supports(draw):
     """Limits f N_i [N] and arms from the centre of pressure [m]: sum N_i arm_i = 0."""
     gaps = [draw(st.floats(0.4, 1.0)) for _ in range(3)]
     angles = 2 * math.pi * np.cumsum(gaps) / sum(gaps)
@@ -29,12 +27,12 @@ def supports(draw: st.DrawFn) -> tuple[Array, Complex]:
     return 3.0 * fractions, arms - fractions @ arms
 
 
-def rate(velocity: tuple[float, float, float], arms: Complex) -> Complex:
+def rate(velocity, arms):
     """Velocities of the supports, of a body with this (x, y, angle) rate."""
     return np.asarray(complex(velocity[0], velocity[1]) + 1j * velocity[2] * arms)
 
 
-def wrench(forces: Complex, arms: Complex) -> tuple[complex, float]:
+def wrench(forces, arms):
     """Sum and moment of `forces` at `arms`."""
     return complex(forces.sum()), float((arms.conjugate() * forces).imag.sum())
 

@@ -11,16 +11,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from plumbob.engines.method import Method
 from plumbob.engines.registry import engine_of, installed, methods
 from plumbob.engines.study.convergence import convergence_study, drawn_step
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import held_to, surprise
 from plumbob.reports.judge.verdict import judged
 
@@ -36,7 +33,7 @@ class Drawn:
     ratio: float
 
 
-def drawn(scene: Scene, method: Method, seeds: range) -> Iterator[Drawn]:
+def drawn(scene, method, seeds):
     """The runs of a pair at the steps that these seeds draw."""
     case, about = case_of(scene), system_of(scene).quantities(case_of(scene))
     found = convergence_study(scene, method, most_steps(scene, "quick"))
@@ -46,18 +43,17 @@ def drawn(scene: Scene, method: Method, seeds: range) -> Iterator[Drawn]:
         more = replace(found, drawn=measure(case, method, step)[0])
         whole = judged(more, case.system, method, about).whole
         held = held_to(scene, method, whole, step)
-        assert whole.drawn is not None
         error = whole.drawn.errors.get(step, math.nan)
         ratio = error / max(held) if held else math.nan
         name = f"{scene.name} {method.name} {step:.6g} (seed {seed})"
         yield Drawn(name, method.control, surprise(scene, method, whole), ratio)
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(arguments):
     """Draw and print; returns an exit code."""
     first, last, of_scenes, of_methods = [*arguments, "*", "*"][:4]
     chosen = pairs(scenes(of_scenes, "quick"), methods(of_methods))
-    runs: list[Drawn] = []
+    runs = []
     for scene, method in chosen:
         if installed(engine_of(method)):
             runs += drawn(scene, method, range(int(first), int(last) + 1))

@@ -14,19 +14,17 @@ import gzip
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
-from plumbob.engines.method import Method, meant, present
+from plumbob.engines.method import meant, present
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.verdict import judged
 
@@ -35,7 +33,7 @@ EXACT = ("largest", "end", "scale", "steps", "diverged_at")
 MOST_STEPS = 100_000  # of a hard scene's run
 
 
-def freeze(profile: str) -> Iterator[dict[str, Any]]:
+def freeze(profile):
     """Yield a record of every pair of scene and method of the profile."""
     chosen = scenes(profile="quick") if profile == "quick" else scenes()
     for scene in chosen:
@@ -44,7 +42,7 @@ def freeze(profile: str) -> Iterator[dict[str, Any]]:
                 yield record(scene, method, profile)
 
 
-def record(scene: Scene, method: Method, profile: str) -> dict[str, Any]:
+def record(scene, method, profile):
     """What one method measures on one scene, with its verdicts, as plain data."""
     system = system_of(scene)
     most = most_steps(scene, "quick") if profile == "quick" else int(MOST_STEPS / system.weight)
@@ -65,7 +63,7 @@ def record(scene: Scene, method: Method, profile: str) -> dict[str, Any]:
     }
 
 
-def plain(value: Any) -> Any:
+def plain(value):
     """Dataclasses, mappings and numpy numbers as plain data."""
     if hasattr(value, "__dataclass_fields__"):
         return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
@@ -76,7 +74,7 @@ def plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def differences(old: Any, new: Any, path: str = "") -> Iterator[str]:
+def differences(old, new, path=""):
     """Yield where two records differ by more than is allowed; what only `new` has is passed over,
     and so are times of the wall clock and names of reasons."""
     name = path.rpartition(".")[2]
@@ -100,7 +98,7 @@ def differences(old: Any, new: Any, path: str = "") -> Iterator[str]:
         yield f"{path}: {old!r}, now {new!r}"
 
 
-def same(old: Any, new: Any, relative: float) -> bool:
+def same(old, new, relative):
     """Whether two values are equal, or numbers that agree to `relative`."""
     if old == new:
         return True
@@ -109,7 +107,7 @@ def same(old: Any, new: Any, relative: float) -> bool:
     return math.isclose(old, new, rel_tol=relative) or (math.isnan(old) and math.isnan(new))
 
 
-def compare(pairs: list[dict[str, Any]], of_scenes: str, of_methods: str, profile: str) -> int:
+def compare(pairs, of_scenes, of_methods, profile):
     """Print every pair that differs; returns how many do."""
     differ = count = 0
     for old in pairs:
@@ -124,7 +122,7 @@ def compare(pairs: list[dict[str, Any]], of_scenes: str, of_methods: str, profil
     return differ
 
 
-def _first_bounds(old: dict[str, Any]) -> dict[str, Any]:
+def _first_bounds(old):
     """A record whose tolerances are bounds alone: their terms have names that may change."""
     runs = [
         {**run, "tolerances": {name: held[:1] for name, held in run["tolerances"].items()}}
@@ -133,10 +131,10 @@ def _first_bounds(old: dict[str, Any]) -> dict[str, Any]:
     return {**old, "runs": runs}
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments):
     """Freeze or compare; returns an exit code."""
     kind, file, *rest = arguments
-    opened: Callable[..., Any] = gzip.open
+    opened = gzip.open
     if kind == "freeze":
         profile = rest[0] if rest else "quick"
         with opened(Path(file), "wt") as stream:

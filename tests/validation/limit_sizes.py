@@ -16,26 +16,20 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 
 from plumbob.analytic.schemes import ADAPTIVE
 from plumbob.engines.known_limits import FOLDER, Size, declared_by
-from plumbob.engines.method import Method
 from plumbob.engines.registry import find_engine, methods
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import relative_error, rounding, worst
 from plumbob.engines.study.provenance import ABSENT, packages_of, provenance
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.models.registry import case_of, scenes, system_of
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
 from plumbob.reports.judge.known_sizes import measured
 
-Errors = Mapping[float, float]
-Sizes = Mapping[tuple[str, str], Size | Errors]
 ABOVE = 100.0  # round-offs: below, what a processor rounds otherwise may be as large as the error
 HEAD = """\
 # Below: written by `python -m plumbob.tests.validation.limit_sizes`. Relative errors of known
@@ -48,7 +42,7 @@ HEAD = """\
 """
 
 
-def of_study(scene: Scene, found: ConvergenceStudy) -> Size | None:
+def of_study(scene, found):
     """The size of a convergence study's errors; None where no run was made to its end."""
     case = case_of(scene)
     about = case.system.quantities(case)
@@ -57,11 +51,11 @@ def of_study(scene: Scene, found: ConvergenceStudy) -> Size | None:
     return measured(finite) if finite else None
 
 
-def of_solver(scene: Scene, found: ConvergenceStudy) -> Errors | None:
+def of_solver(scene, found):
     """The relative errors of a solver's study, by tolerance, above ABOVE round-offs; None where no
     run was made to its end."""
     about = system_of(scene).quantities(case_of(scene))
-    errors: dict[float, float] = {}
+    errors = {}
     for m in (m for m in found.measurements if m.status == "done"):
         quantity, error = worst(m, about)
         level = rounding(m.errors[quantity.observable], m.steps) / quantity.scale
@@ -69,7 +63,7 @@ def of_solver(scene: Scene, found: ConvergenceStudy) -> Errors | None:
     return errors or None
 
 
-def of_pair(pair: tuple[Scene, Method]) -> tuple[str, str, Size | Errors | None]:
+def of_pair(pair):
     """The size of a known limit, or the errors of a solver, with the names of its scene and
     method."""
     scene, method = pair
@@ -78,19 +72,19 @@ def of_pair(pair: tuple[Scene, Method]) -> tuple[str, str, Size | Errors | None]
     return scene.name, method.name, of(scene, found)
 
 
-def limits(of_scenes: str, of_methods: str, profile: str) -> list[tuple[Scene, Method]]:
+def limits(of_scenes, of_methods, profile):
     """The pairs that a limit is declared for, and those of solvers that choose their steps."""
     every = pairs(scenes(of_scenes, profile), methods(of_methods))
     return [(s, m) for s, m in every if sized(s.name, m.name)]
 
 
-def sized(scene: str, method: str) -> bool:
+def sized(scene, method):
     """Whether a file holds a size of the pair."""
     solver = find_method(method).scheme.integrator == ADAPTIVE
     return solver or expected(scene, method).limit
 
 
-def text(sizes: Sizes, versions: Mapping[str, str]) -> str:
+def text(sizes, versions):
     """The part of an engine's file that holds these sizes."""
     lines = [HEAD, *(f'"{package}" = "{version}"\n' for package, version in versions.items())]
     table = ""
@@ -103,21 +97,21 @@ def text(sizes: Sizes, versions: Mapping[str, str]) -> str:
     return "".join(lines)
 
 
-def _kind(size: Size | Errors) -> str:
+def _kind(size):
     return "sizes" if isinstance(size, Size) else "solvers"
 
 
-def _key(name: str | float) -> str:
+def _key(name):
     return name if isinstance(name, str) else f'"{name:g}"'
 
 
-def held_of(name: str) -> dict[tuple[str, str], Size | Errors]:
+def held_of(name):
     """The sizes that the file of an engine holds."""
     limits = declared_by(find_engine(name))
     return {**limits.sizes, **limits.solvers}
 
 
-def write(name: str, sizes: Sizes, folder: Path = FOLDER) -> None:
+def write(name, sizes, folder=FOLDER):
     """Write into the file of an engine the sizes of the pairs that have one still, as measured with
     the versions that are installed."""
     file = folder / f"{name}.toml"
@@ -130,7 +124,7 @@ def write(name: str, sizes: Sizes, folder: Path = FOLDER) -> None:
     file.write_text(f"{declared.rstrip()}\n\n{text(kept, versions)}".lstrip(), "utf-8")
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments):
     """Measure and write; returns an exit code."""
     parser = argparse.ArgumentParser(description="Writes the sizes of known limits.")
     parser.add_argument("--profile", choices=("quick", "full"), default="quick")

@@ -5,16 +5,12 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plumbob.engines.method import Method
 from plumbob.engines.study.checkpoint import Unkept
-from plumbob.engines.study.convergence import SEED, ConvergenceStudy
-from plumbob.engines.study.results import TaskResult
-from plumbob.engines.study.runner import Profile, convergence_task
-from plumbob.models.scene import Scene
+from plumbob.engines.study.convergence import SEED
+from plumbob.engines.study.runner import convergence_task
 
 
 @dataclass(frozen=True)
@@ -24,12 +20,12 @@ class Shared(Unkept):
 
     folder: Path
 
-    def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
+    def there(self, keys):
         """Those of the results that are there."""
         files = {key: self.folder / key for key in keys}
         return {k: pickle.loads(file.read_bytes()) for k, file in files.items() if file.exists()}
 
-    def keep(self, results: Mapping[str, TaskResult]) -> None:
+    def keep(self, results):
         """Keep convergence studies; a file of its name is whole."""
         for key, result in results.items():
             if result.convergence is not None:
@@ -37,9 +33,7 @@ class Shared(Unkept):
                 part.write_bytes(pickle.dumps(result))
                 part.replace(self.folder / key)
 
-    def convergence(
-        self, scene: Scene, method: Method, profile: Profile, seed: int = SEED
-    ) -> ConvergenceStudy:
+    def convergence(self, scene, method, profile, seed=SEED):
         """The convergence study of a pair, as `run_study` measures it."""
         task = convergence_task(scene, method, profile, seed)
         result = self.there([task.key]).get(task.key)

@@ -15,7 +15,6 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,7 +38,7 @@ class Mutation:
     survives: str = ""  # why no test notices, where none does
 
 
-def mutations() -> tuple[Mutation, ...]:
+def mutations():
     """All mutations, layer by layer."""
     return tuple(
         Mutation(path.stem, name, **fields)
@@ -48,7 +47,7 @@ def mutations() -> tuple[Mutation, ...]:
     )
 
 
-def killed(mutation: Mutation, tree: Path) -> bool:
+def killed(mutation, tree):
     """Whether a test of the copy `tree` fails with this mutation in it, which is then undone;
     raises LookupError where the line is not in its file exactly once."""
     path = tree / mutation.file
@@ -62,7 +61,7 @@ def killed(mutation: Mutation, tree: Path) -> bool:
         path.write_text(text, "utf-8")
 
 
-def passes(tests: Sequence[str], tree: Path) -> bool:
+def passes(tests, tree):
     """Whether these tests of the copy `tree` pass; raises RuntimeError where pytest does not run
     them."""
     try:
@@ -83,7 +82,7 @@ def passes(tests: Sequence[str], tree: Path) -> bool:
     return done.returncode == 0
 
 
-def copied(folder: Path) -> Path:
+def copied(folder):
     """A copy of the tree in `folder`."""
     tree = folder / PACKAGE
     for path in files(ROOT):
@@ -92,7 +91,7 @@ def copied(folder: Path) -> Path:
     return tree
 
 
-def main(names: Sequence[str]) -> int:
+def main(names):
     """Try the mutations of these layers or names, or all; returns an exit code."""
     chosen = [m for m in mutations() if not names or {m.name, m.layer} & set(names)]
     if unknown := set(names) - {m.name for m in mutations()} - {m.layer for m in mutations()}:

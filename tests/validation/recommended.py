@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from plumbob.analytic.theory import no_theory
-from plumbob.engines.method import Method, meant
+from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.checkpoint import Unkept
-from plumbob.engines.study.cost import Key
-from plumbob.engines.study.measurement import Measurement, measure
-from plumbob.engines.study.results import Study
+from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
-from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known, Question, advise
 from plumbob.reports.advice.recommend import EXACT, Choice, trusted
 from plumbob.reports.advice.work_precision import error_of
@@ -42,28 +37,22 @@ class Held:
     missed: tuple[tuple[str, float, float], ...]  # method, step, how many times cheaper
 
 
-def random_pairs(count: int, pattern: str = "*", seed: int = 7) -> list[tuple[Scene, float]]:
+def random_pairs(count, pattern="*", seed=7):
     """Quick scenes with relative errors between 1e-6 and 3e-2."""
     chosen, draw = scenes(pattern, "quick"), random.Random(seed)
     return [(draw.choice(chosen), 10.0 ** draw.uniform(-6.0, -1.5)) for _ in range(count)]
 
 
-def every_method() -> tuple[Method, ...]:
+def every_method():
     """All methods that are installed."""
     return tuple(m for m in find_methods() if installed(engine_of(m)))
 
 
-def held(
-    scene: Scene,
-    wanted: float,
-    methods: Sequence[Method],
-    known: dict[str, Known],
-    kept: Unkept | None = None,
-) -> Held:
+def held(scene, wanted, methods, known, kept=None):
     """Ask, and hold the answer against fresh runs; `known` keeps convergence studies alone, and
     `kept` has the errors of some."""
 
-    def run(some: Sequence[Scene], methods: Sequence[Method]) -> Study:
+    def run(some, methods):
         """Convergence studies, as the command runs them."""
         return run_study(some, methods, timed=len(some) == 1, kept=kept)
 
@@ -81,19 +70,13 @@ def held(
     )
 
 
-def worst_error(study: Study, scene: Scene, method: Method, step: float) -> float:
+def worst_error(study, scene, method, step):
     """The largest error at a step and five slightly smaller ones."""
     about = study.quantities(scene.name)
     return max(error_of(_run(scene, method, part * step), about) for part in BELOW)
 
 
-def cheaper(
-    study: Study,
-    scene: Scene,
-    wanted: float,
-    limit: float,
-    runs: Mapping[Key, Sequence[Measurement]] | None = None,
-) -> Iterator[tuple[str, float, float]]:
+def cheaper(study, scene, wanted, limit, runs=None):
     """Full models that reach the error for less than `limit` [ns per simulated second]: method,
     step, and how many times cheaper than a choice of CHEAPER times that. None that is above a step
     of `runs`, or of the study, which does not reach it: a step that does by chance is no choice."""
@@ -129,11 +112,9 @@ def cheaper(
             yield method.name, step, MORE * CHEAPER
 
 
-def _looser(
-    scene: Scene, method: Method, wanted: float, limit: float, unit: float, study: Study
-) -> Iterator[tuple[str, float, float]]:
+def _looser(scene, method, wanted, limit, unit, study):
     tolerance, about = max(TIGHTEST, min(method.step_sizes)), study.quantities(scene.name)
-    reached: tuple[float, float] | None = None
+    reached = None
     while tolerance < LOOSEST:
         found = _run(scene, method, tolerance)
         if not error_of(found, about) <= wanted:
@@ -144,5 +125,5 @@ def _looser(
         yield method.name, reached[0], CHEAPER * limit / reached[1]
 
 
-def _run(scene: Scene, method: Method, step: float) -> Measurement:
+def _run(scene, method, step):
     return measure(replace(case_of(scene), errors=no_theory(None)), method, step)[0]

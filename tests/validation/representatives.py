@@ -5,19 +5,14 @@ that take seconds as many cases as their mark keeps."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterable, Iterator, Sequence
 
 import pytest
 
-from plumbob.engines.method import Method
 from plumbob.engines.study.runner import predicted_work
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.expectations import expected
 
-Pair = tuple[Scene, Method]
 
-
-def representatives(chosen: Sequence[Pair]) -> list[Pair]:
+def representatives(chosen):
     """All `mechanisms` of these pairs, each at least once, and where it takes the least work."""
     of = {(scene.name, method.name): set(mechanisms(scene, method)) for scene, method in chosen}
     met = Counter(one for own in of.values() for one in own)
@@ -30,7 +25,7 @@ def representatives(chosen: Sequence[Pair]) -> list[Pair]:
     return [pair for pair in chosen if (pair[0].name, pair[1].name) in of]
 
 
-def mechanisms(scene: Scene, method: Method) -> Iterator[Hashable]:
+def mechanisms(scene, method):
     """What a pair has in common with others: the scene; the system, with a method and with an
     expectation."""
     wanted = expected(scene.name, method.name)
@@ -39,7 +34,7 @@ def mechanisms(scene: Scene, method: Method) -> Iterator[Hashable]:
     yield scene.system, wanted.verdict, wanted.other, wanted.reason
 
 
-def left_out(items: Iterable[pytest.Item]) -> list[pytest.Item]:
+def left_out(items):
     """Of the tests marked `long` those that the whole suite alone runs: all cases of each but the
     first `keep` that its mark names."""
     met, left = Counter[str](), list[pytest.Item]()

@@ -4,7 +4,6 @@ another step is what a run at that step gives."""
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from html import unescape
@@ -20,7 +19,6 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import case_of, scenes, systems
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
 from plumbob.reports.analyses.capsule_line import headings
 from plumbob.reports.view import notation
 from plumbob.reports.view.site import first_screen, views, writing
@@ -44,12 +42,12 @@ class Tables:
     paragraphs: list[str]
 
 
-def text_of(html: str) -> str:
+def text_of(html):
     """The text of an element."""
     return unescape(re.sub(r"<[^>]*>", "", html)).strip()
 
 
-def read(html: str) -> Tables:
+def read(html):
     """What stands on a page, whose rows and cells need no end."""
     tables = []
     for table in re.findall("<table.*?</table>", html, re.S):
@@ -90,14 +88,14 @@ def index(study, tmp_path_factory):
 
 
 @cache
-def error(scene: str, method: str, step: float) -> float:
+def error(scene, method, step):
     """The relative error of a run that is made now, and held to the exact motion alone."""
     case = replace(case_of(find_scene(scene)), errors=no_theory(None))
     found, _ = measure(case, find_method(method), step)
     return relative_error(found, case.system.quantities(case))
 
 
-def says(text: str, found: float) -> bool:
+def says(text, found):
     """Whether a number on the page is this one, but for EQUAL and the rounding to its digits."""
     if found == float("inf"):
         return text == "diverged"
@@ -106,13 +104,13 @@ def says(text: str, found: float) -> bool:
     return text in {notation.relative(found * (1.0 + part)) for part in (-EQUAL, 0.0, EQUAL)}
 
 
-def steps_of(study: Study, scene: str, method: str) -> Sequence[float]:
+def steps_of(study, scene, method):
     """The steps [s] that the study ran."""
     found = next(c for c in study.convergence if (c.scene, c.method) == (scene, method))
     return [m.step for m in found.measurements]
 
 
-def run_again(study: Study, scene: str, method: str, text: str) -> bool:
+def run_again(study, scene, method, text):
     """Whether a number is what a run gives at the step that stands beside it, or at 1 ms."""
     number, _, at = text.partition(" at ")
     given = float(re.sub(r"[^0-9.e-]", "", at)) if at else STEP
@@ -163,12 +161,12 @@ def test_every_largest_error_of_the_first_screen(study, index):
             assert factor == pytest.approx(STEP * 1e9 / float(ns), rel=5e-3)
 
 
-def apart(scene: Scene) -> bool:
+def apart(scene):
     """Whether a scene has a row of its own."""
     return bool(scene.hard) or scene.parameters.get("friction") == 0.0
 
 
-def number(text: str) -> float:
+def number(text):
     """A relative error as it is written."""
     text = text.partition(" at ")[0].replace("\xa0", " ")
     return float(text.rstrip(" %×")) / (100.0 if "%" in text else 1.0)

@@ -27,7 +27,7 @@ def undisturbed(tmp_path_factory):
     return out
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """All ways to end a study at all moments, in the full profile; one job has no worker."""
     ways = [
         (number, jobs, target, moment)

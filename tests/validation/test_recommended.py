@@ -5,23 +5,16 @@ and error: pytest tests/validation/test_recommended.py --profile full."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
-from plumbob.models.scene import Scene
 from plumbob.reports.advice.advice import Known, from_study
-from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of
-from plumbob.tests.validation.measured_once import Shared
 from plumbob.tests.validation.recommended import (
     CHEAPER,
     cheaper,
@@ -51,7 +44,7 @@ FEW = "cone-pendulum/rotating-base,simple-pendulum/damped-small,capsule-line/ca1
 FEW_METHODS = "mujoco/rk4,mujoco/euler,ode/rk4,ode/dop853,mujoco/euler+coulomb,mujoco/euler+reduced"
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """One test for each scene that the options choose."""
     if "scene" not in metafunc.fixturenames:
         return
@@ -61,20 +54,20 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     metafunc.parametrize("scene", chosen, ids=[scene.name for scene in chosen])
 
 
-def _option(config: pytest.Config, name: str, few: str) -> str:
+def _option(config, name, few):
     """The choice of an option; a few in a quick run without options."""
-    given: str = config.getoption(name)
+    given = config.getoption(name)
     return few if (given, config.getoption("profile")) == ("*", "quick") else given
 
 
-def _stored(scene: Scene, pattern: str, folder: Path, shared: Shared) -> Study:
+def _stored(scene, pattern, folder, shared):
     """A quick study of a scene, as read back from its file."""
     file = folder / store.FILE
     store.save(run_study([scene], find_methods(pattern), kept=shared), file)
     return store.studies_of(file, scene.name)[-1]
 
 
-def _offered(study: Study, scene: Scene, wanted: float) -> Iterator[Choice]:
+def _offered(study, scene, wanted):
     found = from_study(study, scene, wanted)
     if found.choice is None:  # then no measured run reaches it, and the best is stated
         assert found.best is None or found.best.error > wanted

@@ -16,7 +16,7 @@ from plumbob.reports.judge.verdict import judged
 from plumbob.tests.validation.representatives import representatives
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """One test for each pair that the options choose."""
     if "method" not in metafunc.fixturenames:
         return

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -16,7 +15,7 @@ from plumbob.tests.validation.representatives import left_out, mechanisms, repre
 ROOT = Path(__file__).parents[2]
 
 
-def _case(name: str, mark: pytest.Mark | None) -> Any:
+def _case(name, mark):
     return SimpleNamespace(nodeid=name, get_closest_marker=lambda _: mark)
 
 

@@ -11,7 +11,7 @@ from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """Every system that has scenes in the profile that is asked for."""
     option = metafunc.config.getoption
     chosen = scenes(option("scenes"), option("profile"))

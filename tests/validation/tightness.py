@@ -8,18 +8,17 @@ FOLDER is one that `plumbob validate --out` wrote; COUNT, 10 without, is how man
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 from plumbob.engines.study.store import FILE, load
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.judge.tightness import Slack, slacks, tightness
+from plumbob.reports.judge.tightness import slacks, tightness
 from plumbob.reports.view.top_tables import tightness_tables
 
 
-def loosest(every: Iterable[Slack], count: int) -> list[Slack]:
+def loosest(every, count):
     """The loosest of each scene, method and observable, the worst first; without round-off."""
-    worst: dict[tuple[str, str, str], Slack] = {}
+    worst = {}
     for slack in every:
         key = slack.scene, slack.method, slack.observable
         if not slack.rounded and (key not in worst or slack.over_use > worst[key].over_use):
@@ -27,7 +26,7 @@ def loosest(every: Iterable[Slack], count: int) -> list[Slack]:
     return sorted(worst.values(), key=lambda slack: -slack.over_use)[:count]
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments):
     """Print the tables; returns an exit code."""
     folder, *rest = arguments
     study = load(Path(folder) / FILE)

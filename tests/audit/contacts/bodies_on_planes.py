@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import cache
 
 import mujoco
 
-from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.audit_from_python import audit_contacts
 from plumbob.tests.mujoco.test_settings import BODIES
 
@@ -22,14 +20,7 @@ FLAT = '<geom type="cylinder" size=".2 .0001" mass="1" contype="0" conaffinity="
 )
 
 
-def model_text(
-    body: str,
-    height: float,
-    option: str = 'timestep="0.002"',
-    floor: str = FLOOR,
-    friction: float = FRICTION,
-    more: str = "",
-) -> str:
+def model_text(body, height, option='timestep="0.002"', floor=FLOOR, friction=FRICTION, more=""):
     """A model file with the geoms `body` of a free body on a plane."""
     return (
         f'<mujoco><option {option}/><default><geom friction="{friction}"/></default><worldbody>'
@@ -38,18 +29,18 @@ def model_text(
     )
 
 
-def texts() -> Mapping[str, str]:
+def texts():
     """{name: model file} of the three bodies that settings are tried on."""
     return {name: model_text(geoms, height) for name, (geoms, height, _) in BODIES.items()}
 
 
 @cache
-def audited_once(text: str) -> ContactAudit:
+def audited_once(text):
     """The contact audit of a model file with default options, made once in a process."""
     return audit_contacts(mujoco.MjModel.from_xml_string(text))
 
 
-def jointed_stand() -> tuple[str, str]:
+def jointed_stand():
     """A stand whose legs are on hinges, bent at the start, and the same in one piece."""
     legs, rigid = "", ""
     for i in range(4):

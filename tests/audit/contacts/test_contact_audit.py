@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import rigid_piece, user_contacts
 from plumbob.engines.audit import contacts
-from plumbob.engines.audit.contacts import HEADINGS, ContactAudit
+from plumbob.engines.audit.contacts import HEADINGS
 from plumbob.reports.audit_from_python import audit_contacts
 from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
@@ -33,8 +32,8 @@ DIAGONAL, ALONG = 0.25, 0.02  # relative errors of default contacts: at least, a
 TURN = 3e-3  # relative: of a disc whose loads change by 5e-3 at most as it slides
 
 
-def audited(text: str, **options: object) -> ContactAudit:
-    return audit_contacts(compiled(text), **options)  # type: ignore[arg-type]
+def audited(text, **options):
+    return audit_contacts(compiled(text), **options)
 
 
 @pytest.fixture(name="found", scope="module", params=texts())
@@ -54,12 +53,11 @@ def two_steps(monkeypatch):
     monkeypatch.setattr(contacts, "HALVINGS", 1)
 
 
-def missed(found: ContactAudit) -> float:
+def missed(found):
     """The largest difference of measured and predicted errors, over v dt/2."""
     parts = []
     for one in found.pasted:
         predicted = found.predicted(one)
-        assert predicted is not None
         parts.append(np.abs(found.errors(one) - predicted).max() / (SPEED * one.step / 2))
     return float(max(parts))
 
@@ -121,7 +119,7 @@ def test_a_turn_on_more_points_is_said_to_be_open(found):
     tends_to_a_turn(found)
 
 
-def tends_to_a_turn(found: ContactAudit) -> None:
+def tends_to_a_turn(found):
     """Halving the step halves what is left of a turn, or more: what it tends to is within what is
     said to be known, which is little."""
     turns = [one.turning.turn for one in found.pasted if one.turning is not None]
@@ -142,11 +140,11 @@ def test_a_wrong_moment_of_inertia_is_seen(factor, flat, monkeypatch):
     assert spoilt.turn != pytest.approx(flat.exact_turn, rel=2 * TURN)
 
 
-def softer(right: Any) -> Any:
+def softer(right):
     return lambda *given: {**(pair := right(*given)), "solref": 0.75 * np.asarray(pair["solref"])}
 
 
-def rougher(right: Any) -> Any:
+def rougher(right):
     return lambda self: {foot: 1.001 * friction for foot, friction in right(self).items()}
 
 

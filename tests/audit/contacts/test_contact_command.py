@@ -7,13 +7,11 @@ import re
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, page, rows
@@ -29,7 +27,6 @@ from plumbob.tests.support.page_document import plotted_inside
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
-STEP = 'timestep="0.002"'
 
 
 @pytest.fixture(name="found", scope="module")
@@ -74,9 +71,8 @@ LEFT_OUT = {  # said: more in the world, more behind it
 }
 
 
-def _contacts(model: Any, keyframe: int | None = None, body: str | None = None) -> ContactModel:
+def _contacts(model, keyframe=None, body=None):
     models = ENGINE.ability(UserModels)
-    assert models is not None
     return models.contacts(model, Start(keyframe), body, None)
 
 

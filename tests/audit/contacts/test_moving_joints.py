@@ -26,11 +26,10 @@ BODY = f"""<geom type="box" size=".2 .15 .02" mass="{BASE}"/>{FEET}
 SERVO = '<actuator><position joint="slide" kp="{kp}" kv="{kv}"/></actuator>'
 
 
-def slid(more: str) -> FreeSlide:
+def slid(more):
     """The slide of the box, with `more` in the model."""
     model = mujoco.MjModel.from_xml_string(model_text(BODY, 0.06, friction=FRICTION, more=more))
     models = ENGINE.ability(UserModels)
-    assert models is not None
     return free_slide(models.contacts(model, Start(), None, None), SPEED, 0.38, time.process_time)
 
 

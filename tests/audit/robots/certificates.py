@@ -11,14 +11,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import RESOLVED, largest
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.view.notation import duration, metres
@@ -59,14 +56,12 @@ class Confirmation:
     error: float  # [m] of the own step, held against them
 
 
-def confirmations(found: Audit, limit: float = LIMIT) -> list[Confirmation]:
+def confirmations(found, limit=LIMIT):
     """Euler and RK4 at steps as small as `limit` [s] of processor time each allow."""
     model, script, steps = found.model, found.script, found.found
-    assert model is not None
-    assert steps is not None
     count = steps.index + 1
 
-    def motion(integrator: str, factor: int) -> tuple[Array, float]:
+    def motion(integrator, factor):
         run = model.stepped(script, integrator, factor * steps.own.parts)
         return model.positions(run.states[:count]), run.seconds
 
@@ -83,7 +78,7 @@ def confirmations(found: Audit, limit: float = LIMIT) -> list[Confirmation]:
     return sorted(confirmed, key=lambda c: c.scatter[-1])
 
 
-def verdict(found: Audit, confirmed: Sequence[Confirmation]) -> str:
+def verdict(found, confirmed):
     """Whether the certificate has the small steps of both integrators outside, or the better ones
     tell less than it does."""
     best, rounding = confirmed[0], MANY * found.reference.rounding
@@ -94,12 +89,12 @@ def verdict(found: Audit, confirmed: Sequence[Confirmation]) -> str:
     return HOLDS if tells else OPEN
 
 
-def so_far(one: Array, other: Array) -> Array:
+def so_far(one, other):
     """The largest distance [m] of any body so far between two motions, shape (n,)."""
     return largest(np.linalg.norm(one - other, axis=2))
 
 
-def row(found: Audit, limit: float) -> list[str]:
+def row(found, limit):
     """An audit and its confirmation as cells."""
     cells = [f"{found.integrator} {duration(found.step)}"]
     if found.found is None:
@@ -117,13 +112,13 @@ def row(found: Audit, limit: float) -> list[str]:
     ]
 
 
-def files() -> list[tuple[str, Path]]:
+def files():
     """Model files of these packages, where they are installed."""
     folders = [(package, folder(package)) for package in PACKAGES]
     return [(package, path) for package, at in folders if at for path in sorted(at.glob("*.xml"))]
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(arguments):
     """Print the table of some files, or all; returns an exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--budget", type=float, default=BUDGET)

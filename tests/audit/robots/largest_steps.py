@@ -13,13 +13,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator, Sequence
 
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.stability import ABOVE, BELOW, BEYOND, Course, Limit, limited
+from plumbob.engines.audit.stability import ABOVE, BELOW, BEYOND, Course, limited
 from plumbob.engines.audit.step_errors import known
-from plumbob.engines.own_motion import NotCertifiable, OwnModel
+from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.view.notation import duration
 from plumbob.tests.audit.robots.certificates import files
 from plumbob.tests.audit.robots.robot_files import file_model
@@ -41,19 +40,19 @@ HEAD = (
 )
 
 
-def course_of(model: OwnModel, control: str) -> Course:
+def course_of(model, control):
     """A model along its certified motion."""
     moved = script(model, control)
     reference = certified(model, moved, BUDGET, time.process_time)
     return Course(model, moved, reference.course.states[: known(reference) + 1])
 
 
-def verdict(course: Course, limit: Limit) -> tuple[str, str, str]:
+def verdict(course, limit):
     """What nudged runs do at both sides of a limit, and what follows."""
     most = BEYOND * course.model.step
     step = limit.largest_step or most
 
-    def run(side: float) -> str:
+    def run(side):
         lost = course.lost(limit.integrator, side * step, limit.index)
         return "lost" if lost else "holds"
 
@@ -68,7 +67,7 @@ def verdict(course: Course, limit: Limit) -> tuple[str, str, str]:
     return below, above, CONFIRMED if (below, above) == ("holds", "lost") else "NOT CONFIRMED"
 
 
-def rows(course: Course) -> Iterator[list[str]]:
+def rows(course):
     """The limits of all integrators as cells."""
     for name in course.model.steppable:
         limit = limited(course, name)
@@ -81,7 +80,7 @@ def rows(course: Course) -> Iterator[list[str]]:
         yield [own, name, predicted, said, limit.first, *sides[:-1], why]
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(arguments):
     """Print the table of some files, or all; returns an exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--ctrl", default="rest")

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import mujoco
 
-from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
-from plumbob.engines.audit.audit import Audit, audited
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 
 ASSETS = {"dm_control": "suite", "gymnasium": "envs/mujoco/assets"}
 BUDGET = 60.0  # [s] of processor time for an audit
 
 
-def folder(package: str) -> Path | None:
+def folder(package):
     """Where an installed package has its model files; None where it is not installed."""
     spec = importlib.util.find_spec(package)
     if spec is None or not spec.submodule_search_locations:
@@ -24,12 +24,12 @@ def folder(package: str) -> Path | None:
     return Path(spec.submodule_search_locations[0]) / ASSETS[package]
 
 
-def file_model(path: Path) -> MujocoModel:
+def file_model(path):
     """A file, made ready for an audit; raises NotCertifiable."""
     return own_model(mujoco.MjModel.from_xml_path(str(path)), path.name)
 
 
-def file_audit(path: Path, control: str, budget: float) -> Audit:
+def file_audit(path, control, budget):
     """The audit of a file; `budget` is processor time [s], which other work does not change."""
     own = file_model(path)
     return audited(own, script(own, control), control, budget, time.process_time)

@@ -44,7 +44,7 @@ BEYOND = (
 QUICK = ("fish", "inverted_pendulum")
 
 
-def skipped(package: str, name: str, request: pytest.FixtureRequest) -> None:
+def skipped(package, name, request):
     if request.config.getoption("--profile") == "quick" and name not in QUICK:
         pytest.skip("in the full profile")
     if folder(package) is None:

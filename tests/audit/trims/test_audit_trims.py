@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -57,7 +56,7 @@ MODELS = {
 }
 
 
-def states(path: Path, steps: int = 200) -> Any:
+def states(path, steps=200):
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -94,10 +93,10 @@ def test_trimmed_file_moves_as_the_complete_one(name, tmp_path):
 class Nudged(MujocoModel):
     """A model that offers to fall faster by one part in 10^12."""
 
-    def changes(self, motion: Any) -> tuple[Change, ...]:
+    def changes(self, motion):
         return (Change("nudge", ()),)
 
-    def changed(self, changes: Sequence[Change]) -> MujocoModel:
+    def changed(self, changes):
         model = super().changed(())
         model.effective.opt.gravity[2] *= 1 + 1e-12
         return model
@@ -122,16 +121,16 @@ class Priced(Nudged):
     costs: Mapping[str, float] = field(default_factory=dict)
     pace: float = 1.0
 
-    def changes(self, motion: Any) -> tuple[Change, ...]:
+    def changes(self, motion):
         return tuple(Change(name, (("density", (k,), 0.0),)) for k, name in enumerate(self.costs))
 
-    def changed(self, changes: Sequence[Change]) -> MujocoModel:
+    def changed(self, changes):
         names = [change.name for change in changes]
-        model: Any = super().changed(()) if "nudge" in names else self
-        priced: MujocoModel = replace(model, pace=math.prod(self.costs[name] for name in names))
+        model = super().changed(()) if "nudge" in names else self
+        priced = replace(model, pace=math.prod(self.costs[name] for name in names))
         return priced
 
-    def timed(self, motion: Any, states: Any, integrator: str, parts: int, steps: int) -> Any:
+    def timed(self, motion, states, integrator, parts, steps):
         taken = Stepping(1000, 1e-3 * self.pace)
         return SimpleNamespace(compile_seconds=0.0, stepped=lambda _: taken)
 

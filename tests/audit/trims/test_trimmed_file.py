@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
@@ -15,7 +13,6 @@ import pytest
 import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model.file_text import write as write_trimmed
-from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import Ratio
 from plumbob.engines.audit.trims import Trim, Trims, tried
@@ -48,7 +45,7 @@ DIGITS = """<?xml version="1.0"?>
 WALL = '<geom name="wall" type="box" size=".1 .1 .1" pos="3 0 0" contype="1"/>'
 
 
-def moved(path: Path, steps: int = 300) -> Any:
+def moved(path, steps=300):
     """States at MuJoCo's own steps of a file."""
     model = mujoco.MjModel.from_xml_path(str(path))
     data, found = mujoco.MjData(model), []
@@ -58,14 +55,14 @@ def moved(path: Path, steps: int = 300) -> Any:
     return np.array(found)
 
 
-def never_touching(path: Path, *names: str) -> Change:
+def never_touching(path, *names):
     """Collisions of these geoms off."""
     model = mujoco.MjModel.from_xml_path(str(path))
     ids = tuple(int(model.geom(name).id) for name in names)
     return Change("geoms", (("geom_contype", ids, 0), ("geom_conaffinity", ids, 0)))
 
 
-def without(stage: str) -> Change:
+def without(stage):
     """A stage of the pipeline off."""
     bit = getattr(mujoco.mjtDisableBit, f"mjDSBL_{stage.upper()}")
     return Change(stage, (("disableflags", (), int(bit)),))
@@ -137,7 +134,7 @@ def test_a_file_that_does_not_compile_there_is_not_written(tmp_path):
     assert not list(target.parent.iterdir())
 
 
-def audited(path: Path, changes: tuple[Change, ...]) -> Audit:
+def audited(path, changes):
     """An audit that found that `changes` can be left out together."""
     found = plumbob.audit(path, duration=0.3, budget=10.0)
     together = Trim(changes, True, 0.0, Ratio(0.5, 0.5, 0.5))
