@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from itertools import product
 
@@ -25,7 +25,6 @@ from plumbob.models.scene import Case
 
 Curve = tuple[Array, Array]  # x and y of its points, as they are drawn
 TURN = 2 * np.pi
-HIGHEST = 3  # samples higher than their neighbours: the highest may be beside a higher peak
 PERIODS = 3.1  # of a run whose period is measured: two whole ones between crossings, and some more
 
 LINE = "capsule-line/ca1"  # the check manoeuvre of the source
@@ -62,35 +61,6 @@ def runs(
 def plan_of(study: Study) -> StudyPlan:
     """The plan of a study."""
     return StudyPlan(study.profile, study.scenes, study.methods)
-
-
-def extremes(of: Callable[[Array], Array], times: Array) -> tuple[float, float]:
-    """The lowest and the highest value of a smooth function from the first to the last of `times`
-    [s], shape (n,), of which each of its swings has several: found by a search about the HIGHEST
-    samples, which alone would be too low."""
-    from scipy.optimize import minimize_scalar
-
-    largest, values = [], of(times)
-    for sign in (1.0, -1.0):
-        sizes = sign * values
-        inner = np.flatnonzero((sizes[1:-1] >= sizes[:-2]) & (sizes[1:-1] >= sizes[2:])) + 1
-        best = float(sizes.max())
-        for k in inner[np.argsort(sizes[inner])][-HIGHEST:]:
-            near = minimize_scalar(
-                lambda t, sign=sign: -sign * float(of(np.array([t]))[0]),
-                bounds=(times[k - 1], times[k + 1]),
-                method="bounded",
-                options={"xatol": 1e-7 * float(times[k + 1] - times[k - 1])},
-            )
-            best = max(best, -float(near.fun))
-        largest.append(sign * best)
-    return largest[1], largest[0]
-
-
-def largest(of: Callable[[Array], Array], times: Array) -> float:
-    """The largest magnitude of such a function."""
-    low, high = extremes(of, times)
-    return max(abs(low), abs(high))
 
 
 def convergence_of(study: Study, scene: str, method: str) -> ConvergenceStudy | None:

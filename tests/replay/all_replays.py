@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 import jinja2
 
@@ -16,7 +14,6 @@ from plumbob.reports.analyses.replay import replay
 from plumbob.reports.analyses.replay.runs import requests
 from plumbob.reports.view import notation
 from plumbob.reports.view.page import TEMPLATES, Plots
-from plumbob.reports.view.records import Replay
 from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import declared, nothing
 
@@ -30,18 +27,18 @@ PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html
 </main><script>{{ script | safe }}</script></body></html>"""
 
 
-def plan() -> StudyPlan:
+def plan():
     """The quick profile."""
     return StudyPlan("quick", find_scenes("*", "quick"), find_methods("*"))
 
 
 @cache
-def recorded() -> Study:
+def recorded():
     """The quick scenes, with the recordings that their replays show and nothing else."""
     return shared("recorded-study", _recorded)
 
 
-def _recorded() -> Study:
+def _recorded():
     study = nothing()
     whole = Study(
         "quick", plan().scenes, plan().methods, (), {}, study.reference_step, study.seconds
@@ -50,16 +47,16 @@ def _recorded() -> Study:
 
 
 @cache
-def replays() -> dict[str, Replay]:
+def replays():
     """The replay of each quick scene, by its name."""
     return shared("replays", _replays)
 
 
-def _replays() -> dict[str, Replay]:
+def _replays():
     return {scene.name: replay(recorded(), scene) for scene in recorded().scenes}
 
 
-def write(shown: Sequence[Replay], folder: Path) -> Path:
+def write(shown, folder):
     """A page with these replays and nothing else."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
@@ -67,7 +64,7 @@ def write(shown: Sequence[Replay], folder: Path) -> Path:
         undefined=jinja2.StrictUndefined,
     )
 
-    def text(name: str) -> str:
+    def text(name):
         return (TEMPLATES / name).read_text("utf-8")
 
     page = folder / "replays.html"

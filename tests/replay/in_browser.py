@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
-
-from playwright.sync_api import Browser, Locator, Page
-
 FRACTION = 0.37  # of the replay: where each is stopped
 WIDTH, HEIGHT = 1280, 900
 
 
 def opened(
-    browser: Browser,
-    file: Path,
-    prepare: Callable[[Page], object] = lambda page: None,
-    **given: Any,
-) -> Iterator[Page]:
+    browser,
+    file,
+    prepare=lambda page: None,
+    **given,
+):
     """A page for as long as it is looked at, of a reader who prefers less motion unless `given`
     says otherwise, with what `prepare` gives it before it is loaded; fails where the console said
     anything."""
@@ -33,7 +27,7 @@ def opened(
     page.close()
 
 
-def found(page: Page, name: str) -> Locator:
+def found(page, name):
     """The replay of a scene, in sight and drawn."""
     figure = page.locator(f'[id="replay-{name.replace("/", "-")}"]')
     figure.scroll_into_view_if_needed()
@@ -41,7 +35,7 @@ def found(page: Page, name: str) -> Locator:
     return figure
 
 
-def stopped(page: Page, name: str) -> Locator:
+def stopped(page, name):
     """The replay of a scene, at its moment, with the exact answer alone."""
     figure = found(page, name)
     for box in figure.locator("[data-layer]").all()[1:]:
@@ -50,7 +44,7 @@ def stopped(page: Page, name: str) -> Locator:
     return figure
 
 
-def set_time(figure: Locator, fraction: float) -> None:
+def set_time(figure, fraction):
     """Move the time to a fraction of the replay."""
     figure.locator("input[type=range]").evaluate(
         "(range, at) => { range.value = at; range.dispatchEvent(new Event('input')); }",

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE
-from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes, steps_beside
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
@@ -41,12 +37,12 @@ NAMES = [scene.name for scene in plan().scenes]
 FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 
-def test_a_scene_takes_few_bytes() -> None:
+def test_a_scene_takes_few_bytes():
     assert [name for name in NAMES if len(replays()[name].data) >= 1e3 * KILOBYTES] == []
 
 
 @pytest.mark.long
-def test_the_largest_scene_of_the_full_profile_takes_few_bytes() -> None:
+def test_the_largest_scene_of_the_full_profile_takes_few_bytes():
     """Long plans have the most samples; their recordings have at most some 500 each."""
     scene = find_scene("capsule-plan/half-turn-curve")
     shown = replay(replace(recorded(), scenes=(scene,)), scene)
@@ -55,7 +51,7 @@ def test_the_largest_scene_of_the_full_profile_takes_few_bytes() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_samples_follow_the_exact_motion_between_them(name: str) -> None:
+def test_samples_follow_the_exact_motion_between_them(name):
     """At times that are no samples, interpolated as the page's script does it."""
     case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
     layer, smooth = data["layers"][0], set(data["smooth"])
@@ -72,7 +68,7 @@ def test_samples_follow_the_exact_motion_between_them(name: str) -> None:
         assert np.abs(found - exact[channel]).max() <= allowed + 1e-15, channel
 
 
-def between(samples: Array, values: Array, times: Array, *, cubic: bool) -> Array:
+def between(samples, values, times, *, cubic):
     """Values at `times`, by a line or a cubic through the nearest samples."""
     if not cubic:
         return np.interp(times, samples, values)
@@ -87,10 +83,10 @@ def between(samples: Array, values: Array, times: Array, *, cubic: bool) -> Arra
     return found
 
 
-def test_fewer_samples_would_not_do() -> None:
+def test_fewer_samples_would_not_do():
     """The count found is the smallest that follows the motion: half as many do not."""
 
-    def swing(times: Array) -> Mapping[str, Array]:
+    def swing(times):
         return {"theta": np.sin(40.0 * times)}
 
     found = sampled(swing, 1.0, frozenset({"theta"}), frozenset())
@@ -101,7 +97,7 @@ def test_fewer_samples_would_not_do() -> None:
 
 
 @pytest.mark.parametrize("span", [1e-12, 1e-3, 1.0, 6.0, 500.0])
-def test_numbers_survive_their_packing(span: float) -> None:
+def test_numbers_survive_their_packing(span):
     values = span * np.sin(np.linspace(0.0, 20.0, 501)) + 0.3 * span
     step = 2.0 * span / 65535  # of a 16-bit number over the range
     assert np.abs(decoded(coded(values), 501) - values).max() <= 0.51 * step
@@ -110,7 +106,7 @@ def test_numbers_survive_their_packing(span: float) -> None:
     assert coded(np.full(5, span)) == fine(np.full(5, span)) == span
 
 
-def test_a_replay_is_of_runs_of_the_study() -> None:
+def test_a_replay_is_of_runs_of_the_study():
     """Whose errors stand beside it."""
     for scene in plan().scenes:
         shown = shown_runs(plan(), scene)
@@ -123,7 +119,7 @@ def test_a_replay_is_of_runs_of_the_study() -> None:
             assert one.run.step in (*chosen_step_sizes(scene, method, most), *beside)
 
 
-def test_both_runs_have_one_step() -> None:
+def test_both_runs_have_one_step():
     long = 0
     for scene in plan().scenes:
         default, recommended = shown_runs(plan(), scene)
@@ -132,7 +128,7 @@ def test_both_runs_have_one_step() -> None:
     assert long > 25  # of 35; the others are short
 
 
-def test_the_largest_error_and_the_one_at_the_end_stand_beside_each_other() -> None:
+def test_the_largest_error_and_the_one_at_the_end_stand_beside_each_other():
     case = case_of(find_scene("simple-pendulum/free-small"))
     exact = case.reference.observe(np.array([0.0, 1.0, 2.0]))
     theta = exact["theta"] + np.array([0.0, 0.5, 0.25])
@@ -145,7 +141,7 @@ def test_the_largest_error_and_the_one_at_the_end_stand_beside_each_other() -> N
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_recommended_settings_are_the_more_accurate_ones(name: str) -> None:
+def test_recommended_settings_are_the_more_accurate_ones(name):
     data = json.loads(replays()[name].data)
     default, recommended = (_largest(layer) for layer in data["layers"][1:3])
     if find_scene(name).parameters.get("friction") == 0.0:  # contacts make no difference then
@@ -154,7 +150,7 @@ def test_recommended_settings_are_the_more_accurate_ones(name: str) -> None:
         assert recommended < default
 
 
-def _largest(layer: dict[str, Any]) -> float:
+def _largest(layer):
     channels = {n: decoded(v, layer["count"]) for n, v in layer["channels"].items()}
     if "theta" in channels:
         return float(np.abs(channels["theta"]).max())
@@ -164,18 +160,18 @@ def _largest(layer: dict[str, Any]) -> float:
     return float(apart.max())
 
 
-def test_a_users_own_settings_take_the_place_of_the_default_ones() -> None:
+def test_a_users_own_settings_take_the_place_of_the_default_ones():
     own = replace(find_method(DEFAULT_METHOD), name="mujoco/mine", step_sizes=(4e-3, 2e-3))
     scene = find_scene("simple-pendulum/free-large")
     shown = shown_runs(StudyPlan("quick", (scene,), (own, *find_methods_of("mujoco/rk4"))), scene)
     assert [(one.role, one.run.step) for one in shown] == [("user", 4e-3), ("recommended", 4e-3)]
 
 
-def find_methods_of(*names: str) -> tuple[Method, ...]:
+def find_methods_of(*names):
     return tuple(find_method(name) for name in names)
 
 
-def test_a_plan_without_these_shows_its_first_methods() -> None:
+def test_a_plan_without_these_shows_its_first_methods():
     scene = find_scene("cone-pendulum/rotating-base")
     methods = find_methods_of("exact/closed-form", "ode/dop853", "ode/euler", "ode/rk4")
     shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
@@ -183,7 +179,7 @@ def test_a_plan_without_these_shows_its_first_methods() -> None:
     assert shown[0].control == "tolerance"
 
 
-def test_contacts_that_do_not_converge_are_not_recommended() -> None:
+def test_contacts_that_do_not_converge_are_not_recommended():
     scene = find_scene("capsule-line/ca1")
     methods = find_methods_of("mujoco/euler", "mujoco/rk4", "mujoco/euler+elliptic")
     shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
@@ -193,12 +189,12 @@ def test_contacts_that_do_not_converge_are_not_recommended() -> None:
     ]
 
 
-def test_another_scene_of_the_same_name_has_no_runs() -> None:
+def test_another_scene_of_the_same_name_has_no_runs():
     scene = replace(find_scene("cone-pendulum/rotating-base"), duration=0.1)
     assert shown_runs(plan(), scene) == ()
 
 
-def test_thousands_of_swings_are_replayed_in_part() -> None:
+def test_thousands_of_swings_are_replayed_in_part():
     for scene in find_scenes("*/million-steps,*/thousand", "full"):
         assert shown_seconds(scene) < 0.2 * scene.duration
     turning = case_of(find_scene("cone-pendulum/million-steps"))
@@ -207,7 +203,7 @@ def test_thousands_of_swings_are_replayed_in_part() -> None:
     assert {run.duration for run in requests(part)} == {shown_seconds(turning.scene)}
 
 
-def test_a_study_without_recordings_shows_the_exact_answer_alone() -> None:
+def test_a_study_without_recordings_shows_the_exact_answer_alone():
     scene = find_scene("capsule-line/ca1")
     shown = replay(replace(recorded(), extras={}), scene)
     assert [layer.slot for layer in shown.layers] == ["exact"]
@@ -215,7 +211,7 @@ def test_a_study_without_recordings_shows_the_exact_answer_alone() -> None:
     assert shown.factors == (1, 10)
 
 
-def test_the_linear_pendulum_is_drawn_beside_the_other() -> None:
+def test_the_linear_pendulum_is_drawn_beside_the_other():
     shown = replays()["simple-pendulum/free-large"]
     assert [layer.slot for layer in shown.layers] == ["exact", "first", "second", "companion"]
     data = json.loads(shown.data)
@@ -226,27 +222,27 @@ def test_the_linear_pendulum_is_drawn_beside_the_other() -> None:
     assert charts == [["theta_dot"], ["x"], ["y"]]
 
 
-def test_errors_on_paper_are_as_large_as_stay_small_in_the_picture() -> None:
+def test_errors_on_paper_are_as_large_as_stay_small_in_the_picture():
     factors = {name: replays()[name].magnified for name in NAMES}
     assert factors["capsule-line/heading-030"] == 10
     assert set(factors.values()) <= {10**k for k in range(13)}
 
 
-def test_a_diverged_or_missing_run_is_named() -> None:
+def test_a_diverged_or_missing_run_is_named():
     scene = find_scene("capsule-line/ca1")
     gone = {request: None for request in recorded().extras}
     shown = replay(replace(recorded(), extras=gone), scene)
     assert shown.lacking == ("mujoco/euler, 1 ms", "mujoco/euler+coulomb, 1 ms")
 
 
-def test_the_speed_first_chosen_takes_some_seconds() -> None:
+def test_the_speed_first_chosen_takes_some_seconds():
     for shown in replays().values():
         (speed,) = (choice.value for choice in shown.speeds if choice.chosen)
         assert 5.0 <= shown.seconds / speed <= 13.0
         assert len(shown.speeds) >= 3
 
 
-def test_the_largest_factor_shows_the_smallest_errors() -> None:
+def test_the_largest_factor_shows_the_smallest_errors():
     shown: Replay = replays()["simple-pendulum/free-large"]
     data = json.loads(shown.data)
     least = min(_largest(layer) for layer in data["layers"][1:3])

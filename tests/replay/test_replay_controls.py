@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import expect
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -48,18 +44,18 @@ RING = 8.5  # [pixel] radius of the first run's mark
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(tmp_path_factory):
     return write([replays()[name] for name in SHOWN], tmp_path_factory.mktemp("controls"))
 
 
 @pytest.fixture(scope="module")
-def still(browser: Browser, file: Path) -> Iterator[Page]:
+def still(browser, file):
     """Opened by a reader who prefers less motion."""
     yield from opened(browser, file)
 
 
 @pytest.fixture
-def page(still: Page) -> Iterator[Page]:
+def page(still):
     """The same, with nothing left that plays."""
     yield still
     still.evaluate(PAUSE)
@@ -71,24 +67,24 @@ PAUSE = """() => document.querySelectorAll(".play").forEach((one) => {
 
 
 @pytest.fixture
-def moving(browser: Browser, file: Path) -> Iterator[Page]:
+def moving(browser, file):
     """Opened by a reader who has nothing against motion; its clock runs when it is set to."""
     yield from opened(browser, file, clocked, reduced_motion="no-preference")
 
 
 @pytest.fixture(scope="module")
-def pausable(browser: Browser, file: Path) -> Iterator[Page]:
+def pausable(browser, file):
     """The same for tests that begin with what is `paused`."""
     yield from opened(browser, file, clocked, reduced_motion="no-preference")
 
 
-def clocked(page: Page) -> None:
+def clocked(page):
     """Give a page a clock of its own, which stands still unless it is run."""
     page.clock.install(time=0)
     page.clock.pause_at(1000)
 
 
-def paused(page: Page, name: str) -> Locator:
+def paused(page, name):
     """The replay of a scene at its start and first speed, where it may have begun to play by
     itself."""
     figure = found(page, name)
@@ -106,12 +102,12 @@ FIRST_CHOSEN = """(choice) => {
 }"""
 
 
-def time_of(figure: Locator) -> float:
+def time_of(figure):
     """Where the time's slider is, as a fraction."""
     return float(figure.locator("input[type=range]").input_value()) / LAST
 
 
-def test_the_button_plays_pauses_and_begins_again_at_the_end(pausable: Page) -> None:
+def test_the_button_plays_pauses_and_begins_again_at_the_end(pausable):
     figure = paused(pausable, NAME)
     figure.get_by_role("button", name="Play").click()
     pausable.clock.run_for(400)
@@ -131,7 +127,7 @@ def test_the_button_plays_pauses_and_begins_again_at_the_end(pausable: Page) -> 
 
 
 @pytest.mark.long
-def test_each_speed_is_what_it_says(pausable: Page) -> None:
+def test_each_speed_is_what_it_says(pausable):
     figure = paused(pausable, NAME)
     options = figure.locator("select.speed option")
     values = [float(option.get_attribute("value") or "") for option in options.all()]
@@ -148,7 +144,7 @@ def test_each_speed_is_what_it_says(pausable: Page) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("place", ["input[type=range]", ".play"])
-def test_keys_move_it(place: str, page: Page) -> None:
+def test_keys_move_it(place, page):
     figure = found(page, NAME)
     figure.locator(place).focus()
     for key, wanted in (
@@ -166,7 +162,7 @@ def test_keys_move_it(place: str, page: Page) -> None:
     expect(figure.locator(".play")).to_have_text("Play")
 
 
-def test_a_click_on_the_picture_plays_it_and_one_plays_at_a_time(page: Page) -> None:
+def test_a_click_on_the_picture_plays_it_and_one_plays_at_a_time(page):
     one, other = (found(page, name) for name in SHOWN[:2])
     for wanted in ("Pause", "Play", "Pause"):
         one.locator(".live canvas").click()
@@ -177,7 +173,7 @@ def test_a_click_on_the_picture_plays_it_and_one_plays_at_a_time(page: Page) -> 
 
 
 @pytest.mark.long
-def test_it_starts_by_itself_once_and_stops_out_of_sight(moving: Page) -> None:
+def test_it_starts_by_itself_once_and_stops_out_of_sight(moving):
     figure = found(moving, NAME)
     for in_sight, wanted in ((True, "Pause"), (False, "Play"), (True, "Play")):
         if in_sight:
@@ -202,7 +198,7 @@ FRAMES = """() => new Promise((done) => {
 
 
 @pytest.mark.long
-def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser: Browser, file: Path) -> None:
+def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser, file):
     for page in opened(browser, file, clocked):
         figure = found(page, NAME)
         figure.locator(".live canvas").scroll_into_view_if_needed()
@@ -215,7 +211,7 @@ def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser: Browser, f
             assert time_of(figure) == pytest.approx(steps / 12, abs=1e-3)
 
 
-def test_a_screen_reader_hears_little_while_it_plays(pausable: Page) -> None:
+def test_a_screen_reader_hears_little_while_it_plays(pausable):
     """The status changes when something is pressed, not while the time goes on."""
     figure = paused(pausable, NAME)
     figure.locator(".play").click()
@@ -229,7 +225,7 @@ def test_a_screen_reader_hears_little_while_it_plays(pausable: Page) -> None:
     assert figure.locator("[role=status]").inner_text().startswith("Shown at")
 
 
-def test_what_is_drawn_has_names(page: Page) -> None:
+def test_what_is_drawn_has_names(page):
     for name in SHOWN:
         figure = found(page, name)
         assert len(figure.locator(".live canvas").get_attribute("aria-label") or "") > 60
@@ -242,7 +238,7 @@ def test_what_is_drawn_has_names(page: Page) -> None:
 
 
 @pytest.mark.parametrize(("name", "factor"), [(SHOWN[0], 10), (SHOWN[2], 100)])
-def test_the_magnifier_draws_errors_by_its_factor(name: str, factor: int, page: Page) -> None:
+def test_the_magnifier_draws_errors_by_its_factor(name, factor, page):
     """The first run's mark in the chart of the phase plane: where factor times the recorded error
     puts it, and where it is not at another factor."""
     figure = stopped(page, name)
@@ -250,7 +246,7 @@ def test_the_magnifier_draws_errors_by_its_factor(name: str, factor: int, page: 
     data, rect = json.loads(replays()[name].data), plan_of(figure)["charts"][0]
     left, right, bottom, top = rect["box"]
 
-    def ring(times: int) -> float:
+    def ring(times):
         exact, apart = states(name, FRACTION * data["seconds"])
         theta, rate = exact + times * apart
         if data["charts"][0]["turns"]:
@@ -267,7 +263,7 @@ def test_the_magnifier_draws_errors_by_its_factor(name: str, factor: int, page: 
     assert ring(factor) < 0.7
 
 
-def states(name: str, time: float) -> tuple[Array, Array]:
+def states(name, time):
     """Angle and rate of the exact answer, and what the first run differs by, at `time` [s]."""
     case, scene = case_of(find_scene(name)), find_scene(name)
     first = shown_runs(StudyPlan("quick", (scene,), plan().methods), scene)[0]
@@ -279,7 +275,7 @@ def states(name: str, time: float) -> tuple[Array, Array]:
     return np.array([float(now[n][0]) for n in names]), np.array(apart)
 
 
-def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
+def test_friction_points_against_the_sliding_of_each_foot(page):
     """The middle of each arrow has its colour; what points the other way, or is turned by a
     sixth of a turn, has not."""
     name = "capsule-turn/0.3"
@@ -302,12 +298,12 @@ def test_friction_points_against_the_sliding_of_each_foot(page: Page) -> None:
                 assert (covered(figure, x, y, 0.5, FRICTION) > 0.5) == coloured, (i, turn, part)
 
 
-def plan_of(figure: Locator) -> Any:
+def plan_of(figure):
     """Where a replay's canvas has its parts."""
     return json.loads(figure.locator(".live canvas").get_attribute("data-plan") or "")
 
 
-def covered(figure: Locator, *ring: Any) -> float:
+def covered(figure, *ring):
     """The part of a ring on a replay's canvas (x, y, radius, colour) that has this colour."""
     part: float = figure.locator(".live canvas").evaluate(COVERED, list(ring))
     return part
@@ -326,9 +322,7 @@ def covered(figure: Locator, *ring: Any) -> float:
         ("capsule-hold/0.999", 0.3, {"A₁", "C", "Q", "gravity"}, {"w"}),
     ],
 )
-def test_what_is_drawn_is_labelled(
-    name: str, part: float, wanted: set[str], unwanted: set[str], labelled: Page
-) -> None:
+def test_what_is_drawn_is_labelled(name, part, wanted, unwanted, labelled):
     figure = found(labelled, name)
     labelled.evaluate("written.clear()")
     set_time(figure, part)
@@ -346,13 +340,13 @@ CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
 
 
 @pytest.fixture(scope="module")
-def labelled(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def labelled(browser, tmp_path_factory):
     """A page that keeps what is written on its canvases."""
     file = write(list(replays().values()), tmp_path_factory.mktemp("labelled"))
     yield from opened(browser, file, lambda page: page.add_init_script(WRITTEN))
 
 
-def test_the_printed_page_has_six_moments(page: Page) -> None:
+def test_the_printed_page_has_six_moments(page):
     """As they are drawn for the screen, when the time is theirs and errors are as large."""
     name = SHOWN[2]
     figure, shown = found(page, name), replays()[name]
@@ -373,7 +367,7 @@ def test_the_printed_page_has_six_moments(page: Page) -> None:
         assert figure.locator(".live canvas").evaluate(PICTURE, picture[:2]) == picture
 
 
-def test_without_scripts_a_replay_is_its_legend(browser: Browser, file: Path) -> None:
+def test_without_scripts_a_replay_is_its_legend(browser, file):
     for page in opened(browser, file, java_script_enabled=False):
         figure = page.locator(".replay").first
         assert figure.locator(".layers").is_visible()
@@ -383,7 +377,7 @@ def test_without_scripts_a_replay_is_its_legend(browser: Browser, file: Path) ->
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("width", [390, 1280])
-def test_nothing_is_wider_than_the_window(width: int, browser: Browser, file: Path) -> None:
+def test_nothing_is_wider_than_the_window(width, browser, file):
     for page in opened(browser, file, viewport={"width": width, "height": 800}):
         for name in SHOWN:
             found(page, name)

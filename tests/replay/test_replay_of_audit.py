@@ -5,21 +5,17 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page
 
-from plumbob.engines.audit.audit import Audit
 from plumbob.reports.analyses.replay.geoms import ELEVATION, audited
 from plumbob.reports.analyses.replay.samples import decoded
 from plumbob.reports.view.audit.page import answered, page
 from plumbob.reports.view.notation import metres
-from plumbob.reports.view.records import Replay
 from plumbob.tests.audit.scenes_as_models import audit_of
 from plumbob.tests.replay.in_browser import FRACTION, found, opened, set_time
 from plumbob.tests.replay.test_replay_picture import misses
@@ -47,13 +43,13 @@ HALVES = (
 
 
 @cache
-def audit() -> Audit:
+def audit():
     """The audit of that model over half a second."""
     return audit_of(MODEL, duration=0.5)
 
 
 @cache
-def shown() -> Replay:
+def shown():
     """Its replay."""
     replay = audited(audit())
     assert replay is not None
@@ -61,7 +57,7 @@ def shown() -> Replay:
 
 
 @pytest.fixture(scope="module", name="figures")
-def _figures(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Page]]:
+def _figures(browser, tmp_path_factory):
     """Its page, and one on which the certified motion is shifted by a hundredth of the picture."""
     data = json.loads(shown().data)
     key = f"{data['geometry']['worst']}x"
@@ -75,19 +71,19 @@ def _figures(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iter
         yield [right, wrong]
 
 
-def test_the_errors_are_those_of_the_audit() -> None:
+def test_the_errors_are_those_of_the_audit():
     ghost = shown().layers[1]
     assert ghost.largest == metres(audit().error)
     data = json.loads(shown().data)
     exact, own = data["layers"]
-    for k, name in enumerate(audit().model.bodies[1:], 1):  # type: ignore[union-attr]
+    for k, name in enumerate(audit().model.bodies[1:], 1):
         end = [decoded(exact["channels"][f"{k}{axis}"], exact["count"])[-1] for axis in "xyz"]
         assert end == pytest.approx(audit().pose[name], abs=1e-4 * data["size"])
     apart = [decoded(own["channels"][f"2{axis}"], own["count"]) for axis in "xyz"]
     assert np.linalg.norm(apart, axis=0).max() == pytest.approx(audit().error, rel=1e-3)
 
 
-def test_solids_reach_as_far_as_the_geoms() -> None:
+def test_solids_reach_as_far_as_the_geoms():
     model = audit().model
     assert model is not None
     centres = model.effective.body_ipos
@@ -100,13 +96,13 @@ def test_solids_reach_as_far_as_the_geoms() -> None:
             assert np.all(reach >= least * np.array(half) - 1e-6)
 
 
-def test_a_motion_that_is_not_known_has_no_replay() -> None:
+def test_a_motion_that_is_not_known_has_no_replay():
     assert audited(replace(audit(), found=None)) is None
     assert audited(replace(audit(), model=None)) is None
 
 
 @pytest.mark.long
-def test_the_body_is_where_the_certified_motion_has_it(figures: list[Page]) -> None:
+def test_the_body_is_where_the_certified_motion_has_it(figures):
     for page_of, misplaced in zip(figures, (False, True), strict=True):
         figure = found(page_of, "model")
         figure.locator("[data-layer]").nth(1).uncheck()
@@ -115,7 +111,7 @@ def test_the_body_is_where_the_certified_motion_has_it(figures: list[Page]) -> N
 
 
 @pytest.mark.long
-def test_the_ghost_is_as_far_off_as_errors_are_drawn(figures: list[Page]) -> None:
+def test_the_ghost_is_as_far_off_as_errors_are_drawn(figures):
     """And at first so that they can be seen."""
     figure = found(figures[0], "model")
     factor = shown().magnified
@@ -123,12 +119,12 @@ def test_the_ghost_is_as_far_off_as_errors_are_drawn(figures: list[Page]) -> Non
     assert figure.locator(".factor").input_value() == str(factor)
     set_time(figure, 1.0)
     said = figure.locator(".error").text_content() or ""
-    value, unit = re.fullmatch(r", now ([\d.e-]+) (.?m)", said).groups()  # type: ignore[union-attr]
+    value, unit = re.fullmatch(r", now ([\d.e-]+) (.?m)", said).groups()
     sizes = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
     assert f"at the end {metres(float(value) * sizes[unit])}" in str(figure.text_content())
 
 
-def _apart(figure: Locator) -> float:
+def _apart(figure):
     """How far [pixel] the mark is from where the certified motion has the marked body."""
     canvas = figure.locator(".live canvas")
     plan = json.loads(canvas.get_attribute("data-plan") or "")["picture"]

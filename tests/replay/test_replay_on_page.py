@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
-from playwright.sync_api import Browser
 
 from plumbob.reports.view.site.writing import one_file, site
 from plumbob.reports.view.top_tables import anchor
@@ -16,7 +13,7 @@ from plumbob.tests.support.studies import SCENE, quick
 
 
 @pytest.mark.long
-def test_each_scene_of_a_site_has_its_replay(browser: Browser, tmp_path: Path) -> None:
+def test_each_scene_of_a_site_has_its_replay(browser, tmp_path):
     whole = small()
     pages = {page.stem: page for page in site_files(site(whole, tmp_path))}
     single = tmp_path / "one.html"

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page
 from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay import PICTURES
 from plumbob.reports.analyses.replay.cone import AZIMUTH, ELEVATION
 from plumbob.reports.analyses.replay.samples import decoded, fine
-from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import plan, replays, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 
@@ -56,20 +51,20 @@ EXACT = [0x2B, 0x33, 0x3B]  # --exact of the style sheet, on a light page
 
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def page(browser, tmp_path_factory):
     """A page with every replay, opened by a reader who prefers less motion."""
     file = write(list(replays().values()), tmp_path_factory.mktemp("replays"))
     yield from opened(browser, file)
 
 
 @pytest.fixture(scope="module")
-def shifted(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+def shifted(browser, tmp_path_factory):
     """The same with motions that are shifted by a hundredth of their range."""
     wrong = [_shifted(replays()[name]) for name in ONE_OF_EACH]
     yield from opened(browser, write(wrong, tmp_path_factory.mktemp("shifted")))
 
 
-def _shifted(shown: Replay) -> Replay:
+def _shifted(shown):
     """A replay whose exact motion is shifted by 1 % of its range; one at rest by 1 % of the
     millimetre that it is held against."""
     data = json.loads(shown.data)
@@ -83,7 +78,7 @@ def _shifted(shown: Replay) -> Replay:
     return replace(shown, data=json.dumps(data))
 
 
-def misplaced(figure: Locator, name: str) -> list[str]:
+def misplaced(figure, name):
     """The marks that are not where the exact answer puts them, within PIXEL."""
     case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
     time = FRACTION * data["seconds"]
@@ -116,7 +111,7 @@ def misplaced(figure: Locator, name: str) -> list[str]:
     return wrong
 
 
-def misses(canvas: Locator, area: tuple[float, ...], wanted: tuple[float, float]) -> float:
+def misses(canvas, area, wanted):
     """How far [pixel] the centre of what has the exact answer's colour is from `wanted`; 0 within
     PIXEL. A mark at the edge of a chart is cut off there, and is not looked at."""
     x0, y0, w, h = area
@@ -129,7 +124,7 @@ def misses(canvas: Locator, area: tuple[float, ...], wanted: tuple[float, float]
     return apart if apart > PIXEL else 0.0
 
 
-def places(case: Case, time: float) -> dict[str, Any]:
+def places(case, time):
     """What the exact answer says at `time` [s]: channels by name, and the marked point [m]."""
     seen = {n: float(v[0]) for n, v in case.reference.observe(np.array([time])).items()}
     if case.system.family == "simple_pendulum":
@@ -157,7 +152,7 @@ def places(case: Case, time: float) -> dict[str, Any]:
     }
 
 
-def corner_of_box(case: Case, seen: dict[str, float]) -> tuple[float, float]:
+def corner_of_box(case, seen):
     """Where the camera sees the corner of the free body's box: right and up, of its distance from
     the centre."""
     x, y, z = case.problem.inertia
@@ -166,7 +161,7 @@ def corner_of_box(case: Case, seen: dict[str, float]) -> tuple[float, float]:
     return seen_by_camera(*turn.apply(half / np.linalg.norm(half)))
 
 
-def centre_of_mass(case: Case, theta: float, time: float) -> tuple[float, float]:
+def centre_of_mass(case, theta, time):
     """Where the camera sees the cone's centre of mass: right and up [m]."""
     problem, com = case.problem, case.problem.body.com_distance
     x, y = problem.pivot_x, problem.pivot_y + com * math.sin(theta)
@@ -175,14 +170,14 @@ def centre_of_mass(case: Case, theta: float, time: float) -> tuple[float, float]
     return seen_by_camera(x, y, z)
 
 
-def seen_by_camera(x: float, y: float, z: float) -> tuple[float, float]:
+def seen_by_camera(x, y, z):
     """A place in the world as the camera sees it: right and up."""
     away = x * math.cos(AZIMUTH) + y * math.sin(AZIMUTH)
     right = y * math.cos(AZIMUTH) - x * math.sin(AZIMUTH)
     return right, z * math.cos(ELEVATION) - away * math.sin(ELEVATION)
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """Every scene in the full profile; else one of each system, which is drawn as the others."""
     if metafunc.definition.name == "test_the_body_is_where_the_exact_answer_puts_it":
         full = metafunc.config.getoption("--profile") == "full"
@@ -190,11 +185,11 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.mark.long(keep=2)
-def test_the_body_is_where_the_exact_answer_puts_it(name: str, page: Page) -> None:
+def test_the_body_is_where_the_exact_answer_puts_it(name, page):
     assert misplaced(stopped(page, name), name) == []
 
 
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("name", ONE_OF_EACH)
-def test_a_motion_shifted_by_a_hundredth_is_misplaced(name: str, shifted: Page) -> None:
+def test_a_motion_shifted_by_a_hundredth_is_misplaced(name, shifted):
     assert misplaced(stopped(shifted, name), name) != []

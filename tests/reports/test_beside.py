@@ -10,14 +10,14 @@ from plumbob.engines.study.measurement import Measurement, ObservedError, Predic
 from plumbob.engines.study.merged_studies import merged
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import Judged, judged
+from plumbob.reports.judge.verdict import judged
 from plumbob.tests.support.declared import nothing
 
 SCENE, METHOD = "cone-pendulum/rotating-base", "ode/rk4"
 STEPS, BESIDE = (8e-3, 4e-3, 2e-3, 1.5e-3), 1e-3
 
 
-def run(step: float, error: float, predicted: float) -> Measurement:
+def run(step, error, predicted):
     """A run with this error of both observables, and a prediction of it."""
     found = Prediction(
         predicted,
@@ -34,7 +34,7 @@ def run(step: float, error: float, predicted: float) -> Measurement:
     return Measurement(SCENE, METHOD, step, "done", errors=errors, duration=0.5, steps=500)
 
 
-def study(error: float, predicted: float, beside: tuple[float, ...] = (BESIDE,)) -> Judged:
+def study(error, predicted, beside=(BESIDE,)):
     """The verdict on errors of first order, and one beside them."""
     runs = (*(run(h, h, h) for h in STEPS), run(BESIDE, error, predicted))
     found = ConvergenceStudy(SCENE, METHOD, runs, beside=beside)
@@ -42,13 +42,13 @@ def study(error: float, predicted: float, beside: tuple[float, ...] = (BESIDE,))
     return judged(found, case.system, find_method(METHOD), case.system.quantities(case))
 
 
-def test_an_error_that_is_not_the_predicted_one_fails_beside_the_step_sizes_too() -> None:
+def test_an_error_that_is_not_the_predicted_one_fails_beside_the_step_sizes_too():
     assert study(1e-3, 1e-3).whole.verdict == "predicted"
     assert study(1.1e-3, 1e-3).whole.verdict == "off-prediction"
     assert [j.verdict for j in study(1.1e-3, 1e-3).runs] == ["predicted"] * 4 + ["off-prediction"]
 
 
-def test_it_tells_of_no_plateau_and_of_no_size() -> None:
+def test_it_tells_of_no_plateau_and_of_no_size():
     # as large as the largest of the four before it: among these it would be a plateau
     beside, among = (study(5e-3, 5e-3, steps) for steps in ((BESIDE,), ()))
     assert among.whole.verdict == "not-converging"
@@ -56,7 +56,7 @@ def test_it_tells_of_no_plateau_and_of_no_size() -> None:
     assert set(beside.whole.errors) == set(STEPS)
 
 
-def test_a_step_that_one_of_two_studies_has_among_its_sizes_is_not_beside_them() -> None:
+def test_a_step_that_one_of_two_studies_has_among_its_sizes_is_not_beside_them():
     runs = tuple(run(h, h, h) for h in (2e-3, BESIDE))
     one = ConvergenceStudy(SCENE, METHOD, runs, beside=(BESIDE,))
     found = replace(nothing(), scenes=(find_scene(SCENE),), methods=(find_method(METHOD),))

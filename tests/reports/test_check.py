@@ -21,19 +21,17 @@ CONE, LINE, TURN = "cone-pendulum/deep-well", "capsule-line/ca1", "capsule-turn/
         (TURN, "exact/closed-form", "unsupported"),
     ],
 )
-def test_without_a_step_it_says_what_validate_says(scene: str, method: str, verdict: str) -> None:
+def test_without_a_step_it_says_what_validate_says(scene, method, verdict):
     assert check(scene, method).verdict == verdict
 
 
-def test_a_known_limit_at_one_step_is_as_expected() -> None:
+def test_a_known_limit_at_one_step_is_as_expected():
     assert check(LINE, "mujoco/euler", step=1e-3).verdict == "off-prediction"
     assert main(("run", LINE, "mujoco/euler", "--step", "1e-3")) == 0
 
 
 @pytest.mark.parametrize("step", [None, 1e-3])
-def test_what_is_not_expected_is_raised_with_its_runs(
-    step: float | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_not_expected_is_raised_with_its_runs(step, monkeypatch):
     limit = KnownLimit("cone-*", "ode/rk4", "diverged", "a limit of old")
     declare(monkeypatch, limit)
     with pytest.raises(
@@ -44,15 +42,15 @@ def test_what_is_not_expected_is_raised_with_its_runs(
     assert "theta: error" in str(raised.value)
 
 
-def test_another_expectation_takes_the_place_of_the_declared_one() -> None:
+def test_another_expectation_takes_the_place_of_the_declared_one():
     assert check(LINE, "mujoco/euler", expect="not-converging").verdict == "not-converging"
     with pytest.raises(AssertionError, match="not-converging, expected predicted"):
         check(LINE, "mujoco/euler", expect="predicted")
 
 
 def test_a_step_that_claims_nothing_and_a_missing_engine_do_not_pass(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     with pytest.raises(AssertionError, match="pre-asymptotic, expected predicted"):
         check("simple-pendulum/free-large", "ode/euler", step=0.5)
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
@@ -60,7 +58,7 @@ def test_a_step_that_claims_nothing_and_a_missing_engine_do_not_pass(
         check(CONE, "ode/rk4")
 
 
-def test_an_accuracy_of_ones_own() -> None:
+def test_an_accuracy_of_ones_own():
     """A relative error just above the one asked for fails, also that of a known limit."""
     error = check(CONE, "mujoco/euler", step=1e-3).errors[1e-3]
     assert check(CONE, "mujoco/euler", step=1e-3, within=1.01 * error).verdict == "predicted"

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from plumbob.analytic.schemes import Scheme
-from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import between, convergence_study
 from plumbob.engines.study.measurement import Measurement, ObservedError, measure
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case, Quantity
+from plumbob.models.scene import Quantity
 from plumbob.reports.judge.converging import convergence
 from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.verdict import Judgement, judged
+from plumbob.reports.judge.verdict import judged
 from plumbob.tests.commands.outcomes import misread
 
 ABOUT = (Quantity("x", 2.0),)
@@ -26,9 +23,7 @@ STEPS = between((1e-2, 1e-4), 1.0, own=False)
 SPIN, LONE = "capsule-coast/spin", "mujoco/implicitfast+coulomb"
 
 
-def verdict(
-    error: Callable[[float], float], steps: tuple[float, ...] = STEPS
-) -> tuple[str | None, str]:
+def verdict(error, steps=STEPS):
     """What errors at steps show."""
     runs = []
     for step in steps:
@@ -39,42 +34,42 @@ def verdict(
     return found.verdict, found.reason
 
 
-def saw(step: float) -> float:
+def saw(step):
     """Between 0.2 and 1, from the place of a switch within a step."""
     return 0.2 + 0.8 * ((0.123456789 / step) % 1.0)
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
-def test_errors_that_fall_as_a_power_of_the_step_converge(order: int) -> None:
+def test_errors_that_fall_as_a_power_of_the_step_converge(order):
     found, why = verdict(lambda h: 3.0 * h**order * (1.0 + 5.0 * h))
     assert found == "converges"
     assert f"of order {order}" in why.replace("0.99", "1").replace("1.99", "2")
     assert "the smallest error resolved is" in why
 
 
-def test_a_sawtooth_that_falls_with_the_step_converges() -> None:
+def test_a_sawtooth_that_falls_with_the_step_converges():
     assert verdict(lambda h: 0.5 * h * saw(h))[0] == "converges"
 
 
 @pytest.mark.parametrize("least", [0.05, 5e-3, 5e-4, 2e-4])
-def test_a_plateau_does_not_converge(least: float) -> None:
+def test_a_plateau_does_not_converge(least):
     """One that is as large as the error of the finest step, 1e-4, and not only one that is seen."""
     assert verdict(lambda h: h + least)[0] == "not-converging"
     assert verdict(lambda h: h * saw(h) + 20.0 * least)[0] != "converges"
 
 
-def test_what_falls_too_slowly_and_what_is_too_short_are_not_decided() -> None:
+def test_what_falls_too_slowly_and_what_is_too_short_are_not_decided():
     assert verdict(lambda h: h**0.4)[0] is None
     assert verdict(lambda h: h, STEPS[-8:])[0] is None
     assert verdict(lambda h: h, tuple(h for h in STEPS[::2]))[0] is None  # two an octave
 
 
-def test_errors_at_the_round_off_level_converge() -> None:
+def test_errors_at_the_round_off_level_converge():
     assert verdict(lambda h: 1e-16 * saw(h))[0] == "converges"
     assert verdict(lambda h: 1e-12 * saw(h))[0] == "not-converging"  # far above it
 
 
-def test_steps_between() -> None:
+def test_steps_between():
     octaves = np.log2(np.array(between((1e-2, 1e-3), 10.0, own=False)) / 1e-3)
     assert octaves.max() == pytest.approx(5.0)  # coarser than those given
     assert np.diff(octaves) == pytest.approx(-1.0 / 3.0)
@@ -82,7 +77,7 @@ def test_steps_between() -> None:
     assert max(between((1e-2, 1e-3), 0.08, own=False)) <= 1e-2  # eight steps in a run
 
 
-def whole(scene: str, method: str) -> Judgement:
+def whole(scene, method):
     """The verdict of a convergence study of the quick profile."""
     chosen, how = find_scene(scene), find_method(method)
     case = case_of(chosen)
@@ -99,9 +94,7 @@ def whole(scene: str, method: str) -> Judgement:
         ({"friction": 0.9}, "not-converging"),
     ],
 )
-def test_a_lone_body_with_implicitfast(
-    wrong: dict[str, float], expected: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lone_body_with_implicitfast(wrong, expected, monkeypatch):
     """Another scheme than implicitfast elsewhere, without theory: it converges, and does not with a
     parameter that is read wrongly."""
     if wrong:
@@ -111,8 +104,8 @@ def test_a_lone_body_with_implicitfast(
     assert as_expected(find_scene(SPIN), find_method(LONE), found) == (not wrong)
 
 
-def test_a_scheme_that_nobody_knows(monkeypatch: pytest.MonkeyPatch) -> None:
-    def unknown(case: Case, method: Method) -> Scheme:
+def test_a_scheme_that_nobody_knows(monkeypatch):
+    def unknown(case, method):
         return Scheme("somebody's own")
 
     monkeypatch.setattr("plumbob.engines.study.measurement.scheme_of", unknown)

@@ -15,7 +15,7 @@ from plumbob.tests.support.page_document import resolve
 from plumbob.tests.support.studies import measured_quick, no_engine, quick
 
 
-def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared() -> None:
+def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared():
     pages = small()
     with no_engine():
         page = one_file(pages)
@@ -24,7 +24,7 @@ def test_the_page_of_a_small_study_runs_no_engine_and_asks_for_what_was_declared
 
 
 @pytest.mark.long
-def test_the_pages_of_the_quick_profile_ask_for_what_was_declared_and_nothing_else() -> None:
+def test_the_pages_of_the_quick_profile_ask_for_what_was_declared_and_nothing_else():
     pages = shown()  # without an engine
     asked = pages.common["study"].extras
     assert asked.looked_up == set(asked)
@@ -35,11 +35,11 @@ def test_the_pages_of_the_quick_profile_ask_for_what_was_declared_and_nothing_el
         resolve(command, Path())
 
 
-def test_a_run_that_was_not_declared_is_refused() -> None:
+def test_a_run_that_was_not_declared_is_refused():
     with pytest.raises(UndeclaredRun, match="cone-pendulum"):
         findings_of(section("cone-pendulum"), nothing())
 
 
-def test_an_engine_that_is_run_is_seen() -> None:
+def test_an_engine_that_is_run_is_seen():
     with no_engine(), pytest.raises(AssertionError, match="an engine was run"):
         measured_quick()

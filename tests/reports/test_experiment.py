@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from typing import Any
 
 import mpmath as mp
 import pytest
@@ -14,28 +13,26 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import planned
-from plumbob.reports.analyses.analysis import Record
 from plumbob.reports.analyses.capsule_line import experiment
 from plumbob.reports.analyses.capsule_line.experiment import KNOWN, SET, line
 from plumbob.reports.cli import main
 from plumbob.tests.support.declared import finding, nothing
-from plumbob.tests.support.fixture_types import Capture
 
 AT = {"friction": 0.3, "body_mass": 1.0, "slider_mass": 0.3, **SET}
 
 
 @pytest.fixture(name="bench", scope="module")
-def _bench() -> Record:
+def _bench():
     return experiment.numbers(nothing())
 
 
-def displacement(friction: Any, body_mass: Any, slider_mass: Any, w1: Any, w2: Any, t1: Any) -> Any:
+def displacement(friction, body_mass, slider_mass, w1, w2, t1):
     """Eq. 22 of Chernousko 2020."""
     mu, hold = slider_mass / (body_mass + slider_mass), friction * mp.mpf("9.81")
     return -mu * (w1 + w2) * (mu * w1 - hold) / (mu * w2 + hold) * t1**2 / 2
 
 
-def test_each_part_of_the_uncertainty_is_the_formula_s(bench: Record) -> None:
+def test_each_part_of_the_uncertainty_is_the_formula_s(bench):
     with mp.workdps(30):
         values = [mp.mpf(str(value)) for value in AT.values()]
         total = mp.mpf(0)
@@ -50,19 +47,19 @@ def test_each_part_of_the_uncertainty_is_the_formula_s(bench: Record) -> None:
         assert bench.usual.displacement == pytest.approx(float(displacement(*values)), rel=1e-14)
 
 
-def test_mujoco_sees_what_is_to_be_seen(bench: Record) -> None:
+def test_mujoco_sees_what_is_to_be_seen(bench):
     run, _ = measure(line(**SET), method("mujoco/euler+coulomb"), 1e-4)
     assert abs(run.errors["displacement"].end) < 0.01 * bench.usual.unsure
 
 
-def test_a_harder_push_is_known_better_over_the_same_stroke(bench: Record) -> None:
+def test_a_harder_push_is_known_better_over_the_same_stroke(bench):
     relative = [other.unsure / abs(other.displacement) for other in bench.others]
     assert relative == sorted(relative, reverse=True)
     for other in bench.others:
         assert other.stroke == pytest.approx(bench.usual.stroke, rel=1e-12)
 
 
-def test_the_plan_ends_elsewhere_with_another_friction(bench: Record) -> None:
+def test_the_plan_ends_elsewhere_with_another_friction(bench):
     """In proportion, within a tenth; the command says the same."""
     plan = planned({**CHECK, **experiment.LIMITS, "to": experiment.TO})
     half = replace(plan, capsule=replace(plan.capsule, friction=0.3 + 0.5 * KNOWN["friction"]))
@@ -71,7 +68,7 @@ def test_the_plan_ends_elsewhere_with_another_friction(bench: Record) -> None:
     assert 0.9 * 2 * turned <= bench.plan.turned <= 1.1 * 2 * turned
 
 
-def test_the_command_says_where_the_plan_ends(bench: Record, capsys: Capture) -> None:
+def test_the_command_says_where_the_plan_ends(bench, capsys):
     words = next(c for c in finding(experiment.EXPERIMENT, nothing()).commands if "--on" in c)
     assert main([*words.split()[1:], "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -82,7 +79,7 @@ def test_the_command_says_where_the_plan_ends(bench: Record, capsys: Capture) ->
     assert capsys.readouterr().err.startswith("plumbob: mass = 3: must be")
 
 
-def test_it_says_all_that_with_commands(bench: Record) -> None:
+def test_it_says_all_that_with_commands(bench):
     shown = finding(experiment.EXPERIMENT, nothing())
     size, unsure = -1e3 * bench.usual.displacement, 1e3 * bench.usual.unsure
     assert f"{size:.2f} ± {unsure:.2f} mm" in shown.title

@@ -3,41 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
 
 from plumbob.analytic.stability import StepLimit
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Scene
 from plumbob.reports.view import hard_cases
-from plumbob.reports.view.content import Table
 from plumbob.reports.view.site import largest_step as of_index
 from plumbob.reports.view.site.step_bars import step_bars
-from plumbob.reports.view.step_ranges import StepRange, step_ranges
-from plumbob.tests.support.fixture_types import Patch
+from plumbob.reports.view.step_ranges import step_ranges
 from plumbob.tests.support.studies import quick
 
 SADDLE = "cone-pendulum/above-barrier-1e-6"
 SWING, EULER = "cone-pendulum/equal-wells-short", "mujoco/euler"
 
 
-def cases(study: Study, scenes: Sequence[Scene]) -> Table | None:
+def cases(study, scenes):
     """The table of hard cases of scenes of a study."""
     return hard_cases.table(study, [(scene, step_ranges(study, scene)) for scene in scenes])
 
 
-def test_digits_are_counted_from_a_rounding() -> None:
+def test_digits_are_counted_from_a_rounding():
     assert hard_cases.digits_lost(2.0**-53) == 0.0
     assert hard_cases.digits_lost(0.0) == 0.0
     assert hard_cases.digits_lost(1.0) == pytest.approx(15.95, abs=0.01)
 
 
-def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platform_three() -> None:
+def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platform_three():
     """6 for the distance, and two for the way there and back; 81 rad in all for the platform."""
     assert hard_cases.lost_by_motion(quick(), find_scene(SADDLE)) == pytest.approx(7.9, abs=0.2)
     platform = hard_cases.lost_by_motion(quick(), find_scene("cone-pendulum/fast-platform"))
@@ -45,7 +40,7 @@ def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platfor
     assert platform < 5.0
 
 
-def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> None:
+def test_one_table_names_every_hard_scene_with_every_method_that_ran_it():
     """A system's page has the same rows as the pages of its scenes, below a row that names the
     scene and what makes it hard; where no limit is stored, columns on stability are left out."""
     study = quick()
@@ -69,14 +64,14 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it() -> Non
     assert "rtol" in steps["ode/dop853"]
 
 
-def test_a_study_without_runs_says_nothing() -> None:
+def test_a_study_without_runs_says_nothing():
     empty = replace(quick(), convergence=())
     assert hard_cases.lost_by_motion(empty, find_scene(SADDLE)) is None
     assert step_ranges(empty, find_scene(SADDLE)) == ()
     assert cases(empty, [find_scene(SADDLE)]) is None
 
 
-def limited(step: float) -> tuple[StepRange, str]:
+def limited(step):
     """The range of Euler with this limit [s], and the text of its row."""
     study, scene = quick(), find_scene(SWING)
     prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
@@ -93,9 +88,7 @@ def limited(step: float) -> tuple[StepRange, str]:
     ("step", "margin", "by"),
     [(1.0, 500.0, "accuracy"), (3e-3, 1.5, "stability"), (0.0, 0.0, "stability")],
 )
-def test_the_margin_and_the_limiting_one_follow_the_stored_limit(
-    step: float, margin: float, by: str
-) -> None:
+def test_the_margin_and_the_limiting_one_follow_the_stored_limit(step, margin, by):
     """Euler is within 1 % at 2 ms, and was run at 5 ms next."""
     of, text = limited(step)
     assert of.margin == pytest.approx(margin)
@@ -104,7 +97,7 @@ def test_the_margin_and_the_limiting_one_follow_the_stored_limit(
     assert (f"{step:.3g} s" if step else "every step tried fails") in text
 
 
-def test_bars_stay_inside_their_figure_and_move_with_the_limit() -> None:
+def test_bars_stay_inside_their_figure_and_move_with_the_limit():
     drawn = {step: ElementTree.fromstring(step_bars([limited(step)[0]])) for step in (0.1, 0.4)}
     for step, svg in drawn.items():
         _, _, width, height = map(float, svg.attrib["viewBox"].split())
@@ -123,7 +116,7 @@ def test_bars_stay_inside_their_figure_and_move_with_the_limit() -> None:
 
 
 @pytest.mark.parametrize("step", [0.1, 0.4])
-def test_the_first_screen_says_the_stored_limit(step: float, monkeypatch: Patch) -> None:
+def test_the_first_screen_says_the_stored_limit(step, monkeypatch):
     monkeypatch.setattr(of_index, "SCENES", (SWING,))
     assert of_index.largest_step(replace(quick(), extras={})) is None
     prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))

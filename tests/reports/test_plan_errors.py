@@ -18,7 +18,7 @@ FEET = method("pymunk/feet")
 
 
 @pytest.mark.long
-def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
+def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end():
     short = scene("capsule-plan", {"to": TO})
     found = planned(short.parameters)
     run = run_plan(found, short, FEET, 2e-4)
@@ -38,7 +38,7 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end() -> None:
 
 
 @pytest.mark.long
-def test_the_command_says_where_errors_arise(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_says_where_errors_arise(capsys):
     words = ["plan", "--to", *(str(value) for value in TO), "--method", "pymunk/feet"]
     assert main([*words, "--step", "1e-3"]) == 0
     out = capsys.readouterr().out
@@ -52,7 +52,7 @@ def test_the_command_says_where_errors_arise(capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.long
-def test_a_method_that_cannot_run_a_plan_says_why(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_method_that_cannot_run_a_plan_says_why(capsys):
     words = ["plan", "--to", *(str(value) for value in TO), "--step", "1e-3"]
     assert main([*words, "--method", "pymunk/side"]) == 0
     assert "pymunk/side at 0.001 s: unsupported" in capsys.readouterr().out

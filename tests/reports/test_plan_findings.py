@@ -12,7 +12,7 @@ FEET = "pymunk/feet"
 
 
 @pytest.mark.long
-def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plans(monkeypatch):
     monkeypatch.setattr(open_loop, "QUICK", (FEET,))
     ran = declared(measured(SHOWN, (FEET,)), open_loop.requests)
     reached = poses.numbers(ran)
@@ -28,7 +28,7 @@ def test_plans(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.long
-def test_plans_along_any_two_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plans_along_any_two_lines(monkeypatch):
     monkeypatch.setattr(open_loop, "QUICK", (FEET,))
     shown = legs.SCENES[1]
     ran = declared(measured(shown, (FEET,)), legs.requests)

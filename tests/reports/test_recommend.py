@@ -4,9 +4,7 @@ tests/validation."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,7 +18,6 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import store
 from plumbob.engines.study.request import Request
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import (
     MeasuredLimit,
     PredictedLimits,
@@ -30,13 +27,10 @@ from plumbob.engines.study.stability import (
 )
 from plumbob.models.scene import Quantity, step_sizes
 from plumbob.reports.advice.advice import from_study
-from plumbob.reports.advice.recommend import Choice, Recommendation
 from plumbob.reports.cli import main
-from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.verdict import Judged, Judgement, Verdict
+from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view.top_tables import ERRORS
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.fixture_types import Capture
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
@@ -45,18 +39,18 @@ ADAPTIVE = Method("made/dop853", Scheme("adaptive"), None, "tolerance")
 positive = st.floats(-3, 3).map(lambda x: 10.0**x)
 
 
-def one(method: Method, error: Callable[[float], float]) -> Study:
+def one(method, error):
     return made_up([(method, STEPS, error)])
 
 
-def cheapest(study: Study, error: float, judged: Judgements | None = None) -> Recommendation:
+def cheapest(study, error, judged=None):
     """The answer from a study of one scene, by default with nothing known against any method."""
     return from_study(study, study.scenes[0], error, judged or {})
 
 
 @given(c4=positive, c5=positive, wanted=st.floats(-12, -1).map(lambda x: 10.0**x))
-def test_convex_curve(c4: float, c5: float, wanted: float) -> None:
-    def error(h: float) -> float:
+def test_convex_curve(c4, c5, wanted):
+    def error(h):
         return 1e8 * c4 * h**4 + 1e10 * c5 * h**5
 
     choice = cheapest(one(FOURTH, error), wanted).choice
@@ -69,9 +63,9 @@ def test_convex_curve(c4: float, c5: float, wanted: float) -> None:
 
 
 @given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
-def test_a_step_on_a_sawtooth_is_covered(phase: float, wanted: float) -> None:
+def test_a_step_on_a_sawtooth_is_covered(phase, wanted):
     # A switch inside a step: the error is the step times the part of it that is missed.
-    def error(h: float) -> float:
+    def error(h):
         return h * ((phase / h) % 1.0)
 
     found = cheapest(one(FIRST, error), wanted)
@@ -81,8 +75,8 @@ def test_a_step_on_a_sawtooth_is_covered(phase: float, wanted: float) -> None:
         assert found.choice.error >= max(finer)
 
 
-def test_an_accidental_zero_is_not_recommended() -> None:
-    def error(h: float) -> float:
+def test_an_accidental_zero_is_not_recommended():
+    def error(h):
         return 1e-12 if h == 1e-3 else h
 
     choice = cheapest(one(FIRST, error), 2.5e-4).choice
@@ -90,7 +84,7 @@ def test_an_accidental_zero_is_not_recommended() -> None:
     assert choice.step == 2e-4
 
 
-def test_nothing_is_extrapolated() -> None:
+def test_nothing_is_extrapolated():
     study = one(FOURTH, lambda h: 1e6 * h**4)
     within_all = cheapest(study, 1e6).choice
     assert within_all
@@ -101,14 +95,14 @@ def test_nothing_is_extrapolated() -> None:
     assert beyond.best.step == STEPS[-1]
 
 
-def test_a_run_that_diverged_bounds_the_step() -> None:
+def test_a_run_that_diverged_bounds_the_step():
     study = one(FOURTH, lambda h: math.inf if h > 1e-3 else 1e6 * h**4)
     choice = cheapest(study, 1e3).choice
     assert choice
     assert (choice.step, choice.measured) == (1e-3, True)
 
 
-def test_adaptive_solvers_are_asked_for_what_was_run() -> None:
+def test_adaptive_solvers_are_asked_for_what_was_run():
     chosen_step_sizes = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
     jumpy = dict(zip(chosen_step_sizes, (1e-2, 3e-4, 1e-3, 1e-5, 1e-6), strict=True))
     study = made_up([(ADAPTIVE, chosen_step_sizes, jumpy.__getitem__)])
@@ -117,7 +111,7 @@ def test_adaptive_solvers_are_asked_for_what_was_run() -> None:
     assert (choice.step, choice.measured) == (1e-6, True)
 
 
-def test_cheapest_first_then_another_method() -> None:
+def test_cheapest_first_then_another_method():
     study = made_up(
         [(FIRST, STEPS, lambda h: h), (FOURTH, STEPS, lambda h: 1e4 * h**4)], ns=(1000.0, 4000.0)
     )
@@ -131,7 +125,7 @@ def test_cheapest_first_then_another_method() -> None:
     assert loose.choice.ns_per_second == pytest.approx(1000.0 / 5e-3)
 
 
-def test_default_step_of_mujoco() -> None:
+def test_default_step_of_mujoco():
     study = made_up([(find_method("mujoco/euler"), STEPS, lambda h: 7.0 * h)])
     (default,) = cheapest(study, 1e-3).defaults
     assert default.step == 0.002
@@ -144,13 +138,13 @@ def test_default_step_of_mujoco() -> None:
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan, math.inf])
-def test_wanted_error_must_be_positive(wrong: float) -> None:
+def test_wanted_error_must_be_positive(wrong):
     with pytest.raises(ParameterError, match="error"):
         cheapest(one(FIRST, lambda h: h), wrong)
 
 
 @pytest.mark.parametrize("verdict", ["not-converging", "off-prediction", "diverged"])
-def test_a_method_that_does_not_converge_is_never_recommended(verdict: Verdict) -> None:
+def test_a_method_that_does_not_converge_is_never_recommended(verdict):
     study = made_up([(FIRST, STEPS, lambda h: 1e-9), (FOURTH, STEPS, lambda h: 1e8 * h**4)])
     verdicts = {
         (SCENE, name): Judged(Judgement(found, {}, ""), ())
@@ -165,7 +159,7 @@ def test_a_method_that_does_not_converge_is_never_recommended(verdict: Verdict) 
     assert cheapest(one(FIRST, lambda h: 1e-9), 1e-3, verdicts).choice is None
 
 
-def test_the_error_is_relative_to_the_scale() -> None:
+def test_the_error_is_relative_to_the_scale():
     study = one(FIRST, lambda h: 10.0 * h)
     tenth = {SCENE: (Quantity("theta", 10.0),)}
     plain = cheapest(study, 1e-3).choice
@@ -178,7 +172,7 @@ def test_the_error_is_relative_to_the_scale() -> None:
     assert scaled.choice.absolute == pytest.approx(10.0 * scaled.choice.error)
 
 
-def test_a_surrogate_stands_beside_a_full_model_alone() -> None:
+def test_a_surrogate_stands_beside_a_full_model_alone():
     rail = replace(FIRST, name="made/rail", surrogate="a body on a rail")
     curves = [(FIRST, STEPS, lambda h: h), (rail, STEPS, lambda h: 0.1 * h)]
     both = cheapest(made_up(curves), 1e-3)
@@ -193,7 +187,7 @@ def test_a_surrogate_stands_beside_a_full_model_alone() -> None:
     assert costly.surrogate is None
 
 
-def test_without_theory_the_errors_themselves_have_to_converge() -> None:
+def test_without_theory_the_errors_themselves_have_to_converge():
     verdicts = {(SCENE, FIRST.name): Judged(Judgement("pre-asymptotic", {}, ""), ())}
     assert cheapest(one(FIRST, lambda h: h), 1e-3, verdicts).choice is not None
     for error in (lambda h: 1e-4 + 0.01 * h, lambda h: 1e-4 * (h / 1e-5) ** 0.4):
@@ -202,13 +196,13 @@ def test_without_theory_the_errors_themselves_have_to_converge() -> None:
     assert cheapest(few, 1e-2, verdicts).choice is None
 
 
-def test_the_heads_of_the_page_say_the_errors_that_are_looked_up() -> None:
+def test_the_heads_of_the_page_say_the_errors_that_are_looked_up():
     for error, head in ERRORS:
         percent = head.endswith("%")
         assert float(head.rstrip(" %")) == pytest.approx(error * (100.0 if percent else 1.0))
 
 
-def _limited(study: Study, step: float, measured: bool = False) -> Study:
+def _limited(study, step, measured=False):
     """A study whose methods have a limit at a step [s], or one that holds up to it at least."""
     bound = Stability((MeasuredLimit("unstable", None, step, None, ""),))
     predicted = PredictedLimits((StepLimit("unstable", step, ""),))
@@ -219,12 +213,12 @@ def _limited(study: Study, step: float, measured: bool = False) -> Study:
     return replace(study, extras=extras)
 
 
-def _named(found: Recommendation) -> list[Choice]:
+def _named(found):
     every = (found.choice, found.runner_up, *found.by_engine, found.surrogate, found.best)
     return [choice for choice in every if choice is not None]
 
 
-def test_a_limit_of_stability_limits_the_step() -> None:
+def test_a_limit_of_stability_limits_the_step():
     study = one(FOURTH, lambda h: 1e6 * h**4)
     near, far = (cheapest(_limited(study, step), 1e6).choice for step in (6e-3, 1.0))
     assert near
@@ -244,7 +238,7 @@ def test_a_limit_of_stability_limits_the_step() -> None:
     assert (none.choice, none.best) == (None, None)
 
 
-def test_the_command_says_what_limits_the_step(tmp_path: Path, capsys: Capture) -> None:
+def test_the_command_says_what_limits_the_step(tmp_path, capsys):
     study = made_up([(find_method("mujoco/rk4"), STEPS, lambda h: 1e6 * h**4)])
     store.save(_limited(study, 6e-3), tmp_path / store.FILE)
     assert main(["recommend", SCENE, "--error", "1", "--stored", "--out", str(tmp_path)]) == 0
@@ -253,7 +247,7 @@ def test_the_command_says_what_limits_the_step(tmp_path: Path, capsys: Capture) 
 
 
 @pytest.mark.long
-def test_no_step_of_the_quick_profile_is_within_a_fifth_of_a_limit() -> None:
+def test_no_step_of_the_quick_profile_is_within_a_fifth_of_a_limit():
     """Over every pair, with the limits that are stored, and with one at the step that is named."""
     study = whole_profile.study()
     moved = 0

@@ -17,7 +17,7 @@ from plumbob.reports.analyses.engines import largest_steps
 from plumbob.reports.analyses.engines.largest_steps import SOLVERS, claims, paid
 
 
-def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing() -> None:
+def test_dop853_pays_what_stability_asks_and_implicit_solvers_next_to_nothing():
     solvers = methods(",".join(SOLVERS))
     (scene,) = scenes(largest_steps.EQUILIBRIUM)
     short = replace(scene, steps=scene.steps[:1])

@@ -14,8 +14,7 @@ from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Quantity, Scene, step_sizes
-from plumbob.reports.advice.recommend import Choice
+from plumbob.models.scene import Quantity, step_sizes
 from plumbob.reports.advice.step_search import RESOLVED, Evidence, searched
 from plumbob.tests.support.studies import SCENE
 
@@ -27,7 +26,7 @@ TWO = replace(ONE, name="made/two")
 Error = Callable[[str, str, float], float]  # scene, method, step
 
 
-def _measured(scene: Scene, method: Method, step: float, error: float) -> Measurement:
+def _measured(scene, method, step, error):
     found = {"x": ObservedError(error, error, 1e-16, 1.0)}
     return Measurement(
         scene.name,
@@ -41,15 +40,15 @@ def _measured(scene: Scene, method: Method, step: float, error: float) -> Measur
 
 
 def evidence(
-    error: Error,
-    scenes: tuple[Scene, ...] = (ONE,),
-    methods: tuple[Method, ...] = (SAWTOOTH,),
-    ns: tuple[float, ...] = (1000.0, 1000.0),
-    running: bool = True,
-) -> Evidence:
+    error,
+    scenes=(ONE,),
+    methods=(SAWTOOTH,),
+    ns=(1000.0, 1000.0),
+    running=True,
+):
     """What is known after convergence studies at STEPS."""
 
-    def run(scene: Scene, method: Method, step: float) -> Measurement:
+    def run(scene, method, step):
         return _measured(scene, method, step, error(scene.name, method.name, step))
 
     return Evidence(
@@ -61,13 +60,13 @@ def evidence(
     )
 
 
-def best(found: Evidence, wanted: float, *methods: Method) -> Choice | None:
+def best(found, wanted, *methods):
     chosen = searched(found, methods or (SAWTOOTH,), wanted, lambda m: True)
     return chosen[0] if chosen else None
 
 
 @given(slope=st.sampled_from([1.0, 2.0, 4.0]), at=st.floats(-5.5, -1.0))
-def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope: float, at: float) -> None:
+def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope, at):
     largest = 10.0**at
     found = evidence(lambda scene, method, h: 0.01 * (h / largest) ** slope)
     choice = best(found, 0.01)
@@ -84,8 +83,8 @@ def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope: float, at: 
 @example(phase=0.03766863105557477, wanted=0.0001)  # 1.86 times the wanted error, all of it lucky
 @example(phase=0.0234375, wanted=0.0015712947727248346)  # below many steps that fail by the margin
 @given(phase=st.floats(0.02, 0.05), wanted=st.floats(1e-4, 3e-3))
-def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase: float, wanted: float) -> None:
-    def error(scene: str, method: str, h: float) -> float:
+def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase, wanted):
+    def error(scene, method, h):
         return h * ((phase / h) % 1.0)
 
     choice = best(evidence(error), wanted)
@@ -96,10 +95,10 @@ def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase: float, wanted: float) 
     assert max(near) < 2.0 * wanted
 
 
-def test_few_tries_lead_from_where_errors_scatter_to_where_they_hold() -> None:
+def test_few_tries_lead_from_where_errors_scatter_to_where_they_hold():
     """Above 0.2 ms errors scatter up to just below the wanted one."""
 
-    def error(scene: str, method: str, h: float) -> float:
+    def error(scene, method, h):
         return (5 + 4.5 * abs(math.sin(1e7 * h))) * 1e-4 if h > 2e-4 else 1e-4 * h
 
     found = evidence(error)
@@ -109,8 +108,8 @@ def test_few_tries_lead_from_where_errors_scatter_to_where_they_hold() -> None:
     assert sum(map(len, found.taken.values())) <= 450
 
 
-def test_the_same_question_again_runs_nothing() -> None:
-    def error(scene: str, method: str, h: float) -> float:
+def test_the_same_question_again_runs_nothing():
+    def error(scene, method, h):
         return h * (0.2 + (0.0317 / h) % 1.0) if method == SAWTOOTH.name else 5.0 * h
 
     found = evidence(error, methods=(SAWTOOTH, OTHER))
@@ -121,8 +120,8 @@ def test_the_same_question_again_runs_nothing() -> None:
     assert sum(map(len, again.taken.values())) == 0
 
 
-def test_the_worst_scene_of_a_family_decides() -> None:
-    def error(scene: str, method: str, h: float) -> float:
+def test_the_worst_scene_of_a_family_decides():
+    def error(scene, method, h):
         return h * (1.0 if scene == ONE.name else 3.0)
 
     alone, both = (best(evidence(error, scenes), 1e-3) for scenes in ((ONE,), (ONE, TWO)))
@@ -132,9 +131,9 @@ def test_the_worst_scene_of_a_family_decides() -> None:
     assert both.step == pytest.approx(1e-3 / 3, rel=0.1)
 
 
-def test_the_cheaper_method_between_the_steps_is_found() -> None:
+def test_the_cheaper_method_between_the_steps_is_found():
     # By the steps that were run the other method is cheaper: 0.5 and 0.2 ms.
-    def error(scene: str, method: str, h: float) -> float:
+    def error(scene, method, h):
         return h * (2.01 if method == SAWTOOTH.name else 2.0)
 
     found = evidence(error, methods=(SAWTOOTH, OTHER), ns=(1000.0, 2000.0))
@@ -144,7 +143,7 @@ def test_the_cheaper_method_between_the_steps_is_found() -> None:
     assert choice.step > 4.4e-4
 
 
-def test_without_runs_only_what_is_there_counts() -> None:
+def test_without_runs_only_what_is_there_counts():
     found = evidence(lambda scene, method, h: h, running=False)
     choice = best(found, 1.5e-3)
     assert choice
@@ -157,7 +156,7 @@ def test_without_runs_only_what_is_there_counts() -> None:
     assert choice.step == 5e-4
 
 
-def test_an_error_that_stays_is_not_searched_for_ever() -> None:
+def test_an_error_that_stays_is_not_searched_for_ever():
     found = evidence(lambda scene, method, h: 1e-2 + h)
     assert best(found, 1e-3) is None
     near = evidence(lambda scene, method, h: 9e-4)  # within the wanted, by too small a margin
@@ -170,5 +169,5 @@ def test_an_error_that_stays_is_not_searched_for_ever() -> None:
 
 
 @pytest.mark.parametrize("wanted", [1e-12, 1e-300, 5e-324])
-def test_an_error_that_no_affordable_step_reaches(wanted: float) -> None:
+def test_an_error_that_no_affordable_step_reaches(wanted):
     assert best(evidence(lambda scene, method, h: h), wanted) is None

@@ -10,8 +10,6 @@ from typing import Any, get_args
 
 import pytest
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import measure
@@ -26,7 +24,7 @@ from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge, judged
 from plumbob.reports.view import notation, scene_tables, sources, top_tables
-from plumbob.reports.view.content import Finding, Statement, StatementVerdict, Table
+from plumbob.reports.view.content import Finding, Statement, StatementVerdict
 from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, finding, nothing
@@ -35,17 +33,17 @@ from plumbob.tests.support.studies import SCENE, quick
 TESTS = Path(__file__).parents[1]
 
 
-def measured() -> list[ConvergenceStudy]:
+def measured():
     """What the small study measured on its scene."""
     return [c for c in quick().convergence if c.scene == SCENE]
 
 
-def by_name() -> dict[str, Method]:
+def by_name():
     """The methods of the small study."""
     return {m.name: m for m in quick().methods}
 
 
-def texts(table: Table | None) -> dict[str, list[str]]:
+def texts(table):
     """The cells of a table by their head, a list each."""
     assert table
     rows = [[cell.text for cell in row] for row in table.rows]
@@ -64,18 +62,18 @@ def texts(table: Table | None) -> dict[str, list[str]]:
         (9.9e-7, "990 ns"),
     ],
 )
-def test_a_time_has_the_unit_that_suits_it(value: float, text: str) -> None:
+def test_a_time_has_the_unit_that_suits_it(value, text):
     assert notation.seconds(value) == text
 
 
-def test_a_real_time_factor_is_simulated_over_computing_time() -> None:
+def test_a_real_time_factor_is_simulated_over_computing_time():
     assert notation.real_time_factor(1e9) == "1"
     assert notation.times_real(2e6) == "500×"  # 2 ms of computing for a simulated second
     assert notation.times_real(4e9) == "0.25×"
     assert notation.times_real(0.0) == "–"
 
 
-def test_the_summary_shows_the_finest_run() -> None:
+def test_the_summary_shows_the_finest_run():
     shown = texts(scene_tables.summary(quick().observables(SCENE), measured(), by_name()))
     for i, c in enumerate(measured()):
         coarsest, finest = (
@@ -86,7 +84,7 @@ def test_the_summary_shows_the_finest_run() -> None:
         assert shown["error of theta [rad]"][i] == error
 
 
-def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
+def test_predicted_and_observed_orders_stand_in_their_columns():
     (rk4,) = [c for c in measured() if c.method == "ode/rk4"]
     steps = rk4.measurements[0].step, rk4.measurements[1].step
     order, predicted = Order(3.5, 3.4, 3.6, steps), Order(2.5, 2.4, 2.6, steps)
@@ -97,7 +95,7 @@ def test_predicted_and_observed_orders_stand_in_their_columns() -> None:
     assert shown["predicted here"][0].startswith("2.5")
 
 
-def test_a_rounding_of_zero_is_no_failure() -> None:
+def test_a_rounding_of_zero_is_no_failure():
     """The heading on a line is exactly zero, and theory allows it nothing."""
     scene, how = find_scene("capsule-line/ca1"), find_method("mujoco/euler")
     system, units = system_of(scene), {o.name: o.unit for o in system_of(scene).observables}
@@ -124,7 +122,7 @@ def test_a_rounding_of_zero_is_no_failure() -> None:
     assert exceeded(wrong, "heading", allowed, units) is not None
 
 
-def test_a_run_off_its_prediction_is_shown_as_such() -> None:
+def test_a_run_off_its_prediction_is_shown_as_such():
     """The sum of the budget bounds the error; an error that is too small exceeds none of it."""
     (euler,) = [c for c in measured() if c.method == "mujoco/euler"]
     finest = euler.measurements[-1]
@@ -150,14 +148,14 @@ PRINTED = ("16.24", "0.893", "0.031", "35.809", "39.624", "514.197", "575.246", 
 
 
 @pytest.fixture(scope="module")
-def findings() -> list[Finding]:
+def findings():
     """All findings of the quick profile, from made-up runs."""
     return list(whole_profile.findings())
 
 
 def test_every_statement_of_the_sources_has_value_verdict_and_finding(
-    findings: list[Finding],
-) -> None:
+    findings,
+):
     table = top_tables.sources(findings)
     assert table
     assert table.folded
@@ -185,8 +183,8 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
 
 
 def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
-    findings: list[Finding],
-) -> None:
+    findings,
+):
     """By a finding of the page and by a test of its own; and every judged statement is listed."""
     every, names = sources.listed(), {finding.name for finding in findings}
     galleries = [of for name in systems() if (shown := section(name)) for of in shown.galleries]
@@ -214,8 +212,8 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     assert "176, of which 165 are computed and 11 cannot be" in drawn.caption
 
 
-def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings() -> None:
-    def stating(name: str, *places: tuple[str, str]) -> Finding:
+def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings():
+    def stating(name, *places):
         made = (Statement(*place, f"{place}", "said", "ours", "holds") for place in places)
         return Finding(name, name, "", "", statements=tuple(made))
 
@@ -227,8 +225,8 @@ def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findin
 
 
 def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
-    findings: list[Finding],
-) -> None:
+    findings,
+):
     (claims,) = (finding for finding in findings if finding.name == "claims")
     table = top_tables.sources([claims])
     assert table
@@ -246,11 +244,11 @@ def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
         (-35.809, "corrected"),
     ],
 )
-def test_a_printed_number_holds_where_ours_rounds_to_it(ours: float, verdict: str) -> None:
+def test_a_printed_number_holds_where_ours_rounds_to_it(ours, verdict):
     assert as_printed(SUDAKOV, "Fig. 2", "barrier", "35.809", ours, "J").verdict == verdict
 
 
-def test_printed_numbers_of_the_source_hold() -> None:
+def test_printed_numbers_of_the_source_hold():
     """The barrier on the turning platform as the largest of 300 samples, which is the source's."""
     statements = finding(source_claims.CLAIMS, nothing()).statements[:7]
     found = {one.said: one.verdict for one in statements}
@@ -264,13 +262,13 @@ def test_printed_numbers_of_the_source_hold() -> None:
         assert round(source_claims.sampled_top(), 3) != 514.197
 
 
-def test_a_changed_run_changes_its_row() -> None:
+def test_a_changed_run_changes_its_row():
     study = declared(nothing(), hamiltonian.requests)
     request = hamiltonian.INDEPENDENT["mujoco"]
     run = study.extras[request]
     assert isinstance(run, Trajectory)
 
-    def statement(theta: Array) -> Statement:
+    def statement(theta):
         changed: dict[Request[Any], Any] = dict(study.extras)
         changed[request] = replace(run, observables={**run.observables, "theta": theta})
         (found,) = finding(hamiltonian.PRINTED, replace(study, extras=changed)).statements

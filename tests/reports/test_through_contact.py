@@ -9,7 +9,7 @@ from plumbob.reports.analyses.engines.through_contact import CURVES, SLIDE, THRO
 from plumbob.tests.support.declared import measured, numbers_of
 
 
-def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge() -> None:
+def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge():
     found = numbers_of(THROUGH_CONTACT, measured(SLIDE, CURVES))
     default, recommended = found.nearby
     assert (default.kind, recommended.kind) == ("noise", "converges")
@@ -35,6 +35,6 @@ def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge() 
         ((0.5, 0.5), (0.0, 0.126), "noise"),
     ],
 )
-def test_of_which_kind(errors: tuple[float, ...], scatter: tuple[float, ...], kind: str) -> None:
+def test_of_which_kind(errors, scatter, kind):
     of = Nearby("scene", "x", "friction", None, "method", 1.0, errors, scatter)
     assert of.kind == kind

@@ -13,12 +13,12 @@ from plumbob.tests.support.studies import SCENE, quick
 from plumbob.tests.validation.tightness import loosest
 
 
-def slack(used: float, scale: float = 2.0) -> Slack:
+def slack(used, scale=2.0):
     """A made-up one, that allows 1e-6 and rounds to 1e-12."""
     return Slack("ode/rk4", SCENE, "theta", 1e-3, 1e-6, used, 1e-12, scale, bound_only=False)
 
 
-def test_what_is_round_off_is_counted_apart() -> None:
+def test_what_is_round_off_is_counted_apart():
     assert slack(9e-12).rounded
     assert not slack(1.1e-11).rounded
     assert slack(1e-8).over_use == pytest.approx(100.0)
@@ -27,27 +27,27 @@ def test_what_is_round_off_is_counted_apart() -> None:
     assert loosest([slack(1e-12), slack(1e-8), slack(1e-9)], 10) == [slack(1e-9)]
 
 
-def test_a_spread() -> None:
+def test_a_spread():
     found = spread([float(i) for i in range(1, 12)])
     assert found
     assert (found.median, found.most, found.worst) == (6.0, 10.0, 11.0)
     assert spread([]) is None
 
 
-def test_no_run_that_passes_uses_more_than_it_is_allowed() -> None:
+def test_no_run_that_passes_uses_more_than_it_is_allowed():
     every = list(slacks(quick(), judge_study(quick())))
     assert len({one.method for one in every}) == 4
     assert all(one.used <= one.allowed for one in every)
 
 
-def test_predictions_and_bounds_have_tables_of_their_own() -> None:
+def test_predictions_and_bounds_have_tables_of_their_own():
     predicted, bounded = tightness_tables(tightness(slacks(quick(), judge_study(quick()))))
     names = [[cells[0].text for cells in table.rows] for table in (predicted, bounded)]
     assert names == [["mujoco/euler", "ode/leapfrog", "ode/rk4"], ["ode/dop853"]]
     assert all(len(cells) == len(predicted.heads) for cells in predicted.rows)
 
 
-def test_what_is_noticed_stands_under_its_parameter() -> None:
+def test_what_is_noticed_stands_under_its_parameter():
     record = records_of(quick()).scenes[SCENE]
     assert record.exact is not None
     assert record.exact.sensitivity is not None

@@ -11,10 +11,9 @@ from plumbob.analytic.schemes import CLOSED_FORM, Scheme
 from plumbob.engines.method import USER_METHOD as NAME
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import joined
 from plumbob.models.scene import step_sizes
-from plumbob.reports.advice.user_settings import UserResult, instead, user_results
+from plumbob.reports.advice.user_settings import instead, user_results
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.view.user_settings import lines, table
 from plumbob.tests.support.studies import SCENE, made_up, verdicts
@@ -25,7 +24,7 @@ RK4, PEER = find_method("mujoco/rk4"), find_method("ode/rk4")
 EXACT = Method("exact/closed-form", Scheme(CLOSED_FORM), None, "tolerance", {}, (1e-16,))
 
 
-def study(largest: float = 1.0) -> Study:
+def study(largest=1.0):
     """Errors 1000 h, 1e8 h^4 twice, and a closed form; steps of 1000, 4000, 2000 and 10 ns."""
     return made_up(
         [
@@ -38,11 +37,11 @@ def study(largest: float = 1.0) -> Study:
     )
 
 
-def said(of: Study) -> tuple[UserResult, ...]:
+def said(of):
     return user_results(of, judge_study(of))
 
 
-def test_what_costs_less_and_what_is_more_accurate() -> None:
+def test_what_costs_less_and_what_is_more_accurate():
     (found,) = said(study())
     assert (found.step, found.error) == (2e-3, 2.0)
     assert found.finest == (2.5e-4, 0.25)
@@ -61,7 +60,7 @@ def test_what_costs_less_and_what_is_more_accurate() -> None:
     assert (found.better.anywhere.method, found.better.anywhere.step) == ("ode/rk4", 5e-3)
 
 
-def test_it_is_said_in_words_cells_and_data() -> None:
+def test_it_is_said_in_words_cells_and_data():
     answer = "\n".join(lines(said(study())))
     assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
     assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer
@@ -75,15 +74,15 @@ def test_it_is_said_in_words_cells_and_data() -> None:
     assert beside["at_no_greater_cost"]["here"] is None
 
 
-def test_a_run_that_diverged_at_the_users_step() -> None:
+def test_a_run_that_diverged_at_the_users_step():
     (found,) = said(study(largest=math.inf))
     assert found.error == math.inf
     assert found.at_equal_accuracy.anywhere is not None
     assert "diverges" in "\n".join(lines(said(study(largest=math.inf))))
 
 
-def test_the_same_setting_by_another_name_is_no_alternative() -> None:
-    def error(h: float) -> float:
+def test_the_same_setting_by_another_name_is_no_alternative():
+    def error(h):
         return 1e3 * h
 
     twin = made_up(
@@ -103,13 +102,13 @@ def test_the_same_setting_by_another_name_is_no_alternative() -> None:
     assert found.at_equal_accuracy.here is not None
 
 
-def test_nothing_is_said_without_a_users_settings() -> None:
+def test_nothing_is_said_without_a_users_settings():
     without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
     assert (said(without), lines(said(without))) == ((), [])
     assert table(said(without), {}) is None
 
 
-def test_joined_costs_are_those_of_the_first_study() -> None:
+def test_joined_costs_are_those_of_the_first_study():
     first = made_up([(RK4, STEPS, lambda h: h)], ns=(4000.0,))
     slow = replace(
         made_up([(OWN, OWN.step_sizes, lambda h: h)], ns=(3000.0,)), reference_step=3000.0

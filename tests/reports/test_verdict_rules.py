@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.answer_cache import Same, expected
-from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of, limits_of, methods
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.sampling import sampled, step_count
@@ -35,14 +34,14 @@ class Given:
     trajectory: Trajectory
     compile_seconds: float = 0.0
 
-    def run(self) -> Trajectory:
+    def run(self):
         return self.trajectory
 
-    def stepped(self, fraction: float) -> Stepping:
+    def stepped(self, fraction):
         raise NotImplementedError
 
 
-def beside_the_series(parts: float, monkeypatch: pytest.MonkeyPatch) -> Measurement:
+def beside_the_series(parts, monkeypatch):
     """A run whose error is the series', and so many times its last two terms more."""
     case = case_of(find_scene(SCENE))
     steps = step_count(case.scene.duration, STEP)
@@ -66,17 +65,15 @@ def beside_the_series(parts: float, monkeypatch: pytest.MonkeyPatch) -> Measurem
     ("parts", "verdict"),
     [(0.9, "predicted"), (-0.9, "predicted"), (4.0, "off-prediction"), (-4.0, "off-prediction")],
 )
-def test_a_series_leaves_its_last_two_terms_open(
-    parts: float, verdict: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_series_leaves_its_last_two_terms_open(parts, verdict, monkeypatch):
     """To either side, and rounding, which is half as much here: a smaller error is none better."""
     found = beside_the_series(parts, monkeypatch)
     assert judge(found, system_of(find_scene(SCENE)), EULER).verdict == verdict
 
 
 def test_the_remainder_in_a_tolerance_is_the_last_two_terms(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     found = beside_the_series(0.0, monkeypatch)
     predicted, allowed = found.errors["theta"].predicted, tolerance(found, EULER, "theta", "rad")
     assert predicted
@@ -89,7 +86,7 @@ def test_the_remainder_in_a_tolerance_is_the_last_two_terms(
 @pytest.mark.parametrize(
     ("left", "verdict"), [(0.25, "predicted"), (0.65, "predicted"), (0.75, "not-converging")]
 )
-def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left: float, verdict: str) -> None:
+def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left, verdict):
     """Of an error that is as predicted at each."""
     runs = []
     for step in STEPS:
@@ -104,7 +101,7 @@ def test_three_finer_steps_have_to_leave_less_than_seven_tenths(left: float, ver
     assert judged(found, system_of(find_scene(SCENE)), EULER).whole.verdict == verdict
 
 
-def test_no_failure_is_expected_without_a_size() -> None:
+def test_no_failure_is_expected_without_a_size():
     """Also not beside another verdict: a body that nothing touches fails nowhere."""
     for scene, method in pairs(scenes("*", "quick"), methods()):
         wanted = expectations.expected(scene.name, method.name)

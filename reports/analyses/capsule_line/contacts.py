@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.contact_stability import (
-    ContactSpring,
-    largest_contact_step,
-)
-from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, at_most, clear
-from plumbob.reports.analyses.contact_terms import LOADS
 from plumbob.reports.analyses.measurements import (
     LINE,
     case,
@@ -25,6 +19,7 @@ from plumbob.reports.analyses.measurements import (
     scheme,
 )
 
+LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 DEFAULT, CONVERGENT = "mujoco/euler", "mujoco/euler+coulomb"
 STEPS = (1e-3, 1e-4)  # [s]; the figures are at the finer one
 FLOOR = 1e-14  # [m] where a vertical displacement of zero is drawn
@@ -33,53 +28,17 @@ STATICS_METHODS = ("mujoco/euler+coulomb", "pymunk/side")
 CHATTERS = 1e-3  # of the samples: a contact is missing in many times that
 TRUSTED = 1e-3  # of a normal force: what is nearer to statics can be trusted
 SETTLED = 60  # steps: contacts of damping 0.3 have come to rest
-# Contacts as `plumbob settings` writes them for a step of 1 ms, kept while the step grows.
-FREQUENCY, DAMPING, IMPEDANCE = 0.4 / 1e-3, 0.3, 1e-4  # [rad/s]
-ON_THREE = 3.0  # a body on three supports rises at the square root of this times one's frequency
-SIDES = (0.5, 0.97, 1.03, 1.1)  # of the largest step that holds by theory
-KEPT = (
-    ("cone", "elliptic"),
-    ("impratio", 1e9),
-    (
-        "contact",
-        (
-            ("solimp", (IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0)),
-            ("solref", (-(FREQUENCY**2), -2.0 * DAMPING * FREQUENCY)),
-            ("solreffriction", (-1.0, -IMPEDANCE / 1e-3)),
-        ),
-    ),
-)
+CHATTER_RUNS = runs((LINE,), (DEFAULT, CONVERGENT), STEPS)
 LOAD_RUNS = runs((STATICS,), STATICS_METHODS, (STATICS_STEP,))
 
 
 def chatter(study: Study) -> Record | None:
-    """Vertical displacement, contacts and normal force over time, default against convergent, and
-    of those past their limit; None where one did not run."""
-    asked = chatter_runs()
-    by_request = recordings(study, asked)
-    if len(by_request) < len(asked):
+    """Vertical displacement, contacts and normal force over time, default against convergent; None
+    where one did not run."""
+    by_request = recordings(study, CHATTER_RUNS)
+    if len(by_request) < len(CHATTER_RUNS):
         return None
-    contacts = tuple(_contacts(request, run) for request, run in by_request.items())
-    return Record(
-        contacts=contacts[: -len(SIDES)],
-        # with contacts for 1 ms, at steps on both sides of their limit
-        kept=contacts[-len(SIDES) :],
-        limit=_limit(),  # [s] the largest step at which those hold, by theory
-    )
-
-
-def _limit() -> float:
-    mode = ContactSpring(ON_THREE * FREQUENCY**2, ON_THREE * 2.0 * DAMPING * FREQUENCY)
-    return largest_contact_step(np.eye(1), (mode,), Scheme(EULER))
-
-
-def chatter_runs() -> tuple[ExtraRun, ...]:
-    """Of both contacts; and of those for 1 ms at steps on both sides of their limit, a whole number
-    of them in a run."""
-    lasts = case(LINE).scene.duration
-    steps = [lasts / round(lasts / (side * _limit())) for side in SIDES]
-    kept = (ExtraRun(LINE, CONVERGENT, step, settings=KEPT) for step in steps)
-    return (*runs((LINE,), (DEFAULT, CONVERGENT), STEPS), *kept)
+    return Record(contacts=[_contacts(request, run) for request, run in by_request.items()])
 
 
 def _contacts(request: ExtraRun, run: Trajectory) -> Record:
@@ -105,11 +64,7 @@ def _chatters(numbers: Record) -> Claims:
     _, default, _, convergent = numbers.contacts
     text = "errors with default contacts, and with those that converge"
     missing = "the part of samples with a contact missing, and 0.001"
-    *calm, edge, past = (run.vertical_range for run in numbers.kept)
     return (
-        clear(
-            "vertical ranges past the limit of contacts, and below it", min(edge, past), max(calm)
-        ),
         clear(text, default.error, convergent.error),
         clear(missing, default.missing, CHATTERS),
     )
@@ -143,9 +98,8 @@ def _load_errors(method: str, run: Trajectory) -> Record:
     return Record(
         method=method,
         at_rest=distances[settled].max(),  # the largest after the motion
-        times=run.times,  # [s]
-        distances=distances,
-        half_step=half_step,  # distances from statics with the predicted error of the step
+        largest=distances.max(),  # of all times
+        half_step=half_step[:-1].max(),  # with the predicted error of the step
     )
 
 
@@ -154,5 +108,5 @@ def _statics(numbers: Record) -> Claims:
     return (at_most(text, numbers.at_rest, TRUSTED),)
 
 
-CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: chatter_runs(), _chatters)
+CHATTER = Analysis("capsule_line/chatter", chatter, lambda plan: CHATTER_RUNS, _chatters)
 LOAD_ERRORS = Analysis("capsule_line/loads", loads, lambda plan: LOAD_RUNS, _statics)

@@ -1,22 +1,16 @@
-"""The final displacement: each method's error, its explanation, and the sawtooth."""
+"""The final displacement: each method's error, beside theory."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
-from plumbob.reports.analyses.contact_terms import (
-    contact_of,
-    deflection_term,
-    step_term,
-    stiction_drift,
-)
 from plumbob.reports.analyses.measurements import (
     LINE,
     covers,
-    measured,
     measured_error,
     names,
     problem,
@@ -24,13 +18,18 @@ from plumbob.reports.analyses.measurements import (
 
 STEPS = (1e-3, 1e-4, 1e-5)
 TURNED, TURNED_STEP = "capsule-line/heading-030", 1e-4
-FULL, REDUCED = "mujoco/euler+coulomb", "mujoco/euler+reduced"
 CONVERGENT = ("coulomb", "coulomb+noslip", "reduced", "feet", "side")  # theory covers these
-COMPARED = ("mujoco/euler", FULL, "mujoco/rk4+coulomb", "pymunk/feet")
+COMPARED = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
+
+
+def step_term(scene: str, step: float) -> float:
+    """-phi (1 - phi)(mu w2 + f g) dt^2/2 [m], phi the fraction of t_star/dt; with the velocity's
+    corner at t1 where that is off the grid."""
+    return float(step_error(problem(scene).motion, step))
 
 
 def errors(study: Study) -> Record | None:
-    """Relative errors by method and step, with the terms beside the step's; None where the study
+    """Relative errors by method and step, beside the step's; None where the study
     does not have the scene."""
     if not covers(study, LINE):
         return None
@@ -45,7 +44,6 @@ def errors(study: Study) -> Record | None:
         predicted=[step_term(LINE, step) / exact for step in STEPS],  # relative, at STEPS
         predicted_turned=step_term(LINE, TURNED_STEP) / exact,
         methods=methods,
-        beyond=_beyond_the_step(study),
         convergence=_convergence(study, exact),  # steps [s] and errors, by method
         good=max(good, default=None),  # the largest of methods that converge, at the middle step
         bad=(min(bad), max(bad)) if bad else None,  # the smallest and the largest of the others
@@ -70,30 +68,6 @@ def _convergence(study: Study, exact: float) -> Mapping[str, Mapping[str, Sequen
             ends = [run.errors["displacement"].end / exact for run in done]
             by_method[series.method] = {"steps": [run.step for run in done], "errors": ends}
     return by_method
-
-
-def _beyond_the_step(study: Study) -> tuple[Record, ...]:
-    """The errors of the two models beyond the step's, and what explains them [m]."""
-    explained = list[Record]()
-    for name in (FULL, REDUCED):
-        for step in STEPS:
-            if (run := measured(study, LINE, name, step)) is None:
-                continue
-            error = run.errors["displacement"].end - step_term(LINE, step)
-            contact = contact_of(LINE, name, step)
-            deflection, drift = deflection_term(LINE, contact), stiction_drift(LINE, contact)
-            left = error - deflection - drift
-            explained.append(
-                Record(
-                    method=name,
-                    step=step,  # [s]
-                    error=error,
-                    deflection=deflection,
-                    drift=drift,
-                    unexplained=left,
-                )
-            )
-    return tuple(explained)
 
 
 def _converge(numbers: Record) -> Claims:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -40,36 +39,18 @@ def heights(study: Study) -> Record | None:
     by_request = recordings(study, HEIGHT_RUNS)
     if len(by_request) < len(HEIGHT_RUNS):
         return None
-    every = tuple(_height_run(request, run) for request, run in by_request.items())
-    low, fine_low, tall, fine_tall = every
+    low, fine_low, tall, fine_tall = by_request.values()
+    pairs = ((low, tall), (fine_low, fine_tall))
     posed, height = problem(TILTED), float(find_method(TALL).settings["height"])
-    times = np.linspace(0.0, float(low.times[-1]), 200)
     return Record(
         height=height,  # [m]
         # [N m], of friction while the body slides
         moment=posed.setup.capsule.friction * posed.setup.capsule.weight * height,
-        runs=every,  # in the plane at both steps, above it at both
+        steps=TILTED_STEPS,
         # [N], the largest change of the load at A2 at the coarse step
-        shift=np.abs(tall.loads - low.loads).max(),
+        shift=np.abs(tall.observables[LOAD] - low.observables[LOAD]).max(),
         # of the displacement at both steps, relative
-        changes=(
-            abs(tall.error - low.error),
-            abs(fine_tall.error - fine_low.error),
-        ),
-        times=times,  # [s]
-        statics=posed.reference.observe(times)[LOAD],  # [N] at A2, without heights
-    )
-
-
-def _height_run(request: ExtraRun, run: Trajectory) -> Record:
-    """A run of a capsule with or without heights."""
-    return Record(
-        method=request.method,
-        step=request.step,  # [s]
-        error=end_error(TILTED, run),  # of the displacement, relative
-        largest_heading=np.abs(run.observables["heading"]).max(),  # [rad]
-        times=run.times,  # [s]
-        loads=run.observables[LOAD],  # [N], at A2
+        changes=[abs(end_error(TILTED, b) - end_error(TILTED, a)) for a, b in pairs],
     )
 
 

@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
-from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.capsule_turn.turns import JUDGED, judged_run, name_of, turn
-from plumbob.reports.analyses.measurements import covers, plan_of, problem, recordings
+from plumbob.reports.analyses.capsule_turn.turns import name_of, turn
+from plumbob.reports.analyses.measurements import problem
 
 EPSILONS = (0.3, 0.1, 0.03)
 DRAWN = EPSILONS[0]  # of the figures: friction is seen there
-ENGINES = ("mujoco/rk4+coulomb", "pymunk/feet")
-POINTS, DOTS, LASTING = 400, 16, 3.0  # of a curve, of a run, and half times
+POINTS, LASTING = 400, 3.0  # of a curve, and half times
 PHASES = np.linspace(0.0, LASTING, POINTS)  # times over tau
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The turn that is drawn, with both engines, at the step judged."""
-    return [judged_run(DRAWN, name) for name in ENGINES] if covers(plan, name_of(DRAWN)) else ()
 
 
 def exact_course(epsilon: float, phases: Array) -> tuple[Array, Array]:
@@ -65,11 +55,10 @@ def departure(epsilon: float) -> Record:
 
 
 def numbers(study: Study) -> Record:
-    """Angles and paths of the turn that is drawn, with the engines' where the study has it."""
+    """Angles and paths of the turn that is drawn."""
     manoeuvre = turn(DRAWN)
     times = PHASES * manoeuvre.half_time
     angles, place = exact_course(DRAWN, PHASES)
-    recorded = recordings(study, requests(plan_of(study)))
     return Record(
         departures=[departure(epsilon) for epsilon in EPSILONS],
         phases=PHASES,  # times of all curves, over tau
@@ -79,23 +68,8 @@ def numbers(study: Study) -> Record:
         path=1e3 * place.T,  # of C [mm], shape (2, n)
         # the same without friction
         leading=1e3 * leading_path(manoeuvre, np.minimum(PHASES, 2.0)).T,
-        runs=[_samples(request.method, run) for request, run in recorded.items()],
-        step=manoeuvre.half_time / JUDGED,  # [s]
         drawn=DRAWN,
-        judged=JUDGED,
     )
 
 
-def _samples(method: str, run: Trajectory) -> Record:
-    """Samples evenly spaced over the turn, those of the engines in turn."""
-    half_time = turn(DRAWN).half_time
-    inside = np.flatnonzero(run.times <= LASTING * half_time)
-    every = max(1, len(inside) // DOTS)
-    kept = inside[ENGINES.index(method) * every // 2 :: every]
-    angles, x, y = (run.observables[name][kept] for name in ("body_angle", "x", "y"))
-    return Record(
-        method=method, phases=run.times[kept] / half_time, angles=angles, x=1e3 * x, y=1e3 * y
-    )
-
-
-COURSE = Analysis("capsule_turn/course", numbers, requests)
+COURSE = Analysis("capsule_turn/course", numbers)

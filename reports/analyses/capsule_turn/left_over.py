@@ -6,12 +6,7 @@ from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_turn.turns import (
-    JUDGED,
-    METHODS,
-    epsilons,
     facts,
-    judged_error,
-    requests,
     turn,
 )
 
@@ -19,20 +14,12 @@ SHOWN = 0.1  # epsilon of the summary
 
 
 def numbers(study: Study) -> Record:
-    """omega and |v| at 2 tau over epsilon, exact, by the formula, and as engines have omega."""
-    engines = tuple(
-        (epsilon, method, facts(epsilon)["angular_velocity_at_stop"] + error, error)
-        for epsilon in epsilons(study)
-        for method in METHODS
-        if (error := judged_error(study, epsilon, method, "stop", "heading_rate")) is not None
-    )
+    """omega and |v| at 2 tau over epsilon, exact and by the formula."""
     coefficient = turn(SHOWN).correction.left_at_stop.heading
     return Record(
         rows=[_left(e) for e in EPSILONS],
         shown=_left(SHOWN),
         coefficient=coefficient,  # [rad/s²]: omega(2 tau) over tau
-        engines=engines,  # epsilon, method, omega [rad/s], error
-        judged=JUDGED,
     )
 
 
@@ -51,4 +38,4 @@ def _left(epsilon: float) -> Record:
     )
 
 
-LEFT_OVER = Analysis("capsule_turn/left_over", numbers, requests)
+LEFT_OVER = Analysis("capsule_turn/left_over", numbers)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.measurement import Measurement
-from plumbob.engines.study.order import fit_order
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.models.tripod_capsule.turn import EPSILONS, PARTS
+from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.reports.analyses.measurements import measured, plan_of, problem
 
 When = Literal["stop", "rest"]
@@ -24,13 +21,6 @@ WHENS: tuple[When, When] = ("stop", "rest")
 METHODS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb", "pymunk/feet")
 JUDGED = 800  # steps in a half time at which the accuracy asked for is judged
 QUICK = (0.3, 0.03)  # the turns of the quick profile
-EXACT = MappingProxyType(
-    {
-        ("body_angle", "stop"): "body_angle",
-        ("body_angle", "rest"): "body_angle_at_rest",
-        ("heading_rate", "stop"): "angular_velocity_at_stop",
-    }
-)  # of the facts
 
 
 def name_of(epsilon: float, when: When = "rest") -> str:
@@ -79,35 +69,16 @@ def _measured_by(plan: StudyPlan, epsilon: float, method: str) -> bool:
     return all(plan.has(name_of(epsilon, when), method) for when in WHENS)
 
 
-def turn_run(
-    study: Study, epsilon: float, method: str, parts: int, when: When = "rest"
-) -> Measurement | None:
-    """The measured run of a turn until it rests, or until 2 tau, with steps of tau/`parts`."""
-    return measured(study, name_of(epsilon, when), method, turn(epsilon).half_time / parts)
-
-
-def judged_error(
-    study: Study, epsilon: float, method: str, when: When, observable: str = "body_angle"
-) -> float | None:
-    """The error of the body angle [rad] or another observable at 2 tau or at rest, at the step
-    judged, from the recorded run where the study has no measurement; None where neither is."""
-    if run := turn_run(study, epsilon, method, JUDGED, when):
-        return run.errors[observable].end
+def judged_error(study: Study, epsilon: float, method: str, when: When) -> float | None:
+    """The error of the body angle [rad] at 2 tau or at rest, at the step judged, from the recorded
+    run where the study has no measurement; None where neither is."""
+    if run := measured(study, name_of(epsilon, when), method, turn(epsilon).half_time / JUDGED):
+        return run.errors["body_angle"].end
     if _measured_by(plan_of(study), epsilon, method):
         return None
     if (recording := study.answer(judged_run(epsilon, method))) is None:
         return None
     stop = 2.0 * turn(epsilon).half_time
     at = int(np.argmin(np.abs(recording.times - stop))) if when == "stop" else -1
-    exact = facts(epsilon)[EXACT[observable, when]]
-    return float(recording.observables[observable][at]) - exact
-
-
-def order_of(study: Study, epsilon: float, method: str, when: When) -> float | None:
-    """Observed order of the body angle's error over the finest steps of the study, six at most;
-    None from fewer than four."""
-    runs = [turn_run(study, epsilon, method, parts, when) for parts in PARTS]
-    sizes = [abs(run.errors["body_angle"].end) for run in runs if run]
-    steps = [1.0 / parts for parts, run in zip(PARTS, runs, strict=True) if run]
-    fit = fit_order(steps, sizes, [0.0] * len(sizes))
-    return None if fit is None else fit.slope
+    exact = facts(epsilon)["body_angle" if when == "stop" else "body_angle_at_rest"]
+    return float(recording.observables["body_angle"][at]) - exact

@@ -1,9 +1,8 @@
 """Action and phase: I(H) and Omega(H) through the wells and across the separatrices, with periods
-measured in engines; and the period of the simple pendulum against its amplitude."""
+measured in MuJoCo."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cache
 
@@ -28,9 +27,6 @@ STARTS = (
     *((SHALLOW, speed) for speed in (3.0, 10.0, 13.0)),
 )  # theta [rad], theta_dot [rad/s]
 HIGHEST = 1100.0  # [J]
-SWING, SWING_STEP = "simple-pendulum/free-large", 1e-3
-AMPLITUDES = (0.3, 1.0, 2.0, 2.8, 3.1)  # [rad]
-SWING_METHODS = ("mujoco/rk4", "pymunk/tight")
 
 
 @cache
@@ -40,101 +36,57 @@ def started(theta: float, speed: float) -> ConePendulum:
     return case_of(scene).problem  # type: ignore[no-any-return]
 
 
-@cache
-def swing_time(amplitude: float) -> float:
-    """Exact period [s] of the simple pendulum with an amplitude [rad]."""
-    problem = case_of(find_scene(SWING, {"theta": -amplitude})).problem
-    return float(problem.elliptic.period)
-
-
 def _request(theta: float, speed: float) -> ExtraRun:
     duration = PERIODS * started(theta, speed).motion.period
     return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
 
 
-def _swing_request(method: str, amplitude: float) -> ExtraRun:
-    duration = PERIODS * swing_time(amplitude)
-    return ExtraRun(SWING, method, SWING_STEP, duration, (("theta", -amplitude),))
-
-
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Three periods of MuJoCo's full model from each start, and of two engines' simple pendulum."""
-    return (
-        *(_request(*start) for start in STARTS),
-        *(_swing_request(method, size) for method in SWING_METHODS for size in AMPLITUDES),
-    )
+    """Three periods of MuJoCo's full model from each start."""
+    return tuple(_request(*start) for start in STARTS)
 
 
 def numbers(study: Study) -> Record:
-    """Actions and periods, exact and in engines' runs."""
+    """Actions and periods, exact and in MuJoCo's runs."""
     problem = started(DEEP, 40.0)
-    close = math.pi - np.geomspace(0.14, 1e-4, 30)  # to the top
-    amplitudes = np.concatenate([np.linspace(0.02, 3.0, 60), close])
-    small = swing_time(1e-6)
     starts = tuple(_start(study, *start) for start in STARTS)
-    gaps = (abs(start.period.gap) for start in starts if start.period.gap)
     return Record(
         starts=starts,
         # of the source's cone on its turning platform
         branches=branches(in_double(problem.potential), problem.body.inertia_x, HIGHEST),
-        swings=[_swing(study, method, size) for method in SWING_METHODS for size in AMPLITUDES],
-        amplitudes=amplitudes,  # [rad] of the simple pendulum
-        # at them, of the exact period to that of small swings
-        ratios=[swing_time(float(size)) / small for size in amplitudes],
-        step=SWING_STEP,
-        largest_gap=max(gaps, default=0.0),  # of a period, relative
+        # of a period, relative
+        largest_gap=max((abs(start.gap) for start in starts if start.gap), default=0.0),
         # largest change of an action, relative
         largest_drift=max((start.drift for start in starts if start.drift), default=0.0),
     )
-
-
-def _period(exact: float, measured: float | None) -> Record:
-    """A period [s], exact and measured in an engine, their relative difference, and the measured
-    rate [rad/s]."""
-    gap, rate = (None, None) if measured is None else (measured / exact - 1.0, math.tau / measured)
-    return Record(exact=exact, measured=measured, gap=gap, rate=rate)
 
 
 def _start(study: Study, theta: float, speed: float) -> Record:
     """A motion of MuJoCo's full model, from an entry of STARTS."""
     problem, run = started(theta, speed), study.answer(_request(theta, speed))
     motion, drift = problem.motion, None
-    period = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
+    measured = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
     if run:
         system = case_of(find_scene(ROTATING)).system
         drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())
-    energy, times = float(double(motion.energy)), _period(motion.period, period)
     return Record(
         theta=theta,  # [rad]
         speed=speed,  # [rad/s]
-        energy=energy,  # [J]
+        energy=double(motion.energy),  # [J]
         regime=motion.regime,
-        period=times,
+        period=motion.period,  # [s]
+        measured=measured,  # [s], in MuJoCo
+        gap=None if measured is None else measured / motion.period - 1.0,  # relative
         drift=drift,  # largest change of the action over the run, relative
-    )
-
-
-def _swing(study: Study, method: str, amplitude: float) -> Record:
-    """A swing of an engine's simple pendulum."""
-    period = swing_period(study.answer(_swing_request(method, amplitude)), 0.0)
-    ratio = None if period is None else period / swing_time(1e-6)
-    return Record(
-        method=method,
-        amplitude=amplitude,  # [rad]
-        period=_period(swing_time(amplitude), period),
-        ratio=ratio,  # of the measured period to that of small swings
     )
 
 
 def claims(phases: Record) -> Claims:
     """Periods are derivatives of the action, which is constant."""
+    gap, drift = phases.largest_gap or np.nan, phases.largest_drift or np.nan
     return (
-        at_most(
-            "the largest difference of a period, relative,", phases.largest_gap or np.nan, AGREES
-        ),
-        at_most(
-            "the largest change of an action, relative,", phases.largest_drift or np.nan, AGREES
-        ),
+        at_most("the largest difference of a period, relative,", gap, AGREES),
+        at_most("the largest change of an action, relative,", drift, AGREES),
     )
 
 

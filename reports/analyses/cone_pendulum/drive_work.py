@@ -22,7 +22,6 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     ROTATING,
     forms,
 )
-from plumbob.reports.analyses.measurements import extremes, largest
 
 # So light that its own energy leaves the body's with eight digits, so heavy that its rate changes
 # by 2.4e-7 rad/s only.
@@ -30,6 +29,7 @@ ARMATURE = 1e8  # [kg m^2]
 OWN_INERTIA = 1.0  # [kg m^2] of the platform in the model's file, beside the armature
 SETTINGS: Changes = (("platform_armature", ARMATURE), ("reads_energy", True))
 RUN = ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, END, (), SETTINGS)
+FINE = np.linspace(0.0, END, 20_001)  # [s]
 PARTS = ("translation", "coupling", "rotation")
 
 
@@ -48,28 +48,24 @@ def numbers(study: Study) -> Record:
     """T + U is not constant; T + U less the work of the drive is."""
     run = study.answer(RUN)
     times = np.linspace(0.0, END, 251) if run is None else run.times
-    exact, problem = along(times), forms(ROTATING).problem
+    exact, fine, problem = along(times), along(FINE), forms(ROTATING).problem
     states = problem.reference.state
     still = energies(replace(problem, platform_rate=0.0), *states(times))
     return Record(
         times=times,  # [s]
         exact=exact,
-        swing=np.ptp(_span("total", times)),  # range of T + U
+        swing=np.ptp(fine.total),  # range of T + U
         # range of T + U less the work of the drive
         constant=np.ptp(exact.total - exact.work),
-        extremes={part: _span(part, times) for part in PARTS},  # of the parts of T
+        # the lowest and the highest of the parts of T
+        extremes={part: (of.min(), of.max()) for part in PARTS for of in [getattr(fine, part)]},
         # largest of the parts of T but ½ I_x θ̇², with a platform at rest
         others=np.abs(still.kinetic - still.rotation).max(),
-        torque=largest(lambda t: drive_torque(problem, *states(t)), times),  # largest
+        torque=np.abs(drive_torque(problem, *states(FINE))).max(),  # largest
         mujoco=None if run is None else _platform(run, exact),
         inertia=ARMATURE,
         end=END,
     )
-
-
-def _span(part: str, times: Array) -> tuple[float, float]:
-    """The lowest and the highest value of an exact energy [J]."""
-    return extremes(lambda t: getattr(along(t), part), times)
 
 
 def _platform(run: Trajectory, exact: Energies) -> Record | None:

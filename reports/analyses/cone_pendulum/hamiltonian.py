@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
@@ -54,18 +53,14 @@ def numbers(study: Study) -> Record:
     recorded = {name: study.answer(request) for name, request in INDEPENDENT.items()}
     runs = {name: _independent(both, run) for name, run in recorded.items() if run}
     correct, printed = _closed_form(both.correct), _closed_form(both.printed)
-    ends = {"exact": correct.end} | {name: float(run.theta[-1]) for name, run in runs.items()}
     between = both.printed.state(TIMES)[0] - both.correct.state(TIMES)[0]
     gap = abs(printed.end - correct.end)
     return Record(
         correct=correct,
         printed=printed,
         runs=runs,
-        # of methods, with their difference at END [rad]
-        pairs=[(a, b, ends[a] - ends[b]) for a, b in combinations(ends, 2)],
         apart=np.abs(between).max(),  # largest distance of the closed forms [rad]
         times=TIMES[::2],  # [s], that are drawn
-        between=between[::2],  # difference of the closed forms [rad] at them
         theta=both.problem.theta,  # at the start [rad]
         theta_dot=both.problem.theta_dot,  # [rad/s]
         platform_rate=both.problem.platform_rate,  # [rad/s]
@@ -92,9 +87,9 @@ def end_of(motion: PendulumMotion | TiltedMotion) -> float:
 
 
 def _closed_form(motion: PendulumMotion) -> Record:
-    """The end and the period [s] of a closed form, and theta and theta_dot at times drawn."""
-    theta, theta_dot = motion.state(TIMES[::2])
-    return Record(end=end_of(motion), period=motion.period, theta=theta, theta_dot=theta_dot)
+    """The end and the period [s] of a closed form, and theta at times drawn."""
+    theta = motion.state(TIMES[::2])[0]
+    return Record(end=end_of(motion), period=motion.period, theta=theta)
 
 
 def _independent(both: Record, run: Trajectory) -> Record:
@@ -113,8 +108,6 @@ def _independent(both: Record, run: Trajectory) -> Record:
         printed_varies=printed,
         times=run.times,  # [s]
         theta=theta,  # [rad]
-        theta_dot=run.observables["theta_dot"],  # [rad/s]
-        errors=errors,  # from the correct form [rad]
     )
 
 

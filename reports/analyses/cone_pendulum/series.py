@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.pendulums.harmonics import needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
@@ -14,8 +12,6 @@ from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 NEAR = (1e-3, 1e-6, 1e-9)  # of the deepest well's depth above the barrier
-DRAWN = np.geomspace(1e-9, 10.0, 41)  # the same, of the figure
-EXACT, STEPPED, ADAPTIVE = "exact/closed-form", "mujoco/rk4", "ode/dop853"
 Counts = tuple[int, ...]  # of harmonics, for ACCURACIES
 
 
@@ -40,27 +36,12 @@ def numbers(study: Study) -> Record:
     """A closed form that the source says does not exist, and the series that it recommends."""
     motions = {scene: forms(scene).correct for scene in (RESTING, ROTATING)}
     depth = barrier()
-    drawn = [counts(float(part) * depth) for part in DRAWN]
     return Record(
         periods={scene: motion.period for scene, motion in motions.items()},  # [s], by scene
         scenes={scene: needed(motion, ACCURACIES) for scene, motion in motions.items()},
         near=[(part, counts(part * depth)) for part in NEAR],
-        depth=depth,  # [J]
-        drawn=DRAWN,  # parts of the depth above the barrier
-        curves=tuple(zip(*drawn, strict=True)),  # harmonics at them, by accuracy
-        # [s] a step, by scene and method
-        costs={
-            scene: {name: _spent(study, scene, name) for name in (EXACT, STEPPED, ADAPTIVE)}
-            for scene in motions
-        },
         accuracies=ACCURACIES,
     )
-
-
-def _spent(study: Study, scene: str, method: str) -> float | None:
-    """Measured time of a step [s]."""
-    cost = study.costs.get((scene, method))
-    return None if cost is None else cost.ns_per_step * 1e-9
 
 
 SPECIAL_FUNCTIONS = Analysis("cone_pendulum/special_functions", numbers)

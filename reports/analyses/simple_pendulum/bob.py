@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
@@ -13,29 +12,26 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.measurements import case, largest
+from plumbob.reports.analyses.measurements import case
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
+    FINE,
     LINEAR,
     SIMPLE,
-    own_run,
 )
-from plumbob.reports.analyses.simple_pendulum.notebook import requests as of_cases
 
 DRAWN, SHOWN = "free-large", 6.0  # case 2, and its first seconds
 APART = 0.1  # of the length, 1 m: what a picture of the two shows
-INSIDE = 0.97  # of its size: a circle that another one does not cover
 ACCELEROMETER = ExtraRun(
     SIMPLE + DRAWN, "mujoco/rk4", 1e-3, 3.0, (), (("reads_acceleration", True),)
 )
-FINE = np.linspace(0.0, DURATION, 5001)  # [s]
 SHORT = np.linspace(0.0, SHOWN, 240)  # [s]
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The notebook's own runs, and one of MuJoCo with an accelerometer at the bob."""
-    return (*of_cases(plan), ACCELEROMETER)
+    """A run of MuJoCo with an accelerometer at the bob."""
+    return (ACCELEROMETER,)
 
 
 def place(scene: str, times: Array) -> Array:
@@ -54,10 +50,9 @@ def numbers(study: Study) -> Record:
     """How far the two bobs are apart in each case, and both in the plane."""
     return Record(
         distances=[_distance(label, name) for label, name in CASES.items()],
-        pendulum=_paths(study, SIMPLE + DRAWN),
-        linear_pendulum=_paths(study, LINEAR + DRAWN),
-        rotation=tuple(place(f"{SIMPLE}rotating-fast", SHORT).T),  # y over x [m]
-        linear_rotation=tuple(INSIDE * place(f"{LINEAR}rotating-fast", SHORT).T),
+        times=SHORT,
+        # x and y of both bobs [m] at them, shape (2, n)
+        paths=[place(kind + DRAWN, SHORT).T for kind in (SIMPLE, LINEAR)],
         accelerometer=None if (run := study.answer(ACCELEROMETER)) is None else readings(run),
         apart=APART,  # [m]
         duration=DURATION,
@@ -90,28 +85,13 @@ def readings(run: Trajectory) -> Record | None:
 
 def _distance(label: str, name: str) -> Record:
     """How far the two bobs of a case are apart."""
-    over = np.flatnonzero(distances(FINE, name) > APART * case(SIMPLE + name).problem.length)
-    parted = float(FINE[over[0]]) if over.size else None
+    apart = distances(FINE, name)
+    over = np.flatnonzero(apart > APART * case(SIMPLE + name).problem.length)
     return Record(
         label=label,
-        largest=largest(partial(distances, name=name), FINE),  # [m]
-        parted=parted,  # [s], when they first are by APART
+        largest=apart.max(),  # [m]
+        parted=FINE[over[0]] if over.size else None,  # [s], when they first are by APART
     )
-
-
-def _paths(study: Study, scene: str) -> tuple[Record, Record | None]:
-    """The exact path of a scene's bob, and that of the notebook's run."""
-    exact = _path(SHORT, place(scene, SHORT))
-    if (run := study.answer(own_run(scene))) is None:
-        return exact, None
-    kept = np.flatnonzero(run.times <= SHOWN)[::2]
-    places = bob_place(case(scene).problem.length, run.observables["theta"][kept])
-    return exact, _path(run.times[kept], places)
-
-
-def _path(times: Array, places: Array) -> Record:
-    """Places [m], shape (n, 2), of a bob at `times` [s]."""
-    return Record(times=times, x=places[:, 0], y=places[:, 1])
 
 
 BOB = Analysis("simple_pendulum/notebook_bob", numbers, requests)

@@ -3,76 +3,58 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.measurements import case, convergence_of, largest
+from plumbob.reports.analyses.measurements import case, convergence_of
 from plumbob.reports.analyses.simple_pendulum.notebook import (
     CASES,
     DURATION,
+    FINE,
     LINEAR,
     SIMPLE,
-    at_every_step,
     difference,
-    own_run,
-    requests,
 )
 
-TIMES = np.linspace(0.0, DURATION, 5001)  # [s], 200 in a period
 VISIBLE = 0.05  # of the amplitude: a difference that a plot shows
 SETTLED = 40.0  # [s]: a forced swing, damped at 0.2/s, has forgotten its start to 2 %
 MUJOCO = "mujoco/rk4"
 
 
 def angle(scene: str) -> Array:
-    """theta [rad] of the exact motion at TIMES."""
-    return case(scene).reference.observe(TIMES)["theta"]
+    """theta [rad] of the exact motion at FINE."""
+    return case(scene).reference.observe(FINE)["theta"]
 
 
-def parting(study: Study, name: str) -> Record:
-    """The difference of the exact motions of a case, and of the notebook's own runs of it."""
-    amplitude = abs(float(angle(SIMPLE + name)[0]))
-    over = np.flatnonzero(np.abs(difference(TIMES, name)) > VISIBLE * amplitude)
-    most = largest(partial(difference, name=name), TIMES)
-    runs = runs_apart(study, name)
-    in_runs = None if runs is None else float(np.abs(at_every_step(*runs)).max())
+def parting(name: str) -> Record:
+    """The difference of the exact motions of a case."""
+    apart, amplitude = np.abs(difference(FINE, name)), abs(float(angle(SIMPLE + name)[0]))
+    over = np.flatnonzero(apart > VISIBLE * amplitude)
     return Record(
-        largest=most,  # difference within DURATION [rad]
-        relative=most / amplitude,  # the same over the amplitude at the start
+        largest=apart.max(),  # difference within DURATION [rad]
+        relative=apart.max() / amplitude,  # the same over the amplitude at the start
         # time of a difference of VISIBLE of the amplitude [s]
-        visible_at=TIMES[over[0]] if over.size else None,
-        in_runs=in_runs,  # the largest difference in the notebook's own RK4 [rad]
+        visible_at=FINE[over[0]] if over.size else None,
     )
 
 
-def runs_apart(study: Study, name: str) -> tuple[Array, Array, Array] | None:
-    """Times [s] of the notebook's own runs of a case, and the non-linear theta [rad] and theta_dot
-    [rad/s] less the linear ones."""
-    pendulum, linear = (study.answer(own_run(kind + name)) for kind in (SIMPLE, LINEAR))
-    if pendulum is None or linear is None:
-        return None
-    theta, rate = (pendulum.observables[n] - linear.observables[n] for n in ("theta", "theta_dot"))
-    return pendulum.times, theta, rate
-
-
 def swing(scene: str, times: Array) -> float:
-    """Largest angle [rad] of an exact motion from the first to the last of `times` [s]."""
-    return largest(lambda t: case(scene).reference.observe(t)["theta"], times)
+    """Largest angle [rad] of an exact motion at `times` [s]."""
+    return float(np.abs(case(scene).reference.observe(times)["theta"]).max())
 
 
 def decay(name: str) -> float:
     """Largest relative difference of the extreme angles of a damped swing from |theta_0| times
     exp(-xi t/2)."""
-    observed, rate = case(SIMPLE + name).reference.observe(TIMES), case(SIMPLE + name).problem
+    observed, rate = case(SIMPLE + name).reference.observe(FINE), case(SIMPLE + name).problem
     speed, theta = observed["theta_dot"], observed["theta"]
     turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
     part = speed[turns] / (speed[turns] - speed[turns + 1])
-    after = part * (TIMES[1] - TIMES[0])
-    when = TIMES[turns] + after
+    after = part * (FINE[1] - FINE[0])
+    when = FINE[turns] + after
     sizes = np.abs(theta[turns] + 0.5 * after * speed[turns])  # theta_dot falls linearly to zero
     expected = abs(rate.theta) * np.exp(-0.5 * rate.damping_rate * when)
     return float(np.abs(sizes / expected - 1.0).max())
@@ -92,7 +74,7 @@ def rotation(name: str) -> Record:
     least = math.sqrt(2.0 * problem.gravity / problem.length * (1.0 + math.cos(problem.theta)))
     return Record(
         turns=abs(float(end - start)) / math.tau,  # within DURATION
-        linear_degrees=math.degrees(swing(LINEAR + name, TIMES)),  # its largest angle [°]
+        linear_degrees=math.degrees(swing(LINEAR + name, FINE)),  # its largest angle [°]
         # than the speed that just reaches the top, relative
         faster=float(abs(problem.theta_dot)) / least - 1.0,
     )
@@ -108,10 +90,10 @@ def smallest_error(study: Study) -> tuple[float, float] | None:
 
 def numbers(study: Study) -> Record:
     """The figures that the notebook's statements are held to."""
-    damped, runs = case(f"{SIMPLE}damped-small").problem, runs_apart(study, CASES["1"])
-    natural, late = math.sqrt(damped.gravity / damped.length), TIMES[TIMES >= SETTLED]
+    damped = case(f"{SIMPLE}damped-small").problem
+    natural, late = math.sqrt(damped.gravity / damped.length), FINE[FINE >= SETTLED]
     return Record(
-        partings={label: parting(study, CASES[label]) for label in ("1", "2", "5", "6")},
+        partings={label: parting(CASES[label]) for label in ("1", "2", "5", "6")},
         # of the period, relative
         lengthening={label: lengthening(CASES[label]) for label in ("1", "2")},
         rotations={label: rotation(CASES[label]) for label in ("3", "4")},
@@ -124,15 +106,11 @@ def numbers(study: Study) -> Record:
         damping_ratio=damped.damping_rate / (2 * natural),
         mujoco=smallest_error(study),  # error [rad] of its multibody model on case 2, at step [s]
         # non-linear less linear angle [rad] over time in case 1
-        apart=(
-            TIMES[::10],
-            difference(TIMES, CASES["1"])[::10],
-        ),
-        apart_by_rk4=None if runs is None else (runs[0][::5], runs[1][::5]),
+        apart=(FINE[::40], difference(FINE[::40], CASES["1"])),
         duration=DURATION,
         visible=VISIBLE,
         settled=SETTLED,
     )
 
 
-CLAIMS = Analysis("simple_pendulum/notebook_claims", numbers, requests)
+CLAIMS = Analysis("simple_pendulum/notebook_claims", numbers)

@@ -18,23 +18,17 @@ from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
 SCENES = (f"{SIMPLE}free-large", f"{SIMPLE}rotating-fast", f"{SIMPLE}forced-large")
 METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/tight", "pymunk/default")
 STEPS, DURATION = (2e-3, 1e-3), 3.0  # [s]
-DRAWN, DRAWN_STEP = ("mujoco/rk4", "pymunk/tight"), 1e-2
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Each scene with each method at two steps, and the runs drawn."""
-    return (*runs(SCENES, METHODS, STEPS, DURATION), *_drawn())
-
-
-def _drawn() -> Sequence[ExtraRun]:
-    return runs(SCENES[:1], DRAWN, (DRAWN_STEP,), DURATION)
+    """Each scene with each method at two steps."""
+    return runs(SCENES, METHODS, STEPS, DURATION)
 
 
 def numbers(study: Study) -> Record:
-    """The errors of the tension by scene and method, and its course in the first scene."""
+    """The errors of the tension by scene and method."""
     pairs = [(scene, method) for scene in SCENES for method in METHODS]
     every = [_errors(study, scene, method) for scene, method in pairs]
-    times = np.linspace(0.0, DURATION, 240)
     errors = tuple(filter(None, every))
     sensor, impulse = (
         max((run.beside for run in errors if run.has_sensor == sensed), default=0.0)
@@ -42,14 +36,7 @@ def numbers(study: Study) -> Record:
     )
     return Record(
         runs=errors,
-        # the tension [N] over time in the first scene, and by method
-        exact=(times, case(SCENES[0]).reference.observe(times)["tension"]),
-        drawn={
-            request.method: (run.times[1::6], run.observables["tension"][1::6])
-            for request, run in recordings(study, _drawn()).items()
-        },
         steps=STEPS,
-        drawn_step=DRAWN_STEP,
         duration=DURATION,
         sensor=sensor,  # its largest difference from T of its own state
         impulse=impulse,  # the same of the joint's
