@@ -168,8 +168,9 @@ def test_another_figure_in_the_store_is_another_on_the_page(before, after):
 @pytest.mark.long
 def test_what_is_computed_stays(before, after):
     assert [name for name in COMPUTED if before[name].summary != after[name].summary] == []
-    # the swings of the equilibria were not invented
-    assert [name for name in COMPUTED if before[name].claims != ()] == ["equilibria"]
+    # heights are a difference of recordings that are spoiled alike; swings were not invented
+    claimed = [name for name in COMPUTED if before[name].claims != ()]
+    assert claimed == ["capsule-heights", "equilibria"]
 
 
 @pytest.mark.parametrize(("quicker", "shown"), [(1.0, True), (1.01, False)])
