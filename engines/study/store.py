@@ -28,7 +28,7 @@ from plumbob.engines.study.store_file import (
     writing,
 )
 
-__all__ = ["FILE", "SCHEMA", "history", "load", "save", "scene_names", "studies_of"]
+__all__ = ["FILE", "SCHEMA", "history", "load", "save", "studies_of"]
 T = TypeVar("T")
 ANALYSIS = "analysis "  # of keys
 Listed = list[tuple[str, str]]  # keys of a study's results, with the scene of each
@@ -201,12 +201,3 @@ def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
             if own := [entry for entry in listed if entry[1] == scene]:
                 found.append(_loaded(store, number, body, own).of_scene(scene))
     return tuple(study for study in found if any(c.measurements for c in study.convergence))
-
-
-def scene_names(file: Path) -> tuple[str, ...]:
-    """The scenes that studies in `file` ran, in the order of their names; raises as above."""
-    if not os.path.lexists(file):
-        return ()
-    with reading(file) as store:
-        named = {scene for _, listed in _studies(store).values() for _, scene in listed}
-    return tuple(sorted(named - {""}))

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.engines.method import Method, meant
@@ -18,7 +17,6 @@ from plumbob.engines.study.cost import Key
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.results import Quantities, Study
-from plumbob.engines.study.stability import KnownLimit
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import (
@@ -102,22 +100,20 @@ def advise(
     `progress` is given what is being run. Raises ParameterError for an error that is not positive,
     and for an observable that there is not."""
     positive("absolute" if asked.absolute else "error", asked.error)
-    quantities = asked.quantities(known)
-    gathering = _Gathering(asked, quantities, dict(known), run_studies)
-    first = asked.scenes[0]
-    gathering.complete([first], asked.methods)
-    if first.name not in gathering.known:
-        raise ParameterError("scene", first.name, "one that was measured, as nothing is to be run")
 
     def run(scene: Scene, method: Method, step: float) -> Measurement:
         progress(f"{scene.name} {method.name} at {step:.3g}")
         return measure(case_of(scene), method, step, theory=False)[0]
 
-    evidence = gathering.evidence()
+    gathering = _Gathering(asked, known, run_studies)
+    first, evidence = asked.scenes[0], gathering.evidence
+    gathering.complete([first], asked.methods)
+    if first.name not in gathering.known:
+        raise ParameterError("scene", first.name, "one that was measured, as nothing is to be run")
     if run_studies is not None:
         evidence.run, evidence.seconds = run, seconds + PER_SCENE * (len(asked.scenes) - 1)
     return Answer(
-        _recommendation(gathering, evidence),
+        _recommendation(gathering),
         {name: of_scene.study for name, of_scene in gathering.known.items()},
         tuple(gathering.made),
         evidence.taken,
@@ -135,65 +131,75 @@ def from_study(
 
 def every_choice(asked: Question, known: Mapping[str, Known]) -> list[Choice]:
     """Every run of a full model, on all scenes asked about, that may be named."""
-    gathering = _Gathering(asked, asked.quantities(known), dict(known))
-    return gathering.choices(gathering.evidence())
+    return _Gathering(asked, known).choices()
 
 
-def _recommendation(gathering: _Gathering, evidence: Evidence) -> Recommendation:
+def _recommendation(gathering: _Gathering) -> Recommendation:
     """The recommendation from steps that are searched for; surrogates only where they may be
     cheaper than the full model that is chosen."""
-    asked, good = gathering.asked, partial(gathering.trusts, evidence)
-    full, surrogates = (gathering.methods(evidence, kind) for kind in (False, True))
-    within = searched(evidence, full, asked.error, good)
+    asked, evidence = gathering.asked, gathering.evidence
+    full, surrogates = (gathering.methods(kind) for kind in (False, True))
+    within = searched(evidence, full, asked.error, gathering.trusts)
     choice = within[0] if within else None
-    by_engine: dict[str, Choice] = {}
-    for other in within:
-        by_engine.setdefault(other.method.partition("/")[0], other)
+    by_engine = {c.method.partition("/")[0]: c for c in reversed(within)}
     cheaper: Sequence[Choice] = ()
     if choice:
-        cheaper = searched(evidence, surrogates, asked.error, good, choice.ns_per_second)
-    named = dict.fromkeys((DEFAULT_METHOD, choice.method if choice else DEFAULT_METHOD))
-    usual = {m.name: evidence.at(m, DEFAULT_STEP) for m in full + surrogates}
-    first = asked.scenes[0].name
-    observable = gathering.quantities[first][0].observable
-    observables = gathering.known[first].study.observables(first)
+        limit = choice.ns_per_second
+        within_it = searched(evidence, surrogates, asked.error, gathering.trusts, limit)
+        cheaper = [c for c in within_it if c.ns_per_second < limit]
+    named = (DEFAULT_METHOD, choice.method if choice else DEFAULT_METHOD)
+    usual = [m for name in dict.fromkeys(named) for m in full + surrogates if m.name == name]
+    study = gathering.known[asked.scenes[0].name].study
+    observable = evidence.quantities[asked.scenes[0].name][0].observable
+    everything = () if choice else gathering.choices()
     return Recommendation(
         asked.name,
         observable,
-        next(o.unit for o in observables if o.name == observable),
+        next(o.unit for o in study.observables(asked.scenes[0].name) if o.name == observable),
         asked.error,
         asked.error * evidence.scale,
         choice,
         within[1] if len(within) > 1 else None,
-        tuple(by_engine.values()),
-        None if choice else min(gathering.choices(evidence), key=_accuracy, default=None),
-        tuple(default for name in named if (default := usual.get(name))),
-        next((c for c in cheaper if choice and c.ns_per_second < choice.ns_per_second), None),
+        tuple(c for c in within if c in by_engine.values()),
+        min(everything, key=lambda c: (c.error, c.ns_per_second), default=None),
+        tuple(default for m in usual if (default := evidence.at(m, DEFAULT_STEP))),
+        cheaper[0] if cheaper else None,
     )
 
 
-def _accuracy(choice: Choice) -> tuple[float, float]:
-    """Sorts the most accurate run first, on the hardest scene."""
-    return choice.error, choice.ns_per_second
-
-
-@dataclass
 class _Gathering:
     """Gathers the measurements of each scene, and runs those that are missing."""
 
-    asked: Question
-    quantities: Mapping[str, Quantities]  # by scene
-    known: dict[str, Known]
-    run_studies: RunStudies | None = None
-    made: list[Study] = field(default_factory=list)
+    def __init__(
+        self,
+        asked: Question,
+        known: Mapping[str, Known],
+        run_studies: RunStudies | None = None,
+    ) -> None:
+        self.asked, self.known, self.run_studies = asked, dict(known), run_studies
+        self.made: list[Study] = []
+        self.evidence = Evidence(asked.scenes, asked.quantities(known))
+        for name in known:
+            self._learn(name)
 
-    def evidence(self) -> Evidence:
-        """Choices from the runs that are there alone."""
-        return Evidence(
-            self.asked.scenes, self.quantities, self.costs(), self.runs(), limits=self.limits()
-        )
+    def _learn(self, scene: str) -> None:
+        """Every run, cost and limit that is known of a scene."""
+        study, evidence = self.known[scene].study, self.evidence
+        first = self.known.get(self.asked.scenes[0].name)
+        unit = first.study.reference_step if first else math.nan  # the machine of the first scene
+        runs = {c.method: c.measurements for c in study.convergence}
+        for method in study.methods:
+            key = scene, method.name
+            kept = [m for m in runs.get(method.name, ()) if m.status in ("done", "diverged")]
+            kept += self.known[scene].searched.get(method.name, ())
+            evidence.runs.setdefault(key, {}).update({m.step: m for m in kept})
+            if limit := study.step_limit(*key):
+                evidence.limits[key] = limit
+            if (cost := study.costs.get(key)) and cost.believed:
+                ns = cost.ratio * unit
+                evidence.costs[key] = ns if math.isfinite(ns) else cost.ns_per_step
 
-    def methods(self, evidence: Evidence, surrogate: bool) -> list[Method]:
+    def methods(self, surrogate: bool) -> list[Method]:
         """Methods that simulate all scenes and were timed: surrogates, or full models."""
         return [
             m
@@ -201,17 +207,13 @@ class _Gathering:
             if m.scheme.integrator != EXACT
             and bool(m.surrogate) is surrogate
             and all(meant(m, scene) for scene in self.asked.scenes)
-            and math.isfinite(evidence.price(m))
+            and math.isfinite(self.evidence.price(m))
         ]
 
-    def choices(self, evidence: Evidence) -> list[Choice]:
+    def choices(self) -> list[Choice]:
         """Every run of a full model, on all scenes asked about, that may be named."""
-        return [
-            c
-            for m in self.methods(evidence, False)
-            if evidence.choices(m) and self.trusts(evidence, m)
-            for c in evidence.choices(m)
-        ]
+        every = ((m, self.evidence.choices(m)) for m in self.methods(False))
+        return [c for m, of in every if of and self.trusts(m) for c in of]
 
     def complete(self, scenes: Sequence[Scene], methods: Sequence[Method]) -> None:
         """Run the convergence studies of these methods on these scenes that are missing."""
@@ -219,26 +221,22 @@ class _Gathering:
             return
         missing: dict[tuple[str, ...], list[Scene]] = {}
         for scene in scenes:
-            lacking = (m.name for m in methods if meant(m, scene) and not self._has(scene, m))
-            missing.setdefault(tuple(lacking), []).append(scene)
-        for names, of in missing.items():
-            if names:
-                study = self.run_studies(of, [m for m in methods if m.name in names])
-                self.made.append(study)
-                for scene in of:
-                    self._add(scene, study.of_scene(scene.name))
+            old = self.known.get(scene.name)
+            there = {c.method for c in old.study.convergence} if old else set()
+            lacking = tuple(m.name for m in methods if meant(m, scene) and m.name not in there)
+            if lacking:
+                missing.setdefault(lacking, []).append(scene)
+        for lacking, of in missing.items():
+            some = [m for m in methods if m.name in lacking]
+            self.made.append(self.run_studies(of, some))
+            for scene in of:
+                old, study = self.known.get(scene.name), self.made[-1].of_scene(scene.name)
+                both = merged([old.study, study] if old else [study], scene)
+                assert both is not None
+                self.known[scene.name] = Known(both, old.searched if old else {})
+                self._learn(scene.name)
 
-    def _has(self, scene: Scene, method: Method) -> bool:
-        known = self.known.get(scene.name)
-        return known is not None and any(c.method == method.name for c in known.study.convergence)
-
-    def _add(self, scene: Scene, study: Study) -> None:
-        old = self.known.get(scene.name)
-        both = merged([old.study, study] if old else [study], scene)
-        assert both is not None
-        self.known[scene.name] = Known(both, old.searched if old else {})
-
-    def trusts(self, evidence: Evidence, method: Method) -> bool:
+    def trusts(self, method: Method) -> bool:
         """Whether nothing is known against a method on any scene; convergence studies that are
         missing are run for it, and are evidence too."""
         for scene in self.asked.scenes:
@@ -246,9 +244,6 @@ class _Gathering:
             self.complete(at_once, [method])
             if scene.name not in self.known or not self._good(scene.name, method.name):
                 return False
-        for key, runs in self.runs().items():
-            evidence.runs[key] = runs | evidence.runs.get(key, {})
-        evidence.limits = self.limits()
         return True
 
     def _good(self, scene: str, method: str) -> bool:
@@ -260,34 +255,3 @@ class _Gathering:
             trusted(judged.get((scene, method)), c.measurements, part.quantities(scene))
             for c in part.convergence
         )
-
-    def costs(self) -> dict[Key, float]:
-        """[ns] of a step of each pair, brought to the machine of the first scene's study."""
-        unit = self.known[self.asked.scenes[0].name].study.reference_step
-        return {
-            key: cost.ratio * unit if math.isfinite(unit) else cost.ns_per_step
-            for known in self.known.values()
-            for key, cost in known.study.costs.items()
-            if cost.believed
-        }
-
-    def limits(self) -> dict[Key, KnownLimit]:
-        """The stored limits of each pair's step."""
-        return {
-            (scene, m.name): limit
-            for scene, known in self.known.items()
-            for m in known.study.methods
-            if (limit := known.study.step_limit(scene, m.name))
-        }
-
-    def runs(self) -> dict[Key, dict[float, Measurement]]:
-        """Every run by pair and step."""
-        every: dict[Key, dict[float, Measurement]] = {}
-        for scene, known in self.known.items():
-            for c in known.study.convergence:
-                every.setdefault((scene, c.method), {}).update(
-                    {m.step: m for m in c.measurements if m.status in ("done", "diverged")}
-                )
-            for method, runs in known.searched.items():
-                every.setdefault((scene, method), {}).update({m.step: m for m in runs})
-        return every

@@ -12,9 +12,10 @@ what was found.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from statistics import median_high
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Key
@@ -28,7 +29,7 @@ from plumbob.reports.advice.work_precision import error_of
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
 RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
 # Below a step that fails, the next that is tried, of the many that checks leave; its square after
-# two that fail, and so on, so that a few lead from where errors scatter to where they hold.
+# one that fails, and so on, so that a few lead from where errors scatter to where they hold.
 STRIDE = 1.04
 ALLOWED = 0.8  # of a limit of stability: the largest step that is named is smaller
 CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
@@ -46,75 +47,70 @@ _DOUBLINGS = 10  # of the digits of a stride: the last, 10^17, is below all step
 _SMALLEST = 1e-9  # of the smallest step that was run
 _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
-_DIGITS = 3  # of a step that is tried, rounded down
 _FEWEST = 8  # steps of a run
-_MOST = 4_000_000  # steps of a run
-_TIGHTEST = 1e-13  # a relative tolerance
-_STEEPEST = 0.25  # of steps against tolerance, on logarithmic axes: a solver of order 4 or more
+_TOLERANCES = (1e-13, 0.1)  # the tightest and the loosest relative tolerance
 _COMPILE = 0.1  # [s] that a run takes beside its steps, roughly
 
 
 @dataclass
 class Evidence:
-    """Measurements of the methods on the scenes of a family, and the means to run more."""
+    """Measurements of methods on the scenes of a family, and the means to run more."""
 
     scenes: tuple[Scene, ...]
-    quantities: Mapping[str, Quantities]  # by scene
-    costs: Mapping[Key, float]  # [ns of a step]
-    runs: dict[Key, dict[float, Measurement]]
+    quantities: dict[str, Quantities]  # by scene
+    costs: dict[Key, float] = field(default_factory=dict)  # [ns of a step]
+    runs: dict[Key, dict[float, Measurement]] = field(default_factory=dict)  # by step
     run: Callable[[Scene, Method, float], Measurement] | None = None  # None: nothing more is run
     seconds: float = math.inf  # [s] of computing that may still be spent
     taken: dict[Key, list[Measurement]] = field(default_factory=dict)  # what was run
-    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
-
-    def of(self, scene: Scene, method: Method) -> dict[float, Measurement]:
-        """The runs of a pair by step."""
-        return self.runs.setdefault((scene.name, method.name), {})
-
-    def error(self, scene: Scene, method: Method, step: float) -> float:
-        """The relative error of a run that is there."""
-        return error_of(self.of(scene, method)[step], self.quantities[scene.name])
+    limits: dict[Key, KnownLimit] = field(default_factory=dict)  # of the step
 
     @property
     def scale(self) -> float:
         """The largest scale of the first quantity of interest, in its unit."""
         return max(about[0].scale for about in self.quantities.values())
 
-    def worst(self, method: Method, step: float) -> float:
-        """The largest error over the scenes that this step was run on."""
-        ran = [s for s in self.scenes if step in self.of(s, method)]
-        return max((self.error(s, method, step) for s in ran), default=math.nan)
+    def errors(self, method: Method) -> dict[float, float]:
+        """The largest relative error over the scenes at each step that any of them ran."""
+        largest: dict[float, float] = {}
+        for scene in self.scenes:
+            for step, run in self.runs.get((scene.name, method.name), {}).items():
+                error = error_of(run, self.quantities[scene.name])
+                largest[step] = max(error, largest.get(step, 0.0))
+        return largest
 
-    def largest(self, method: Method, step: float) -> float:
-        """The largest error at a step or below, over all scenes."""
-        runs = ((s, h) for s in self.scenes for h in self.of(s, method) if h <= step)
-        return max(self.error(s, method, h) for s, h in runs)
+    def common(self, method: Method, below: float = math.inf) -> list[float]:
+        """The steps below one that were run on every scene, from small to large."""
+        every = (set(self.runs.get((s.name, method.name), ())) for s in self.scenes)
+        return sorted(h for h in set.intersection(*every) if h < below)
 
     def cost(self, method: Method, step: float) -> float:
         """[ns] of wall time per simulated second, over the family; 0 where it is not known."""
-        price = self.price(method)
-        total = 0.0
-        for scene in self.scenes:
-            count = scene.duration / step
-            if method.control == "tolerance":
-                run = self.of(scene, method).get(step)
-                count = run.steps if run and run.status == "done" else 0.0
-            total += count * self.costs.get((scene.name, method.name), price)
+        total = sum(
+            self._count(scene, method, step)
+            * self.costs.get((scene.name, method.name), self.price(method))
+            for scene in self.scenes
+        )
         return total / sum(scene.duration for scene in self.scenes)
+
+    def _count(self, scene: Scene, method: Method, step: float) -> float:
+        """Steps of a run; 0 at a tolerance that did not reach the end."""
+        if method.control == "step":
+            return scene.duration / step
+        run = self.runs.get((scene.name, method.name), {}).get(step)
+        return run.steps if run and run.status == "done" else 0.0
 
     def price(self, method: Method) -> float:
         """[ns] of a step, the median over the scenes where it was timed; infinite where none."""
-        prices = sorted(
-            self.costs[key] for s in self.scenes if (key := (s.name, method.name)) in self.costs
-        )
-        return prices[len(prices) // 2] if prices else math.inf
+        keys = ((scene.name, method.name) for scene in self.scenes)
+        return median_high([self.costs[key] for key in keys if key in self.costs] or [math.inf])
 
     def limit(self, method: Method) -> KnownLimit | None:
         """The smallest limit of a method's step on any scene; None where none is known."""
         if method.control == "tolerance":
             return None
-        known = [x for s in self.scenes if (x := self.limits.get((s.name, method.name)))]
-        finite = [limit for limit in known if math.isfinite(limit.step)]
+        known = (self.limits.get((scene.name, method.name)) for scene in self.scenes)
+        finite = [limit for limit in known if limit and math.isfinite(limit.step)]
         return min(finite, key=lambda limit: limit.step, default=None)
 
     def allowed(self, method: Method) -> float:
@@ -122,39 +118,21 @@ class Evidence:
         limit = self.limit(method)
         return math.inf if limit is None else ALLOWED * limit.step
 
-    def limited(self, method: Method, step: float, wanted: float) -> bool:
-        """Whether the limit alone keeps a step from being larger, as far as is known."""
-        allowed, missing = self.allowed(method), self.missing(method, wanted)
-        larger = [RESOLVED * step, *self.common(method, missing)]
-        return allowed < missing and allowed <= max(larger)
+    def missing(self, method: Method, wanted: float) -> float:
+        """The smallest step with an error above the wanted one on any scene; infinite if none."""
+        errors = self.errors(method).items()
+        return min((h for h, error in errors if not error <= wanted), default=math.inf)
 
     def failing(self, method: Method, wanted: float) -> float:
         """The smallest step that is not to be named; infinite if there is none."""
         return min(self.allowed(method), self.missing(method, wanted))
 
-    def missing(self, method: Method, wanted: float) -> float:
-        """The smallest step with an error above the wanted one on any scene; infinite if none."""
-        return min(
-            (
-                h
-                for s in self.scenes
-                for h in self.of(s, method)
-                if self.error(s, method, h) > wanted
-            ),
-            default=math.inf,
-        )
-
-    def common(self, method: Method, below: float) -> list[float]:
-        """The steps below one that were run on every scene, from small to large."""
-        every = [set(self.of(scene, method)) for scene in self.scenes]
-        return sorted(h for h in set.intersection(*every) if h < below)
-
-    def choice(
-        self, method: Method, step: float, error: float, wanted: float | None = None
-    ) -> Choice:
+    def choice(self, method: Method, step: float, error: float, wanted: float = 0.0) -> Choice:
         """A step that was run, with the relative `error` that is said of it, as an answer to the
         one `wanted`."""
-        limit = self.limit(method)
+        limit, allowed = self.limit(method), self.allowed(method)
+        missing = self.missing(method, wanted)
+        larger = max([RESOLVED * step, *self.common(method, missing)])
         return Choice(
             method.name,
             method.control,
@@ -165,45 +143,64 @@ class Evidence:
             surrogate=method.surrogate,
             limit=limit,
             margin=None if limit is None else limit.step / step,
-            limited=wanted is not None and self.limited(method, step, wanted),
+            limited=wanted > 0.0 and allowed < missing and allowed <= larger,
         )
 
     def at(self, method: Method, step: float) -> Choice | None:
         """A method at a step [s], with the error of that run; None where it has not run there on
         every scene to the end."""
-        if method.control == "tolerance" or step not in self.common(method, math.inf):
+        if method.control == "tolerance" or step not in self.common(method):
             return None
-        error = self.worst(method, step)
+        error = self.errors(method)[step]
         return self.choice(method, step, error) if math.isfinite(error) else None
 
     def choices(self, method: Method) -> list[Choice]:
         """The runs of a method on every scene that ended, at steps that may be named."""
-        errors = {h: self.worst(method, h) for h in self.common(method, self.allowed(method))}
-        return [self.choice(method, h, e) for h, e in errors.items() if math.isfinite(e)]
+        errors = self.errors(method)
+        common = self.common(method, self.allowed(method))
+        return [self.choice(method, h, errors[h]) for h in common if math.isfinite(errors[h])]
 
-    def reaches(self, method: Method, step: float, wanted: float) -> bool:
-        """Whether a step is within the wanted error on every scene, the hardest first; runs what
-        is missing."""
-        near = {s.name: self._nearest(s, method, step) for s in self.scenes}
-        for scene in sorted(self.scenes, key=lambda s: -near[s.name]):
-            if step not in self.of(scene, method):
-                if self.run is None:
-                    return False
-                run = self.run(scene, method, step)
-                self.of(scene, method)[step] = run
-                self.taken.setdefault((scene.name, method.name), []).append(run)
-                count = run.steps if run.status == "done" else scene.duration / step
-                self.seconds -= _COMPILE + 1e-9 * self.price(method) * count
-            if not self.error(scene, method, step) <= wanted:
+    def reaches(
+        self, method: Method, step: float, wanted: float, margin: float = 1.0
+    ) -> bool | None:
+        """Whether the error at a step is the wanted one over a `margin`, or smaller, on every
+        scene; runs what is missing, and is None where that may not be run."""
+        for scene in self.scenes:
+            least, most = _TOLERANCES
+            if method.control == "step":
+                least, most = 0.0, scene.duration / _FEWEST
+            if not least <= step <= most:
                 return False
+            run = self._run(scene, method, step)
+            if run is None or not margin * error_of(run, self.quantities[scene.name]) <= wanted:
+                return run and False
         return True
 
-    def _nearest(self, scene: Scene, method: Method, step: float) -> float:
-        """The error at the step that was run nearest to this one."""
-        ran = self.of(scene, method)
-        if not ran:
-            return math.inf
-        return self.error(scene, method, min(ran, key=lambda h: abs(math.log(h / step))))
+    def _run(self, scene: Scene, method: Method, step: float) -> Measurement | None:
+        """A run, made now where it is missing and there is time for it."""
+        runs = self.runs.setdefault((scene.name, method.name), {})
+        if step not in runs and self.run is not None and self.seconds > 0.0:
+            near = min(runs or [step], key=lambda h: abs(math.log(h / step)))
+            at = step if method.control == "step" else near
+            price = 1e-9 * self.price(method)
+            if price * self._count(scene, method, at) > self.seconds:
+                return None
+            runs[step] = self.run(scene, method, step)
+            self.taken.setdefault((scene.name, method.name), []).append(runs[step])
+            self.seconds -= _COMPILE + price * self._count(scene, method, step)
+        return runs.get(step)
+
+    def holds(self, method: Method, step: float, wanted: float) -> bool | None:
+        """Whether a step and smaller ones beside it reach the error: two, or 24 where the errors
+        scatter, and those by a margin; None where what that needs may not be run."""
+        few, more = ([float(f"{step * part:.4g}") for part in parts] for parts in (FEW, MORE))
+        few = [step, *few]
+        reached = (self.reaches(method, h, wanted) for h in few)
+        first = next((answer for answer in reached if not answer), True)
+        if not first or (method.control == "step" and _straight(few, self.errors(method))):
+            return first
+        beyond = (self.reaches(method, h, wanted, SCATTER) for h in (*few, *more))
+        return next((answer for answer in beyond if not answer), True)
 
 
 def searched(
@@ -219,40 +216,30 @@ def searched(
     cost."""
     choices: list[Choice] = []
     methods = [m for m in methods if evidence.allowed(m) > 0.0]
-    family = len(evidence.scenes) > 1
-    bounds = {m.name: evidence.cost(m, evidence.failing(m, wanted)) for m in methods}
     for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
-        refine = best > CHEAPER * bounds[method.name] and _may(evidence, method, wanted, best)
-        if not refine and family and evidence.run is not None:
+        refine = best > CHEAPER * evidence.cost(method, evidence.failing(method, wanted))
+        if refine and evidence.run and math.isfinite(best) and method.control == "step":
+            # One run, at the step where it would be much cheaper.
+            even = _rounded(CHEAPER * evidence.cost(method, 1.0) / best)
+            refine = evidence.reaches(method, even, wanted) is not False
+        if not refine and evidence.run and len(evidence.scenes) > 1:
             continue  # to judge it on every scene would take long
         if not trusted(method):
             continue
         step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
         if step is not None:
-            choices.append(evidence.choice(method, step, evidence.largest(method, step), wanted))
+            error = max(e for h, e in evidence.errors(method).items() if h <= step)
+            choices.append(evidence.choice(method, step, error, wanted))
             best = min(best, choices[-1].ns_per_second)
     return sorted(choices, key=lambda choice: choice.ns_per_second)
-
-
-def _may(evidence: Evidence, method: Method, wanted: float, best: float) -> bool:
-    """Whether a method may be much cheaper than the best: one run at the step where it would be."""
-    if math.isfinite(best) and evidence.seconds <= 0.0:
-        return False
-    if math.isinf(best) or method.control == "tolerance" or evidence.run is None:
-        return True
-    step = _rounded(CHEAPER * evidence.cost(method, 1.0) / best)
-    if step > min(scene.duration for scene in evidence.scenes) / _FEWEST:
-        return False
-    return not _affordable(evidence, method, step) or evidence.reaches(method, step, wanted)
 
 
 def _hoped(evidence: Evidence, method: Method, wanted: float) -> float:
     """The cost of a method, roughly, before it is searched."""
     failing = evidence.failing(method, wanted)
-    good = evidence.common(method, failing)
-    if not good:
-        return 4.0 * evidence.cost(method, failing) if math.isfinite(failing) else math.inf
-    return evidence.cost(method, good[-1])
+    if good := evidence.common(method, failing):
+        return evidence.cost(method, good[-1])
+    return 4.0 * evidence.cost(method, failing) if math.isfinite(failing) else math.inf
 
 
 def _largest(
@@ -260,29 +247,29 @@ def _largest(
 ) -> float | None:
     """The largest step that reaches the error, found by bisection between the smallest that fails
     and the largest that holds; without `refine` the largest that was run; None if there is none."""
+    good = evidence.common(method, evidence.failing(method, wanted))
     if not refine:
-        good = evidence.common(method, evidence.failing(method, wanted))
         # A looser tolerance need not be the cheaper one.
         return min(good, key=partial(evidence.cost, method), default=None)
     known = replace(evidence, run=None)
-    good = evidence.common(method, evidence.failing(method, wanted))
-    chosen = next((h for h in reversed(good) if _holds(known, method, h, wanted)), None)
-    above = [h for h in good if chosen is None or h > chosen]
-    ceiling = min((h for h in above if _refused(known, method, h, wanted)), default=math.inf)
+    held = {h: known.holds(method, h, wanted) for h in good}
+    chosen = max((h for h in good if held[h]), default=None)
+    above = (h for h in good if held[h] is False and (chosen is None or h > chosen))
+    ceiling = min(above, default=math.inf)
     resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
     failed = 0
-    for number in range(_TRIES):
+    for _ in range(_TRIES):
         failing = min(evidence.failing(method, wanted), ceiling)
         if chosen is not None and chosen >= failing:
             chosen = None
-        if best <= CHEAPER * evidence.cost(method, failing) and math.isfinite(failing):
+        if best <= CHEAPER * evidence.cost(method, failing):
             break  # it cannot be much cheaper than what is there
         if chosen is not None and failing <= resolved * chosen:
             break
-        step = _next(evidence, method, wanted, chosen, failing, number, failed)
-        if step is None or not _affordable(evidence, method, step):
+        step = _next(evidence, method, wanted, chosen, failing, failed)
+        if step is None or (holds := evidence.holds(method, step, wanted)) is None:
             break
-        if _holds(evidence, method, step, wanted):
+        if holds:
             chosen = step
         else:
             ceiling, failed = min(ceiling, step), failed + 1
@@ -295,112 +282,45 @@ def _next(
     wanted: float,
     chosen: float | None,
     failing: float,
-    number: int,
     failed: int,
 ) -> float | None:
-    """The step to try: the largest that was run well below the failing one, if it is not checked
-    yet, the further below the more have `failed`; then one between; or one beyond all that were
-    run."""
-    every = evidence.common(method, failing)
-    stride = STRIDE**2 ** min(max(failed - 1, 0), _DOUBLINGS)
-    good = [h for h in every if stride * h <= failing]
-    if not good:  # all that were run are near the failing one
-        good = every if failed < 2 else every[:1]
-    if chosen is None or (not failed and good and good[-1] > chosen * RESOLVED):
-        if good:
-            return good[-1]
-        return _finer(evidence, method, wanted, failing)
+    """The step to try: one that was run, the further below the failing one the more have `failed`,
+    or one below all of them; then one beyond all that were run, or one between."""
+    if chosen is None:
+        every = evidence.common(method, failing)
+        stride = STRIDE**2 ** min(failed, _DOUBLINGS)
+        good = [h for h in every if stride * h <= failing] or every[:1]
+        return good[-1] if good else _finer(evidence, method, wanted, failing)
     if math.isinf(failing):
-        step = 1.8 * chosen
-        if method.control == "tolerance":
-            return _rounded(4.0 * chosen) if 4.0 * chosen < 0.1 else None
-        longest = min(scene.duration for scene in evidence.scenes) / _FEWEST
-        return _rounded(step) if step <= longest else None
-    middle = math.sqrt(chosen * failing)
-    low, high = evidence.worst(method, chosen), evidence.worst(method, failing)
-    if number % 2 == 0 and 0.0 < low < high < math.inf:
-        slope = math.log(high / low) / math.log(failing / chosen)
-        ratio = min(math.log(0.99 * wanted / low) / slope, math.log(failing / chosen))
-        middle = min(max(chosen * math.exp(ratio), chosen * 1.03), failing / 1.03)
-    step = _rounded(middle)
+        return _rounded(chosen * (1.8 if method.control == "step" else 4.0))
+    step = _rounded(math.sqrt(chosen * failing))
     return step if chosen < step < failing else None
 
 
 def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float | None:
     """A step below all that were run, where the curve of errors leads to the wanted one."""
-    every = evidence.common(method, math.inf)
-    if len(every) < 2 or not math.isfinite(failing):
+    steps, errors = evidence.common(method), evidence.errors(method)
+    if len(steps) < 2 or not 0.0 < errors[steps[0]] < errors[steps[1]] < math.inf:
         return None
-    low, high = evidence.worst(method, every[0]), evidence.worst(method, every[1])
-    if not 0.0 < low < high < math.inf:
+    small, large = steps[:2]
+    slope = math.log(errors[large] / errors[small]) / math.log(large / small)
+    if slope < _SHALLOW or math.isinf(failing):
         return None
-    slope = math.log(high / low) / math.log(every[1] / every[0])
-    if slope < _SHALLOW:
-        return None
-    factor = min(0.8, 0.9 * (wanted / low) ** (1.0 / slope))
+    factor = min(0.8, 0.9 * (wanted / errors[small]) ** (1.0 / slope))
     # Smaller steps take too long, and may underflow.
-    return _rounded(min(failing, every[0]) * factor) if factor > _SMALLEST else None
+    return _rounded(min(failing, small) * factor) if factor > _SMALLEST else None
 
 
-def _affordable(evidence: Evidence, method: Method, step: float) -> bool:
-    """Whether the runs that check a step are short enough."""
-    if evidence.seconds <= 0.0:
+def _straight(steps: Sequence[float], errors: dict[float, float]) -> bool:
+    """Whether the errors at three steps lie on a rising line on logarithmic axes."""
+    if min(errors[h] for h in steps) <= 0.0:
         return False
-    if step in evidence.common(method, math.inf):
-        return True
-    longest = max(scene.duration for scene in evidence.scenes)
-    checks, timed, most = 1 + len(FEW), step, 1.0  # times as many steps
-    if method.control == "tolerance":
-        near = [h for h in evidence.common(method, math.inf) if evidence.cost(method, h) > 0.0]
-        if step < _TIGHTEST or not near:
-            return False
-        timed = min(near, key=lambda h: abs(math.log(h / step)))
-        checks, most = checks + len(MORE), max(1.0, (timed / step) ** _STEEPEST)
-    elif longest / step > _MOST:
-        return False
-    length = sum(scene.duration for scene in evidence.scenes)
-    seconds = 1e-9 * evidence.cost(method, timed) * most * length * checks
-    return seconds <= evidence.seconds
-
-
-def _holds(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:
-    """Whether a step and smaller ones beside it reach the error: two, or 24 where the errors
-    scatter, and those below the wanted one by a margin."""
-    few = [step, *_fractions(step, FEW)]
-    if not all(evidence.reaches(method, h, wanted) for h in few):
-        return False
-    if method.control == "step" and _straight(few, [evidence.worst(method, h) for h in few]):
-        return True
-    more = [*few, *_fractions(step, MORE)]
-    return all(evidence.reaches(method, h, wanted) for h in more) and all(
-        evidence.worst(method, h) * SCATTER <= wanted for h in more
-    )
-
-
-def _refused(evidence: Evidence, method: Method, step: float, wanted: float) -> bool:
-    """Whether what was run tells that `_holds` is false of a step that reaches the error."""
-    ran = set(evidence.common(method, math.inf))
-    few = [step, *_fractions(step, FEW)]
-    if not ran.issuperset(few) or _straight(few, [evidence.worst(method, h) for h in few]):
-        return False
-    beside = ran.intersection((*few, *_fractions(step, MORE)))
-    return any(evidence.worst(method, h) * SCATTER > wanted for h in beside)
-
-
-def _straight(steps: Sequence[float], errors: Sequence[float]) -> bool:
-    """Whether three errors lie on a rising line on logarithmic axes."""
-    if min(errors) <= 0.0:
-        return False
-    (a, b, c), (x, y, z) = ([math.log(v) for v in values] for values in (steps, errors))
+    (a, x), (b, y), (c, z) = ((math.log(h), math.log(errors[h])) for h in steps)
     slope = (x - z) / (a - c)
     return slope > _SHALLOW and abs(y - (x + slope * (b - a))) <= _STRAIGHT
 
 
-def _fractions(step: float, fractions: Iterable[float]) -> list[float]:
-    return [float(f"{step * fraction:.4g}") for fraction in fractions]
-
-
 def _rounded(step: float) -> float:
-    """A step rounded down to so many significant digits."""
-    exponent = math.floor(math.log10(step)) - _DIGITS + 1
+    """A step rounded down to three significant digits."""
+    exponent = math.floor(math.log10(step)) - 2
     return float(f"{math.floor(step / 10.0**exponent * (1 + 1e-12))}e{exponent}")

@@ -8,28 +8,33 @@ import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
+from plumbob.engines.registry import engine_of, engines, installed
+from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
-from plumbob.engines.study.merged_studies import SEARCH, LeftOut, merged, searched_runs
-from plumbob.engines.study.merged_studies import with_installed_versions as current
+from plumbob.engines.study.merged_studies import (
+    SEARCH,
+    LeftOut,
+    merged,
+    searched_runs,
+    with_installed_versions,
+)
 from plumbob.engines.study.results import Study
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
     from plumbob.engines.study.scheduler import Progress
-    from plumbob.engines.study.stability import KnownLimit
-    from plumbob.reports.advice.advice import Answer, Known, Question, RunStudies
+    from plumbob.reports.advice.advice import Answer, Known, RunStudies
     from plumbob.reports.advice.recommend import Choice, Recommendation
-    from plumbob.reports.advice.user_settings import UserResult
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
-CHANGED = "changed"  # the profile of studies of a scene with parameters of --set
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -39,32 +44,23 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.commands.validate import progress
 
     error = _wanted(chosen)
-    changed = values.changes(chosen.changes)
-    user_method = _own(chosen.like) if chosen.like else None
+    user_method = _user_method(chosen.like) if chosen.like else None
     out = Path(chosen.out)
-    scenes = _scenes(chosen.scene, changed, out, chosen.stored)
+    scenes = _scenes(chosen.scene, values.changes(chosen.changes))
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
-    known, left_out = _known(scenes, out, bool(changed), chosen.stored)
+    known, left_out = _known(scenes, out, chosen.stored)
+    if chosen.stored and known:
+        scenes = tuple(scene for scene in scenes if scene.name in known)
     methods = _methods(chosen.engine, known, chosen.stored)
     name = scenes[0].name if len(scenes) == 1 else chosen.scene
     asked = Question(name, scenes, methods, error, chosen.error is None, chosen.observable)
     with progress() as show:
-        answer = advise(
-            asked,
-            known,
-            None if chosen.stored else _runner(show),
-            progress=lambda what: show(what, 0, 0),
-        )
+        run = None if chosen.stored else _runner(show)
+        answer = advise(asked, known, run, progress=lambda what: show(what, 0, 0))
     if not chosen.stored:
-        _store(answer, scenes, out / FILE, bool(changed))
-    study = answer.studies[scenes[0].name]
-    beside = {}
-    results: tuple[UserResult, ...] = ()
-    if user_method:
-        study, results = _with_own(study, scenes, user_method)
-        beside = {"user_settings": [asdict(result) for result in results]}
-    _show(chosen.json, asked, answer, study, beside, results)
+        _store(answer, scenes, out / FILE)
+    _show(chosen.json, asked, answer, user_method)
     for (version, date), runs in left_out.items():
         left = LeftOut(version, date, runs)
         print(f"plumbob: {left} left out; run `plumbob validate` again", file=sys.stderr)
@@ -80,17 +76,14 @@ def _wanted(chosen: argparse.Namespace) -> float:
     return values.positive_number("error", chosen.error)
 
 
-def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tuple[Scene, ...]:
-    """The scenes of a name or pattern, with some parameters changed."""
-    if stored and not changed:
-        # As it was typed first: to know every scene takes longer than to answer.
-        there = store.scene_names(out / store.FILE) + store.scene_names(out / FILE)
-        names = [n for n in dict.fromkeys(there) if fnmatchcase(n, name)]
-        if studies := [s for n in names if (s := _newest(out, n)) is not None]:
-            return tuple(study.scenes[0] for study in studies)
-    from plumbob.models.registry import scene as find_scene
-    from plumbob.models.registry import scenes as find_scenes
+def _user_method(path: str) -> Method:
+    from plumbob.reports.commands.arguments.like import own_method
 
+    return own_method(path)
+
+
+def _scenes(name: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
+    """The scenes of a name or pattern, with some parameters changed."""
     with values.representable(changed):
         if any(mark in name for mark in "*?[,"):
             scenes = find_scenes(name)
@@ -98,40 +91,26 @@ def _scenes(name: str, changed: dict[str, Any], out: Path, stored: bool) -> tupl
         return (find_scene(name, changed),)
 
 
-def _newest(out: Path, scene: str) -> Study | None:
-    studies = (*_plain(out / FILE, scene), *store.studies_of(out / store.FILE, scene))
-    return studies[-1] if studies else None
-
-
-def _plain(file: Path, scene: str) -> tuple[Study, ...]:
-    return tuple(s for s in store.studies_of(file, scene) if CHANGED not in s.profile)
-
-
 def _known(
-    scenes: Sequence[Scene], out: Path, changed: bool, stored: bool
+    scenes: Sequence[Scene], out: Path, stored: bool
 ) -> tuple[dict[str, Known], Counter[tuple[str, str]]]:
     """The stored measurements of each scene by the installed versions, and counts of those by other
     versions."""
-    from plumbob.engines.registry import methods as find_methods
     from plumbob.reports.advice.advice import Known
 
-    here = find_methods()
-    known: dict[str, Known] = {}
+    here, known = find_methods(), dict[str, Known]()
     left_out = Counter[tuple[str, str]]()
     for scene in scenes:
-        studies = list(store.studies_of(out / FILE, scene.name))
-        if not changed:
-            studies = [s for s in studies if CHANGED not in s.profile]
-            studies += store.studies_of(out / store.FILE, scene.name)
         usable = []
-        for study in (_of(study, None if stored else here) for study in studies):
-            kept, left = current(study)
-            usable.append(kept)
-            for entry in left:
-                left_out[entry.version, entry.date] += entry.runs
-        steps_run = merged([s for s in usable if SEARCH not in s.profile], scene)
+        for file in (FILE, store.FILE):
+            for study in store.studies_of(out / file, scene.name):
+                kept, left = with_installed_versions(_of(study, None if stored else here))
+                usable.append(kept)
+                for entry in left:
+                    left_out[entry.version, entry.date] += entry.runs
+        steps_run = merged([s for s in usable if s.profile != SEARCH], scene)
         if steps_run and steps_run.convergence:
-            more = searched_runs([s for s in usable if SEARCH in s.profile], scene)
+            more = searched_runs([s for s in usable if s.profile == SEARCH], scene)
             known[scene.name] = Known(steps_run, more)
     return known, left_out
 
@@ -145,17 +124,12 @@ def _of(study: Study, here: Sequence[Method] | None) -> Study:
 
 def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tuple[Method, ...]:
     """The methods that may be named: all that are installed, or all that were run."""
-    from plumbob.engines.registry import engine_of, engines, installed
-    from plumbob.engines.registry import methods as find_methods
-
     if engine is not None and engine not in engines():
         raise ParameterError("engine", engine, f"one of {', '.join(engines())}")
+    every = {m.name: m for m in find_methods() if installed(engine_of(m))}
     if stored:
-        every = {m.name: m for methods in known.values() for m in methods.study.methods}
-        methods = tuple(every.values())
-    else:
-        methods = tuple(m for m in find_methods() if installed(engine_of(m)))
-    return tuple(m for m in methods if engine in (None, m.engine))
+        every = {m.name: m for of_scene in known.values() for m in of_scene.study.methods}
+    return tuple(m for m in every.values() if engine in (None, m.engine))
 
 
 def _runner(show: Progress) -> RunStudies:
@@ -165,10 +139,6 @@ def _runner(show: Progress) -> RunStudies:
     from plumbob.reports.analyses.engines.largest_steps import predictions
 
     def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
-        what = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
-        which = methods[0].name if len(methods) == 1 else f"{len(methods)} methods"
-        if sys.stderr.isatty():
-            print(f"plumbob: not stored yet: running {which} on {what}", file=sys.stderr)
         jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
         timed = len(scenes) == 1
         return run_study(
@@ -178,128 +148,79 @@ def _runner(show: Progress) -> RunStudies:
     return run
 
 
-def _store(answer: Answer, scenes: Sequence[Scene], file: Path, changed: bool) -> None:
+def _store(answer: Answer, scenes: Sequence[Scene], file: Path) -> None:
     """Keep what was run, for the next time."""
     from plumbob.engines.study.convergence import ConvergenceStudy
     from plumbob.engines.study.provenance import provenance
 
-    suffix = f" {CHANGED}" if changed else ""
-    studies = [replace(s, profile=f"{s.profile}{suffix}") for s in answer.made]
+    studies = [*answer.made]
     for scene in scenes:
-        study = answer.studies.get(scene.name)
         runs = {m: each for (name, m), each in answer.runs.items() if name == scene.name}
-        if study and runs:
+        if runs:
+            study = answer.studies[scene.name]
+            by_method = (ConvergenceStudy(scene.name, m, tuple(each)) for m, each in runs.items())
             studies.append(
                 replace(
                     study,
-                    profile=f"{SEARCH}{suffix}",
+                    profile=SEARCH,
                     scenes=(scene,),
                     costs={},
                     extras={},
-                    convergence=tuple(
-                        ConvergenceStudy(scene.name, m, tuple(each)) for m, each in runs.items()
-                    ),
+                    convergence=tuple(by_method),
                     methods=tuple(m for m in study.methods if m.name in runs),
                     provenance=provenance("plumbob recommend"),
                 )
             )
-    if studies:
-        try:
+    try:
+        for study in studies:
             file.parent.mkdir(parents=True, exist_ok=True)
-            for study in studies:
-                store.save(study, file)
-        except (OSError, ParameterError) as error:
-            print(f"plumbob: the runs are not stored: {error}", file=sys.stderr)
+            store.save(study, file)
+    except (OSError, ParameterError) as error:
+        print(f"plumbob: the runs are not stored: {error}", file=sys.stderr)
 
 
-def _own(path: str) -> Method:
-    from plumbob.reports.commands.arguments.like import own_method
-
-    return own_method(path)
-
-
-def _with_own(
-    study: Study, scenes: Sequence[Scene], method: Method
-) -> tuple[Study, tuple[UserResult, ...]]:
-    """The study with the user's own settings, measured now, and their results."""
+def _show(as_json: bool, asked: Any, answer: Answer, user_method: Method | None) -> None:
+    """Print the answer, and what a user's own settings, measured now, give beside it."""
     from plumbob.engines.study.runner import joined, run_study
     from plumbob.reports.advice.user_settings import user_results
     from plumbob.reports.judge.study_verdicts import judge_study
+    from plumbob.reports.view import tables
+    from plumbob.reports.view.user_settings import lines
 
-    both = joined(study, run_study(scenes, [method]))
-    return both, user_results(both, judge_study(both))
-
-
-def _show(
-    as_json: bool,
-    asked: Question,
-    answer: Answer,
-    study: Study,
-    beside: Mapping[str, Any],
-    results: Sequence[UserResult],
-) -> None:
+    study = answer.studies[asked.scenes[0].name]
+    made = study.provenance
+    beside: dict[str, Any] = {}
+    if user_method:
+        study = joined(study, run_study(asked.scenes, [user_method]))
+        beside["user_settings"] = user_results(study, judge_study(study))
     if as_json:
-        study_of = {"date": study.provenance.date, "versions": study.provenance.versions}
-        data = asdict(answer.recommendation) | {
-            "scenes": [scene.name for scene in asked.scenes],
-            "study": study_of,
-            "cut_short": answer.cut_short,
-            **beside,
-        }
-        values.print_json(data)
+        values.print_json(
+            {
+                **asdict(answer.recommendation),
+                "scenes": [scene.name for scene in asked.scenes],
+                "study": {"date": made.date, "versions": made.versions},
+                "cut_short": answer.cut_short,
+                **{key: [asdict(result) for result in results] for key, results in beside.items()},
+            }
+        )
         return
-    _print(answer.recommendation, asked)
-    if answer.cut_short:
-        print("  the search was cut short: a larger step of some method may do")
-    print(f"  measured   {_measured_when(study)}")
-    if results:
-        from plumbob.reports.view.user_settings import lines
-
-        print(*lines(results), sep="\n")
-
-
-def _measured_when(study: Study) -> str:
-    """Date and engine versions of a study, for a reader to doubt."""
-    names = dict.fromkeys(method.engine for method in study.methods)
-    versions = [f"{n} {v}" for n in names if (v := study.provenance.versions.get(n))]
-    return ", ".join([study.provenance.date or "now", *versions])
+    shown = tables.lines(
+        "recommend",
+        answer=answer.recommendation,
+        asked=asked,
+        named=_named(answer.recommendation),
+        cut_short=answer.cut_short,
+        made=made,
+        engines=dict.fromkeys(method.engine for method in study.methods),
+    )
+    print(*shown, *lines(beside.get("user_settings", ())), sep="\n")
 
 
-def _print(answer: Recommendation, asked: Question) -> None:
-    many = f" (the worst of {len(asked.scenes)} scenes)" if len(asked.scenes) > 1 else ""
-    of = f"{answer.observable} within {answer.absolute:.3g} {answer.unit}"
-    wanted = of if asked.absolute else f"error within {answer.error:g} ({of})"
-    print(f"{answer.scene}, {wanted}{many}:")
-    if answer.choice is None:
-        print("  nothing that converges reaches it")
+def _named(answer: Recommendation) -> list[tuple[str, Choice]]:
+    """Choices, each with what it is."""
     named = {answer.choice: "use", answer.runner_up: "runner-up", answer.best: "the best:"}
     for choice in answer.by_engine:
         named.setdefault(choice, f"in {choice.method.partition('/')[0]}")
     named[answer.surrogate] = "surrogate"
-    rows = [(c, name) for c, name in named.items() if c]
-    for choice, name in [*rows, *((c, "at 0.002 s") for c in answer.defaults)]:
-        print(f"  {name:<10} {_text(choice, answer.unit, asked.absolute)}")
-        if name == "use" and choice.limit:
-            print(f"  {'':<10} {_stability(choice, choice.limit)}")
-        if name == "surrogate":
-            print(f"  {'':<10} ({choice.surrogate})")
-
-
-def _stability(choice: Choice, limit: KnownLimit) -> str:
-    known = "measured" if limit.measured else "predicted"
-    return (
-        f"{'limited by stability: ' if choice.limited else ''}loses the motion from "
-        f"{limit.step:.3g} s on ({limit.kind}, {known}), {choice.margin:.3g} times this step"
-    )
-
-
-def _text(choice: Choice, unit: str, absolute: bool) -> str:
-    word = "rtol" if choice.control == "tolerance" else "step"
-    tail = "" if word == "rtol" else " s"
-    error = f"{choice.absolute:.2g} {unit}"
-    if not absolute:
-        error = f"{choice.error:.2g} ({error})"
-    return (
-        f"{choice.method:<22} {word} {choice.step:g}{tail}: error {error}, "
-        f"{choice.ns_per_second / 1e6:.3g} ms per simulated second"
-    )
+    rows = [(name, choice) for choice, name in named.items() if choice]
+    return [*rows, *(("at 0.002 s", choice) for choice in answer.defaults)]

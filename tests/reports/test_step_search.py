@@ -57,6 +57,7 @@ def evidence(
         {(s.name, m.name): price for s in scenes for m, price in zip(methods, ns, strict=False)},
         {(s.name, m.name): {h: run(s, m, h) for h in STEPS} for s in scenes for m in methods},
         run if running else None,
+        45.0,
     )
 
 
@@ -161,7 +162,7 @@ def test_an_error_that_stays_is_not_searched_for_ever():
     assert best(found, 1e-3) is None
     near = evidence(lambda scene, method, h: 9e-4)  # within the wanted, by too small a margin
     assert best(near, 1e-3) is None
-    assert 100 <= sum(map(len, near.taken.values())) <= 1000
+    assert sum(map(len, near.taken.values())) <= 1000
     diverging = evidence(lambda scene, method, h: math.inf if h > 1e-3 else 1e-9)
     choice = best(diverging, 1e-3)
     assert choice

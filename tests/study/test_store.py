@@ -213,7 +213,7 @@ def test_costs_are_the_median_ratio_to_the_reference_step(study):
     assert merged([study], changed) is None
 
 
-HEAVY = ("scipy", "mujoco", "pymunk", "numpy_quaddtype", "plotly", "jinja2", "rich")
+HEAVY = ("scipy", "mujoco", "pymunk", "plotly", "rich")
 ASK = """
 import sys
 from plumbob.reports.cli import main
@@ -223,7 +223,7 @@ print(code, *sorted(set(sys.argv[3:]) & set(sys.modules)))
 
 
 def test_recommend_loads_no_engine(study, tmp_path):
-    # Modules that an answer from a file needs not; systems and engines take a second to load.
+    # Modules that an answer from a file needs not; engines take a second to load.
     _save(study, tmp_path / store.FILE)
     answer = subprocess.run(
         [sys.executable, "-c", ASK, SCENE, str(tmp_path), *HEAVY],
