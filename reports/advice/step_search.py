@@ -173,7 +173,7 @@ class Evidence:
                 return False
             run = self._run(scene, method, step)
             if run is None or not margin * error_of(run, self.quantities[scene.name]) <= wanted:
-                return run and False
+                return None if run is None else False
         return True
 
     def _run(self, scene: Scene, method: Method, step: float) -> Measurement | None:
