@@ -29,9 +29,8 @@ PERIODS = np.array([0.31, -1.7, 50.3])  # after the start
 PERIOD = 1e-15
 # A mean of up to 2^16 samples, each with an error of some units in the last place.
 ACTION = 1e-14
-# Relative to 1 rad and the phase; for the rate relative to the largest in the orbit, and for the
-# table's rate, which is made of angles, to that of a turn by 1 rad. Round-off of a time in a period
-# as long as ln(1e12) is 1e-14.
+# Relative to 1 rad and the phase; for the rate relative to the largest in the orbit. Round-off of a
+# time in a period as long as ln(1e12) is 1e-14.
 ANGLE = 1e-13
 
 STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
@@ -42,13 +41,10 @@ SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
 
 
 def errors(motion, orbit, times):
-    """Errors of a motion of finite period, each over its bound, closed form and table alike."""
+    """Errors of a motion of finite period, each over its bound."""
     theta, theta_dot = motion.closed_form.state(times)
-    tabulated = motion.table.state(times)
     period, action, states = orbit.follow(times.tolist(), list(zip(theta, theta_dot, strict=True)))
     fastest = np.abs(motion.closed_form.state(np.linspace(0.0, motion.period, 200))[1]).max()
-    v = motion.potential
-    pull = math.sqrt(double(2 * abs(v.a) + abs(v.b) + abs(v.c)) / motion.inertia)
     allowed = ANGLE * (1.0 + np.abs(motion.phase(times)))
     uncertain = motion.uncertainty(times)
 
@@ -61,8 +57,6 @@ def errors(motion, orbit, times):
         "action": abs(float(motion.action / action - 1)) / ACTION,
         "theta": worst(theta, 0, allowed),
         "theta_dot": worst(theta_dot, 1, allowed * fastest),
-        "tabulated theta": worst(tabulated[0], 0, allowed),
-        "tabulated theta_dot": worst(tabulated[1], 1, allowed * (fastest + pull)),
         "theta over its uncertainty": worst(theta, 0, uncertain["theta"]),
         "theta_dot over its uncertainty": worst(theta_dot, 1, uncertain["theta_dot"]),
     }

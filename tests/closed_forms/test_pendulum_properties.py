@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
@@ -80,14 +80,3 @@ def close(motion, times, angle, rate):
     allowed = motion.uncertainty(times)
     assert (np.abs(angle) <= 5 * allowed["theta"]).all()
     assert (np.abs(rate) <= 5 * allowed["theta_dot"]).all()
-
-
-@given(motions())
-def test_table_is_the_closed_form(motion):
-    assume(math.isfinite(motion.period) and motion.regime != "rest")
-    times = times_of(motion)
-    theta, theta_dot = motion.closed_form.state(times)
-    tabulated, rate = motion.table.state(times)
-    assert (motion.table.angle(times) == tabulated).all()
-    assert np.abs(tabulated - theta).max() <= 1e-13 * (1.0 + np.abs(theta).max())
-    assert np.abs(rate - theta_dot).max() <= 1e-13 * (pull(motion) + np.abs(theta_dot).max())

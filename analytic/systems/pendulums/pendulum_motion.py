@@ -15,7 +15,6 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
-from plumbob.analytic.numerics.elliptic.orbit_table import OrbitTable, orbit_table
 from plumbob.analytic.numerics.elliptic.reduction import solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
@@ -28,7 +27,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.conditioning import nonlinearity, uncertainty
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
-_FEW = 256  # for fewer times a table costs more than it saves
 
 
 @dataclass(frozen=True)
@@ -169,17 +167,9 @@ class PendulumMotion:
         periods = self.neighbours.period[:, 0]
         return float(double(np.abs(periods[1:] / periods[0] - 1)).sum() / ULP)
 
-    @cached_property
-    def table(self) -> OrbitTable:
-        """One period as polynomials, for many times."""
-        return orbit_table(self.closed_form)
-
     def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
-        times = np.asarray(times, dtype=float)
-        if times.size < _FEW or self.regime in ("rest", "separatrix"):
-            return self.closed_form.state(times)
-        return self.table.state(times)
+        return self.closed_form.state(np.asarray(times, dtype=float))
 
     def phase(self, times: Array) -> Array:
         """Phase Phi = Omega t [rad], Sudakov 2015, eqs. 11 and 13, of `times` [s]."""
