@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
-from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.costs import PIECE, TURNS, Ratio, timed_periods
+from plumbob.engines.audit.costs import TURNS, Ratio
 from plumbob.engines.audit.reference import OUT_OF_TIME, certified
 from plumbob.engines.audit.step_errors import (
     Cheapest,
@@ -176,25 +175,6 @@ def test_costs_are_warm_and_beside_reference_steps(monkeypatch):
     near = found.cheapest[-1]
     pace = 4.0 if near.integrator == "rk4" else 1.0
     assert near.cost.value == pytest.approx(pace * 0.01 / near.step)
-
-
-def test_timed_periods_are_spread_over_the_motion():
-    """A short motion is repeated, of a long one some periods are taken, begun where it was."""
-    own = own_model(pendulum(), "rod")
-    motion = script(own, duration=0.2)
-    states = own.stepped(motion, "euler", 2).states
-    short = timed_periods(own, motion, states, "euler", 2, PIECE / 3)
-    assert short.stepped(1.0).steps == 3 * 10 * 2
-    assert short.stepped(0.5).steps == 3 * 10
-    assert isinstance(short, TimedPeriods)
-    assert [k for k, start in enumerate(short.starts) if start is not None] == [0, 10, 20]
-    few = timed_periods(own, motion, states, "euler", 64, 5 * PIECE)  # a fifth of it
-    assert isinstance(few, TimedPeriods)
-    begun = [start[0][0] for start in few.starts if start is not None]
-    assert begun == [states[k][0] for k in (0, 1, 2, 3, 5, 6, 7, 9)]
-    assert few.stepped(1.0).steps == 8 * 16
-    ended = timed_periods(own, motion, states[:5], "euler", 2, PIECE)
-    assert ended.stepped(1.0).steps == 2 * 5 * 2  # up to where the motion is known
 
 
 def test_the_worst_body_is_the_one_that_is_furthest_off():

@@ -92,19 +92,14 @@ def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
     assert main(against) == 0
     assert "since then" in (out := capsys.readouterr().out)
     assert "nothing has moved" in out
-    file.write_text(ROD.replace("0.005", "0.01"))
+    file.write_text(ROD.replace("0.005", "0.01").replace("<joint", '<joint damping="0.01"'))
     assert main([*against, "--json"]) == 1
     printed = capsys.readouterr()
     moved = {row["what"]: row for row in json.loads(printed.out)["changes"]}
-    assert moved["error [m]"]["growth"] == pytest.approx(1.0, abs=0.01)  # twice the step
-    assert {"step", "field opt.timestep"} < set(moved)
-    assert not any(what.startswith("certified") for what in moved)
+    assert moved["error [m]"]["growth"] == pytest.approx(1.0, abs=0.02)  # twice the step
+    assert {"step", "field opt.timestep", "field dof_damping"} < set(moved)
+    assert "certified rod at 0.1 s by [m]" in moved
     assert printed.err.count("\n") == 1
-    file.write_text(ROD.replace("<joint", '<joint damping="0.1"'))
-    assert main([*quick, "--against", str(old)]) == 0  # without a limit nothing fails
-    out = capsys.readouterr().out
-    assert "certified rod at 0.1 s by [m] 0 -> " in out
-    assert "field dof_damping 0 -> 0.1" in out
 
 
 def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsys):

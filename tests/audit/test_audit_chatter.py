@@ -98,19 +98,6 @@ def test_what_layers_leave_open_is_the_way_to_their_limit(power):
         assert left[1] > apart[-1][1]  # by more than the narrowest two differ by
 
 
-def test_layers_that_tell_no_power_leave_as_much_open_as_the_least():
-    """Two widths alone; three whose differences do not fall; one that is small by chance."""
-    wide, narrow, last = WIDTHS
-    one = np.ones(1)
-
-    def left(wide, narrow, power):
-        return float(last**power / (wide**power - narrow**power))
-
-    assert left_open(WIDTHS[1:], [one]) == pytest.approx(left(narrow, last, POWERS[0]))
-    assert left_open(WIDTHS, [one, one]) == pytest.approx(left(narrow, last, POWERS[0]))
-    assert left_open(WIDTHS, [one, 0.0 * one]) == pytest.approx(left(wide, narrow, POWERS[1]))
-
-
 def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(monkeypatch):
     own = own_model(compiled(POLE), "pole")
     motion = script(own, duration=0.1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -70,42 +69,3 @@ def certificate_of(scene, reference, name):
     here = scene.observed(reference.course.states, name)
     there = scene.observed(reference.confirmed_by.states, name)
     return np.asarray(np.maximum.accumulate(np.abs(here - there)))
-
-
-@pytest.mark.parametrize("step", [0.002, 0.001])
-def test_sliding_capsule_tends_to_the_limit_of_its_own_contacts(step):
-    """Friction that is damping at the rate b below the speed mu g/b lets a body slide mu g/(2 b^2)
-    further than Coulomb's: v_0/b less v_0^2/(2 mu g) at v_0 = mu g/b."""
-    duration = 0.2
-    scene = scene_as_model("capsule-coast/translation", "mujoco/euler+coulomb", step, duration)
-    script = scene.script(duration, 0.01)
-    reference = certified(scene.model, script, 60.0)
-    exact = scene.case.reference.observe(script.times)
-    found, _ = measure(scene.case, find_method("mujoco/euler+coulomb"), step)
-    left = {n: sum(found.errors[n].model.values()) for n in ("x", "y")}
-    velocity = np.array([exact["velocity_x"], exact["velocity_y"]])
-    speed = np.linalg.norm(velocity, axis=0)
-    braking = (speed[0] - speed[1]) / script.period  # mu g
-    further = braking / (2 * rate_of_friction(scene) ** 2)
-    for name, along in zip(("x", "y"), velocity[:, 0] / speed[0], strict=True):
-        apart = scene.observed(reference.course.states, name)[-1] - exact[name][-1]
-        certificate = certificate_of(scene, reference, name)[-1]
-        assert certificate < 1e-8
-        assert apart == pytest.approx(further * along, abs=certificate + left[name])
-        run = scene.model.stepped(script, "euler", round(0.01 / step))
-        own = scene.observed(run.states, name)[-1] - exact[name][-1] - apart
-        assert own + further * along == pytest.approx(
-            found.errors[name].end, abs=certificate + left[name]
-        )
-        assert further * along > 10 * (certificate + left[name])  # it would be seen
-
-
-def rate_of_friction(scene):
-    """[1/s] at which friction damps slow sliding in the compiled model."""
-    data = mujoco.MjData(scene.compiled)
-    data.qpos[:], data.qvel[:] = scene.model.start.qpos, scene.model.start.qvel
-    mujoco.mj_forward(scene.compiled, data)
-    rates = data.efc_KBIP[:, 1]
-    normal = set(data.contact.efc_address)
-    (rate,) = {round(float(r), 9) for i, r in enumerate(rates) if i not in normal}
-    return rate

@@ -7,18 +7,16 @@ import json
 import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import gradient as gradient_module
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import Entry, _refined, gradients
+from plumbob.engines.audit.gradient import Entry, gradients
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
-from plumbob.tests.audit.robots.robot_files import folder
 from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
 MASS, STIFFNESS, DURATION, STEP = 2.0, 50.0, 0.4, 0.01
@@ -67,24 +65,6 @@ def test_of_an_oscillator_all_are_those_of_the_closed_forms():
     for name, within in (("transition", 1e-8), ("central", 1e-10), ("forward", 1e-10)):
         assert at_end(found, name)[0] == pytest.approx(along[0], abs=within)
     assert found.horizon is None
-
-
-@pytest.mark.parametrize("left_out", ["by the state", "by the control"])
-def test_a_product_that_lacks_a_part_is_seen(left_out, monkeypatch):
-    transition = mujoco.mjd_transitionFD
-
-    def partial(*arguments):
-        transition(*arguments)
-        by_state, by_control = arguments[4:6]
-        if left_out == "by the state":
-            by_state[1, 0] = 0.0
-        else:
-            by_control[:] = 0.0
-
-    monkeypatch.setattr(mujoco, "mjd_transitionFD", partial)
-    found = found_of(oscillator())
-    own = at_end(found, "central")
-    assert np.abs(at_end(found, "transition") - own).max() > 1e-3 * np.abs(own).max()
 
 
 def test_ways_agree_on_a_body_that_turns_and_falls():
@@ -175,35 +155,3 @@ def test_command_tells_gradients_as_text_json_and_page(tmp_path, capsys):
     assert data["gradient_why"].startswith("the error is at most")
     assert main(["audit", str(model), "--contacts", "--gradient"]) == 2
     assert "gradient" in capsys.readouterr().err
-
-
-# (package, file, raised [m], duration [s], relative certificate, errors of central differences)
-ROBOTS = [
-    ("gymnasium", "half_cheetah.xml", 2.0, 0.5, 1e-8, (0.005, 0.008)),
-    ("gymnasium", "half_cheetah.xml", 0.0, 1.0, 5e-3, (1.4, 2.0)),
-    ("dm_control", "cartpole.xml", 0.0, 1.0, 1e-8, (0.0, 1e-7)),
-]
-
-
-@pytest.mark.long(keep=0)
-@pytest.mark.parametrize(("package", "name", "raised", "duration", "within", "errors"), ROBOTS)
-def test_certificates_of_robots_are_confirmed_by_another_eps_and_reference(
-    package, name, raised, duration, within, errors
-):
-    files = folder(package)
-    if files is None:
-        pytest.skip(f"{package} is not installed")
-    own = own_model(mujoco.MjModel.from_xml_path(str(files / name)), name)
-    motion = script(own, "sines", duration)
-    motion.start[1] += raised
-    found = gradients(own, motion, certified(own, motion, 60.0), len(motion.controls), 600.0)
-    assert not found.left_out
-    assert found.certificate[-1] < within
-    low, high = errors
-    assert low <= found.errors(found.ways[1])[-1] <= high
-    another = ("DOP853", 1e-12, 1.3e-3)
-    scale = found.norm(found.exact[-1])
-    for number in (len(found.by) - 1, 0, len(found.of)):
-        course, _ = _refined(own, motion, number, another, 1e3, lambda: 0.0)
-        apart = np.abs(course[-1] - found.exact[-1, :, number]).max()
-        assert apart <= 2.0 * found.certificate[-1] * scale

@@ -6,7 +6,6 @@ import base64
 import json
 import re
 import zlib
-from dataclasses import replace
 from html import unescape
 from pathlib import Path
 from xml.etree import ElementTree
@@ -18,7 +17,7 @@ from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Touching
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, card, page, page_name, rows, write_page
+from plumbob.reports.view.audit.page import answered, card, page, rows
 from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball, ready
 from plumbob.tests.support.page_document import plotted_inside
@@ -27,18 +26,6 @@ from plumbob.tests.support.page_document import plotted_inside
 @pytest.fixture(name="found", scope="module")
 def _found():
     return audit_of(ball(0.12), duration=0.2)
-
-
-@pytest.mark.long
-def test_page_says_what_the_text_says(found):
-    answer = answered(found)
-    text = page(answer, found, "plumbob audit ball.xml --out <folder>")
-    shown = unescape(text)
-    for name, line in rows(answer):
-        assert name in shown
-        assert line in shown
-    assert "plumbob audit ball.xml --out &lt;folder&gt;" in text
-    assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
 
 
 @pytest.mark.long
@@ -56,13 +43,6 @@ def test_the_card_says_the_error_the_choice_and_the_certificate(found):
         assert f'{name}="{value}" in place of ' in lines["to do"]
     shown = unescape(re.sub("<[^>]+>", "", page(answered(found), found, "")))
     assert said in shown.replace("\u00a0", " ")
-
-
-@pytest.mark.long
-def test_a_bar_in_a_name_ends_no_cell(found):
-    answer = answered(replace(found, slides="a | b", notes=("c|d",)))
-    assert dict(rows(answer))["more"].startswith("a | b rests on a plane")
-    assert dict(rows(answer))["model"].endswith("; c|d")
 
 
 @pytest.mark.long
@@ -125,7 +105,7 @@ def test_command_writes_the_page_and_names_the_model_as_it_was_given(tmp_path, m
     monkeypatch.chdir(tmp_path)
     Path("arm").mkdir()
     Path("arm/rod.xml").write_text(PENDULUM.format(integrator="Euler"), "utf-8")
-    short = ["audit", "arm/rod.xml", "--duration", "0.1", "--budget", "5"]
+    short = ["audit", "arm/rod.xml", "--duration", "0.1", "--budget", "1"]
     assert main([*short, "--out", "pages"]) == 0
     printed = capsys.readouterr()
     assert printed.err.strip() == "pages/audit-rod.html"
@@ -136,18 +116,3 @@ def test_command_writes_the_page_and_names_the_model_as_it_was_given(tmp_path, m
     assert json.loads(capsys.readouterr().out)["model"] == "arm/rod.xml"
     assert main([*short, "--out", "arm/rod.xml"]) == 2
     assert capsys.readouterr().err.startswith("plumbob: out = 'arm/rod.xml'")
-
-
-@pytest.mark.long
-def test_pages_of_files_of_one_name_are_two(found, tmp_path):
-    """A page is written over that of the same file alone, from whatever folder it is audited."""
-    names = []
-    for robot in ("panda", "ur5e", "panda"):
-        model = str(tmp_path / robot / "robot.xml")
-        names.append(page_name(model, tmp_path, ".html"))
-        named = replace(found, name=model)
-        write_page(page(answered(named), named, ""), model, tmp_path)
-        assert (tmp_path / names[-1]).is_file()
-    assert names == ["audit-robot.html", "audit-ur5e-robot.html", "audit-robot.html"]
-    (tmp_path / "audit-robot.html").write_text("a page that says nothing of its model", "utf-8")
-    assert page_name("robot.xml", tmp_path, ".html") == "audit-robot.html"

@@ -55,7 +55,7 @@ def test_on_the_command_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rod.xml").write_text(ROD)
     (tmp_path / "holding_rod.py").write_text("def act(time, qpos, qvel):\n    return -qpos\n")
-    line = ["audit", "rod.xml", "--duration", "0.05", "--budget", "5"]
+    line = ["audit", "rod.xml", "--duration", "0.05", "--budget", "1"]
     assert main([*line, "--policy", "holding_rod:act"]) == 0
     assert "control (policy, recorded at the model's own step) held 5 ms" in capsys.readouterr().out
     for wrong in ("holding_rod", "holding_rod:none", "no_such_module:act", "holding_rod:__name__"):

@@ -13,7 +13,6 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import stability as stability_module
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
-    ABOVE,
     DIFFERENCES,
     LEAST,
     LOST,
@@ -23,19 +22,15 @@ from plumbob.engines.audit.stability import (
     SPREAD,
     Course,
     Limit,
-    Mode,
     excess,
-    first_mode,
     limited,
-    named,
     remedied,
     stability,
     tried_below,
 )
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, rows
-from plumbob.tests.audit.scenes_as_models import audit_of, compiled
+from plumbob.tests.audit.scenes_as_models import compiled
 
 # A forearm whose inertia about the elbow is its armature; the upper arm hardly moves with it.
 ARM = """
@@ -129,20 +124,6 @@ def test_what_goes_first_has_its_name(more, joint, integrator, first, limit):
     assert found.largest_step == pytest.approx(limit, rel=WITHIN)
     assert found.confirmed
     assert found.first == first
-
-
-def test_a_wrong_eigenvector_names_another_joint(monkeypatch):
-    on = course(arm())
-    limit = limited(on, "euler")
-    at, step = on.points[0], ABOVE * limit.largest_step
-    jacobian = at.maps("euler", step, DIFFERENCES[0])
-    mode = first_mode(jacobian, at.rates, step)
-    assert at.maps.place(mode.participation).name == "joint elbow"
-    factors, vectors = np.linalg.eig(jacobian)
-    k = int(np.argmin(np.abs(np.angle(factors))))
-    wrong = Mode(complex(factors[k]), vectors[:, k], np.linalg.inv(vectors)[k])
-    monkeypatch.setattr(stability_module, "first_mode", lambda *_: wrong)
-    assert named(on, limit).startswith("joint shoulder")
 
 
 def test_growth_of_the_motion_itself_is_no_instability():
@@ -316,10 +297,3 @@ def test_an_unstable_step_is_said_first(tmp_path, capsys):
     assert main([*command, "--stable"]) == 0
     capsys.readouterr()
     assert main(["audit", str(file), "--contacts", "--stable"]) == 2
-
-
-@pytest.mark.long
-def test_a_limit_beyond_what_was_tried_is_said_as_that():
-    said = dict(rows(answered(audit_of(arm(""), duration=0.1, budget=4.0))))["stable"]
-    assert said.startswith("beyond 10 ms along this motion (your 1 ms: ×10); rk4, implicit,")
-    assert said.endswith("implicit, implicitfast: beyond 10 ms")

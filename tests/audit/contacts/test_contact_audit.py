@@ -87,12 +87,6 @@ def test_a_push_moves_the_default_contacts_only(found):
     assert drifts[1] < 1e-6
 
 
-@pytest.mark.long(keep=1)
-def test_the_stiffness_is_one_at_which_the_body_is_stable(found):
-    assert found.stiffness <= 0.2
-    assert (found.stiffness < 0.15) == (len(found.standing.points) == 8)  # wheels: two points each
-
-
 @pytest.mark.long
 def test_a_flat_body_on_three_points_turns_as_theory_says(flat):
     assert flat.exact_turn is not None
@@ -222,19 +216,6 @@ def test_feet_of_unlike_friction_are_compared_by_convergence():
     assert np.nanmax(found.distances) < EXACT
     assert found.known < 1e-3
     assert found.predicted(found.pasted[0]) is None
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("two_steps")
-def test_a_body_that_tips_is_judged_at_less_friction():
-    jointed, _ = jointed_stand()
-    text = model_text(jointed, 0.21, friction=1.5)
-    found = audited(text)
-    assert found.exact is None
-    assert "too high for friction 1.5" in found.why
-    assert audited(text, friction=0.3).pasted[0].distances == pytest.approx(
-        audited(model_text(jointed, 0.21)).pasted[0].distances, rel=1e-9
-    )
 
 
 def test_assertion_on_a_distance(found):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from html import unescape
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,7 @@ from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, page, rows
+from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
     FLOOR,
     audited_once,
@@ -23,7 +22,6 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     texts,
 )
 from plumbob.tests.audit.scenes_as_models import compiled
-from plumbob.tests.support.page_document import plotted_inside
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
 BALL = '<geom name="ball" size=".1"/>'
@@ -118,18 +116,6 @@ def test_command_prints_and_writes(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr()
     assert "from 1 m/s at 16 headings" in printed.out
     assert "the stopping distance at 1 m/s is" in printed.err
-
-
-def test_page_says_what_the_text_says(found):
-    answer = answered(found)
-    text = page(answer, found, "plumbob audit box.xml --contacts")
-    shown = unescape(text)
-    for name, line in rows(answer):
-        assert name in shown
-        assert line in shown
-    assert found.snippet in shown
-    assert len(plotted_inside(text)) == 2
-    assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
 
 
 def test_settings_are_those_that_the_command_prints(found, capsys):

@@ -13,7 +13,6 @@ from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 
 ASSETS = {"dm_control": "suite", "gymnasium": "envs/mujoco/assets"}
-BUDGET = 60.0  # [s] of processor time for an audit
 
 
 def folder(package):
@@ -22,6 +21,9 @@ def folder(package):
     if spec is None or not spec.submodule_search_locations:
         return None
     return Path(spec.submodule_search_locations[0]) / ASSETS[package]
+
+
+FILES = [path for at in filter(None, map(folder, ASSETS)) for path in sorted(at.glob("*.xml"))]
 
 
 def file_model(path):

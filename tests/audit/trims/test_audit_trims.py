@@ -12,10 +12,9 @@ import mujoco
 import numpy as np
 import pytest
 
-import plumbob
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.trims import Trim, trims
+from plumbob.engines.audit.trims import trims
 from plumbob.engines.own_motion import Change
 from plumbob.engines.study import cost as cost_module
 from plumbob.engines.trajectory import Stepping
@@ -59,7 +58,8 @@ MODELS = {
 def states(path, steps=200):
     model = mujoco.MjModel.from_xml_path(str(path))
     data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
     found = []
     for _ in range(steps):
         mujoco.mj_step(model, data)
@@ -155,18 +155,6 @@ def test_same_bits_are_preferred(same, nudge, left_out, monkeypatch):
 
 
 @pytest.mark.long
-def test_trims_that_change_the_motion_are_not_left_out():
-    """What changes more than a tenth of the error is tried, and stays."""
-    model = ready(mujoco.MjModel.from_xml_string(MODELS["gradients"]), 0)
-    tried = trims(model, script(model, duration=0.4), 10, 20, 1e-12, 20.0)
-    moved = {t.name: t for t in tried.each}
-    assert moved["condim above 3"].moved > 1e-6
-    if tried.together is not None:
-        assert "condim above 3" not in tried.together.name
-        assert isinstance(tried.together, Trim)
-
-
-@pytest.mark.long
 def test_command_writes_the_trimmed_model(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("my.xml").write_text(MODELS["cluttered"], "utf-8")
@@ -179,14 +167,3 @@ def test_command_writes_the_trimmed_model(tmp_path, monkeypatch, capsys):
     # What saves time is measured, and may be nothing on a busy machine.
     assert code == 0 or "nothing can be left out" in printed.err
     assert Path("less.xml").exists() == (code == 0)
-
-
-@pytest.mark.long
-def test_answer_has_the_trims():
-    found = plumbob.audit(
-        mujoco.MjModel.from_xml_string(MODELS["cluttered"]), keyframe=0, duration=0.2, budget=10.0
-    )
-    assert {t.name for t in found.trims.each} >= {
-        "sensors",
-        "collisions of 8 geoms that never touch",
-    }

@@ -13,15 +13,13 @@ import pytest
 import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model.file_text import write as write_trimmed
-from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import Ratio
-from plumbob.engines.audit.trims import Trim, Trims, tried
+from plumbob.engines.audit.trims import Trim, Trims
 from plumbob.engines.own_motion import Change
 from plumbob.reports.commands.audit import trimmed_file
 from plumbob.reports.view.audit.page import answered, rows
 from plumbob.reports.view.audit.records import record
-from plumbob.tests.audit.robots.robot_files import folder
-from plumbob.tests.audit.scenes_as_models import ready
+from plumbob.tests.audit.trims.test_audit_trims import states
 
 # Digits that MuJoCo's own writer rounds: a range in degrees that is reached, a spring's length.
 DIGITS = """<?xml version="1.0"?>
@@ -45,16 +43,6 @@ DIGITS = """<?xml version="1.0"?>
 WALL = '<geom name="wall" type="box" size=".1 .1 .1" pos="3 0 0" contype="1"/>'
 
 
-def moved(path, steps=300):
-    """States at MuJoCo's own steps of a file."""
-    model = mujoco.MjModel.from_xml_path(str(path))
-    data, found = mujoco.MjData(model), []
-    for _ in range(steps):
-        mujoco.mj_step(model, data)
-        found.append(np.concatenate([data.qpos, data.qvel]))
-    return np.array(found)
-
-
 def never_touching(path, *names):
     """Collisions of these geoms off."""
     model = mujoco.MjModel.from_xml_path(str(path))
@@ -76,7 +64,7 @@ def test_digits_of_the_file_stay(tmp_path):
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (never_touching(source, "wall"), SENSORS)
     assert write_trimmed(source, changes, target) == changes
-    assert np.array_equal(moved(source), moved(target))
+    assert np.array_equal(states(source), states(target))
     text = target.read_text("utf-8")
     assert "<!-- a comment with <geom/> and </mujoco> in it -->" in text
     *written, option, flag = ElementTree.fromstring(text).iter()
@@ -149,7 +137,7 @@ def test_what_is_said_is_what_the_file_does(same, tmp_path):
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
     changes = (SENSORS if same else SPRINGS,)
     found = trimmed_file(audited(source, changes), source, target)
-    assert np.array_equal(moved(source, 150), moved(target, 150)) == same
+    assert np.array_equal(states(source, 150), states(target, 150)) == same
     said = dict(rows(answered(found)))["trimmed file"]
     assert said.startswith("less.xml, read back, moves ")
     assert ("to the last bit" in said) == same
@@ -157,31 +145,3 @@ def test_what_is_said_is_what_the_file_does(same, tmp_path):
     data = record(found)["trimmed_file"]
     assert data["same_bits"] == same
     assert data["left_out"] == changes[0].name
-
-
-FILES = ("half_cheetah", "walker2d", "hopper", "ant", "humanoid")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", FILES)
-@pytest.mark.parametrize("every", [False, True])
-def test_files_of_gymnasium(name, every, tmp_path):
-    """Of a trimmed file's bits it is said what runs of both files show, where all that
-    is offered is left out too."""
-    files = folder("gymnasium")
-    if files is None:
-        pytest.skip("gymnasium is not installed: pip install 'plumbob[robots]'")
-    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
-    source.write_bytes((files / f"{name}.xml").read_bytes())
-    model = ready(source)
-    motion = script(model, duration=0.3)
-    parts = round(motion.period / model.step)
-    changes = model.changes(motion)
-    if not every:
-        changes = tuple(c for c in changes if c.name.startswith(("collisions", "stages", "island")))
-    left_out = write_trimmed(source, changes, target)
-    offered = [(left_out, ready(target))]
-    (said,) = tried(model, motion, parts, len(motion.controls), offered)
-    steps = parts * len(motion.controls)
-    assert np.array_equal(moved(source, steps), moved(target, steps)) == said.same_bits
-    assert said.same_bits or every
