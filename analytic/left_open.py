@@ -13,13 +13,11 @@ from plumbob.analytic.reference import Array
 SURE = 2.0
 
 
-def by_series(terms: Sequence[Array], predicted: Array, jointed_moment: float) -> Array:
-    """The remainder of a series in the step after its `terms`, shape (n,) each and of rising power,
-    whose sum is `predicted`: less than its last two (near-symmetric schemes can have tiny alternate
-    terms), at their largest so far. What is nonlinear in the error is in its coefficients, but not
-    the moment of inertia of a jointed body, which adds about as large a part of the error."""
-    last = sum((np.abs(term) for term in terms[-2:]), np.zeros(len(predicted)))
-    return np.maximum.accumulate(last + 2.0 * jointed_moment * np.abs(predicted))
+def by_series(terms: Sequence[Array]) -> Array:
+    """The remainder of a series in the step after its `terms`, shape (n,) each and of rising power:
+    less than its last two (near-symmetric schemes can have tiny alternate terms), at their largest
+    so far. What is nonlinear in the error is in its coefficients."""
+    return np.maximum.accumulate(np.abs(terms[-2:]).sum(axis=0))
 
 
 def by_rounding(doubt: Array, steps: int) -> Array:

@@ -215,8 +215,7 @@ class _Runs:
         if high.terms and len(high.terms) == len(low.terms):
             pairs = zip(low.terms, high.terms, strict=True)
             slopes = [(above - below) / apart for below, above in pairs]
-            jointed = scheme_of(self.number.case, self.method).jointed_moment
-            remainder += float(by_series(slopes, np.sum(slopes, axis=0), jointed)[-1])
+            remainder += float(by_series(slopes)[-1])
         return Difference(
             None,
             (high.value - low.value) / apart,

@@ -246,7 +246,7 @@ def _by_series(
         Same(case.reference), Same(case.errors), scheme, step, run.times.tobytes()
     )
     return {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear, scheme)
+        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear)
         for name, error in errors.items()
         if name in total
     }
@@ -309,11 +309,10 @@ def _series(
     total: Mapping[str, Array],
     powers: Mapping[int, Mapping[str, Array]],
     nonlinear: float,
-    scheme: Scheme,
 ) -> Prediction:
     """The prediction of a series in the step of an error at the samples, shape (n,)."""
     courses = [powers[p][name] for p in sorted(powers)]
-    left = by_series(courses, total[name], scheme.jointed_moment) + by_rounding(doubt, steps)
+    left = by_series(courses) + by_rounding(doubt, steps)
     terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
     return _held(total[name], error, left, terms, nonlinear)
 

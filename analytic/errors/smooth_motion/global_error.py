@@ -18,8 +18,8 @@ terms that are not linear in the error included; the e^{(j)} from collocation po
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -42,6 +42,8 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
+LONGER = 1.1  # the motion is followed to a power of this, further than the last time [s]
+
 
 def leading_error(
     rotor: DrivenRotor,
@@ -54,32 +56,30 @@ def leading_error(
     """The first `terms` coefficients C_p(t) of the error (scheme minus exact) sum_p C_p step^p of a
     motion from `theta` [rad], `theta_dot` [rad/s], at `times` [s], shape (n,), as {p: {"theta":
     (n,), "theta_dot": (n,)}}; empty for a scheme unknown to `rotor_step`. Raises ParameterError."""
-    if (rotor_scheme := rotor_step(scheme)) is None:
+    if (how := rotor_step(scheme)) is None:
         return {}
-    flow = flow_until(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
-    return _evaluated(*_as_one(expansion(flow, rotor_scheme, terms)), times)
+    last = float(np.max(times, initial=0.0)) or 1.0
+    until = LONGER ** math.ceil(math.log(last, LONGER))
+    orders, response = _expansion(rotor, theta, theta_dot, until, how, terms)
+    angles, rates = np.moveaxis(response.at(times), 0, -1).copy()
+    return {p: {"theta": angles[i], "theta_dot": rates[i]} for i, p in enumerate(orders)}
 
 
 @lru_cache(maxsize=4)  # the same for all schemes of one motion
-def flow_until(rotor: DrivenRotor, theta: float, theta_dot: float, until: float) -> TangentFlow:
-    """The linearisation along the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] until
-    the time `until` [s]. Raises ParameterError."""
+def _flow(rotor: DrivenRotor, theta: float, theta_dot: float, until: float) -> TangentFlow:
     return TangentFlow(rotor, integrate(rotor, theta, theta_dot, until))
 
 
 @dataclass(frozen=True)
 class RotorErrors:
     """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
-    is `known` exactly or else integrated, each computed once; an `ErrorTheory`."""
+    is `known` exactly or else integrated; an `ErrorTheory`."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
     known: Reference | None = None
     terms: int = 4
-    _found: dict[Scheme, tuple[float, tuple[int, ...], Response]] = field(
-        default_factory=dict, repr=False, compare=False
-    )
 
     @cached_property
     def exact(self) -> Reference:
@@ -92,15 +92,7 @@ class RotorErrors:
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """`leading_error` at `times` [s], shape (n,). Raises ParameterError."""
-        if (how := rotor_step(scheme)) is None:
-            return {}
-        known, last = self._found.get(scheme), float(np.max(times))
-        if known is None or last > known[0]:
-            until = 1.01 * last  # the next step may end a little later
-            flow = flow_until(self.rotor, self.theta, self.theta_dot, until)
-            known = until, *_as_one(expansion(flow, how, self.terms))
-            self._found[scheme] = known
-        return _evaluated(*known[1:], times)
+        return leading_error(self.rotor, self.theta, self.theta_dot, times, scheme, self.terms)
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, see `stepped_errors`."""
@@ -108,46 +100,27 @@ class RotorErrors:
         return stepped_errors(self.rotor, start, scheme, step, times, self.exact)
 
 
-def _as_one(coefficients: Mapping[int, Response]) -> tuple[tuple[int, ...], Response]:
-    """The orders of an expansion, and its coefficients as the columns of one response."""
-    return tuple(coefficients), together(tuple(coefficients.values()))
-
-
-def _evaluated(orders: Sequence[int], response: Response, times: Array) -> Coefficients:
-    """Values of an expansion at `times` [s], shape (n,), by order and by name."""
-    theta, theta_dot = np.moveaxis(response.at(times), 0, -1).copy()
-    return {p: {"theta": theta[i], "theta_dot": theta_dot[i]} for i, p in enumerate(orders)}
-
-
-def expansion(flow: TangentFlow, scheme: RotorStep, terms: int = 2) -> Mapping[int, Response]:
-    """The first `terms` coefficients of the scheme's error that are not zero, by order."""
-    first = scheme.order_on(flow.rotor)
-    stride = 2 if scheme.symmetric else 1
-    last = first + stride * (terms - 1)
-    step = StepSeries(flow.rotor, flow.times, scheme.control)
-    state = [constant(values, last + 1) for values in flow.states]
-    flown = exact(StepSeries(flow.rotor, flow.times), *state)
-    responses: dict[int, Response] = {}
-    for order in range(first, last + 1, stride):
+@lru_cache(maxsize=32)  # the same for all step sizes
+def _expansion(
+    rotor: DrivenRotor, theta: float, theta_dot: float, until: float, scheme: RotorStep, terms: int
+) -> tuple[Sequence[int], Response]:
+    """Orders of the first `terms` coefficients of the scheme's error that are not zero until a time
+    [s], and these as the columns of one response."""
+    flow = _flow(rotor, theta, theta_dot, until)
+    first, stride = scheme.order_on(rotor), 2 if scheme.symmetric else 1
+    orders = range(first, first + stride * terms, stride)
+    step = StepSeries(rotor, flow.times, scheme.control)
+    state = [constant(values, orders[-1] + 1) for values in flow.states]
+    flown = exact(StepSeries(rotor, flow.times), *state)
+    responses: list[Response] = []
+    for order in orders:
         m = order + 1
         stepped = scheme.advance(step, *(series[: m + 1] for series in state))
-        responses[order] = respond(flow, stepped, flown, m, responses)
+        source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
+        for lower, response in zip(orders, responses, strict=False):
+            j = m - lower
+            source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
+        responses.append(flow.respond(np.zeros((2, 1)), source[..., None]))
         for i in (0, 1):
-            state[i][order] = responses[order].at_nodes()[:, :, i, 0]
-    return responses
-
-
-def respond(
-    flow: TangentFlow,
-    stepped: Sequence[Array],
-    flown: Sequence[Array],
-    m: int,
-    lower: Mapping[int, Response],
-) -> Response:
-    """Response to coefficient `m` of what a step leaves of the exact motion, less what the `lower`
-    orders' responses explain of it."""
-    source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
-    for order, response in lower.items():
-        j = m - order
-        source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
-    return flow.respond(np.zeros((2, 1)), source[..., None])
+            state[i][order] = responses[-1].at_nodes()[:, :, i, 0]
+    return orders, together(responses)

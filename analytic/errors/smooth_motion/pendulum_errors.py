@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
-from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
@@ -33,21 +31,16 @@ class RodErrors:
     pendulum: SimplePendulum
     angle: ErrorTheory
 
-    @cached_property
-    def _jointed(self) -> JointedSeries:
-        start = self.pendulum.started
-        return JointedSeries(self.pendulum.rotor, start.theta, start.theta_dot)
-
     def simplest(self, scheme: Scheme) -> Scheme:
         """A scheme with the same errors, the same for all schemes that have them."""
         return simplest(scheme, self.pendulum.rotor)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Coefficients of the error of each observable at `times` [s], shape (n,): of the tension
-        [N], by its power series in those of theta and theta_dot, and what a joint's pull adds."""
-        if scheme.joint_closing_rate is None:
-            return self._with_tension(self.angle.series(scheme, times), times)
-        return self._with_tension(self._jointed.at(scheme.joint_closing_rate, times), times)
+        [N], by its power series in those of theta and theta_dot. Empty where a joint holds the
+        bob."""
+        terms = self.angle.series(scheme, times)
+        return self._with_tension(terms, times) if terms else {}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, with the tension, see `stepped_errors`."""
@@ -58,8 +51,6 @@ class RodErrors:
         return stepped_errors(pendulum.rotor, start, scheme, step, times, exact, rod)
 
     def _with_tension(self, terms: Coefficients, times: Array) -> Coefficients:
-        if not terms:
-            return {}
         observed, degree = self.pendulum.motion.observe(times), max(terms)
         length, gravity = self.pendulum.length, self.pendulum.gravity
         theta, rate = (constant(observed[name], degree) for name in ("theta", "theta_dot"))
@@ -70,8 +61,7 @@ class RodErrors:
             power: {
                 "theta": coefficients["theta"],
                 "theta_dot": coefficients["theta_dot"],
-                "tension": self.pendulum.mass
-                * (series[power] + length * coefficients.get("excess", 0.0)),
+                "tension": self.pendulum.mass * series[power],
             }
             for power, coefficients in terms.items()
         }

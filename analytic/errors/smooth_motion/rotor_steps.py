@@ -141,8 +141,7 @@ class RotorStep:
 
 
 def rotor_step(scheme: Scheme) -> RotorStep | None:
-    """The step of `scheme` on a rotor; None where no theory of it is known: for a jointed body see
-    `errors.jointed_euler`."""
+    """The step of `scheme` on a rotor; None where it is not known as a series."""
     known = scheme.integrator in STEPPED
     if not known or scheme.control == "mean" or scheme.joint_closing_rate is not None:
         return None

@@ -5,7 +5,7 @@ state is theta and theta_dot. Where a joint, solved for velocities, holds the bo
 rate w, and in the complex plane turning with the rod (1 outwards, i along theta) the bob's velocity
 V and the joint's opening Z, both in units of the bob's distance d from the joint. A bob of moment
 of inertia I = j m L^2, L its length as a pendulum, has d = s L with s (1 - s) = j. The joint closes
-the part k of Z in a step h (`errors.jointed_euler` has I = 0); F is the damping and forcing at the
+the part k of Z in a step h; F is the damping and forcing at the
 step's start, U the velocity before the joint acts:
 
     D = h w,     theta' = theta + D,     Z' = e^(-iD) ((1 - k) Z + 1 + iD) - 1,

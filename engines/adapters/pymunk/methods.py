@@ -12,7 +12,7 @@ from plumbob.models.scene import ON_PLANE, ON_SUPPORTS
 
 # Moves first, then solves the velocities. With default settings a joint closes at a rate of 6.3/s:
 # it stays open by some h w^2 L / 13, which lengthens the rod and takes energy. With error_bias 0 it
-# closes in one step (analytic/errors/smooth_motion/jointed_euler.py has both).
+# closes in one step (analytic/errors/smooth_motion/stepped_rotor.py has both).
 EULER_STEP = Scheme(EULER, position_first=True)
 CLOSING_RATE = -60.0 * math.log(0.899999976158142)  # [1/s], default error_bias: (1 - 0.1)^60 of
 # single-precision numbers

@@ -8,7 +8,6 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
-from plumbob.analytic.errors.smooth_motion.jointed_euler import JointedSeries
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
@@ -51,8 +50,7 @@ def numbers(study: Study) -> Record:
             step=step,  # [s]
             # by ITERATIONS; None without pymunk
             rates=[_loss(study, _loss_run(method, step, count)) for count in ITERATIONS],
-            # at first order; None without theory
-            predicted=predicted_loss(step) if method == JOINTED[0] else None,
+            predicted=predicted_loss(method, step),
         )
         for method in JOINTED
         for step in LOSS_STEPS
@@ -125,19 +123,12 @@ def loss_rate(run: Trajectory) -> float:
     return float(last - first) / (2 * period)
 
 
-def predicted_loss(step: float) -> float:
-    """The same from the first coefficient of the jointed step's error, over two periods after the
-    first, when the opening of the joint has settled."""
-    motion = _motion()
-    times = motion.period * np.array([1.0, 3.0])
-    closing_rate = scheme(JOINTED[0]).joint_closing_rate
-    assert closing_rate
-    series = JointedSeries(motion.rotor, motion.theta, motion.theta_dot)
-    first = series.at(closing_rate, times)[1]
-    theta, rate = motion.state(times)
-    torque = np.asarray(motion.rotor.acceleration(times, theta, rate))
-    gained = motion.inertia * (rate * first["theta_dot"] - torque * first["theta"])
-    return step * float(gained[1] - gained[0]) / (2 * motion.period)
+def predicted_loss(method: str, step: float) -> float:
+    """The same of the steps of a bob with a joint, in plain numbers."""
+    times = step * np.arange(round(LOSS_SPAN / step) + 1.0)
+    errors = case(SCENE).errors.at_step(scheme(method), step, times).errors
+    exact = _motion().observe(times)
+    return loss_rate(Trajectory(times, {name: exact[name] + errors[name] for name in exact}))
 
 
 ENERGY = Analysis("simple_pendulum/pendulum_energy", numbers, requests, claims)
