@@ -13,8 +13,7 @@ import numpy as np
 from plumbob.analytic.left_open import roundings
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.systems.capsule_setup import InWorld
+from plumbob.analytic.reference import Array
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.models.gradient import Number, numbers
@@ -24,26 +23,14 @@ from plumbob.reports.judge.tightness import Noticed
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Judged
 
-NUDGE = 1e-7  # of a parameter's value, or of one unit where that is zero, for the first difference
-PROPORTIONAL = 1e-4  # of an observable's own size: where a difference is larger, it is taken anew
+# Of a parameter's value, or of one unit where that is zero; the first that moves observables by
+# less than PROPORTIONAL of their sizes.
+NUDGES = (1e-7, 1e-9, 1e-11, 1e-13)
+PROPORTIONAL = 1e-4
 SAMPLES = 200  # of a run, on no grid of steps: on none falls a switch that a nudge moves
 FREED = "excess"  # gives the start's rate in another way; other changes keep that rate
 TINY = 1e-300  # in place of nothing allowed, where the exact value is zero
 PLANNED = "capsule-plan"  # whose slider moves as its parameters need
-
-
-@dataclass(frozen=True)
-class _Known:
-    """A reference, and its uncertainty at `times` [s], shape (n,)."""
-
-    reference: Reference
-    times: Array
-
-    @cached_property
-    def doubt(self) -> Mapping[str, Array]:
-        return self.reference.uncertainty(self.times)
-
-
 Slopes = Mapping[str, Array]  # {observable: |derivative| at the times, shape (n,)}
 
 
@@ -112,58 +99,23 @@ class Sensitivities:
         return np.concatenate([[0.0], inner[:-1], [1.0]]) * self.scene.duration
 
     @cached_property
-    def _case(self) -> Case:
-        return case_of(self.scene)
-
-    @cached_property
-    def _right(self) -> Mapping[str, Array]:
-        return self._case.reference.observe(self._times)
-
-    @cached_property
-    def _doubt(self) -> Mapping[str, Array]:
-        return self._known[_way(self._case.reference)].doubt
-
-    @cached_property
-    def _known(self) -> dict[type, _Known]:
-        """The first reference that is worked out in each way."""
-        exact = self._case.reference
-        return {_way(exact): _Known(exact, self._times)}
+    def _exact(self) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+        """The exact motion and its uncertainty."""
+        reference = case_of(self.scene).reference
+        return reference.observe(self._times), reference.uncertainty(self._times)
 
     def _slopes(self, parameter: Number) -> Slopes | None:
-        """By one difference, less what rounding may make of it."""
-        if (pair := self._difference(parameter, NUDGE)) is None:
-            return None
-        (moved, rounding), nudge = pair, NUDGE
-        most = max(_relative(moved[name], self._right[name]) for name in moved)
-        if most > PROPORTIONAL:
-            nudge *= 0.1 * PROPORTIONAL / most
-            if (pair := self._difference(parameter, nudge)) is None:
+        """By one difference, less what rounding may make of it: of both motions as much."""
+        right, doubt = self._exact
+        for nudge in NUDGES:
+            if (other := _nudged(parameter, nudge)) is None:
                 return None
-            moved, rounding = pair
-        return {name: np.maximum(moved[name] - rounding[name], 0.0) / nudge for name in moved}
-
-    def _difference(
-        self, parameter: Number, nudge: float
-    ) -> tuple[Mapping[str, Array], Mapping[str, Array]] | None:
-        """By how much the observables differ for a parameter changed by a nudge, and what rounding
-        may add to that: as much for both motions, if they are worked out alike."""
-        if (other := self._nudged(parameter, nudge)) is None:
-            return None
-        reference = other.reference
-        known = self._known.setdefault(_way(reference), _Known(reference, self._times))
-        observed = reference.observe(self._times)
-        names = [observable.name for observable in self._case.system.observables]
-        moved = {name: np.abs(observed[name] - self._right[name]) for name in names}
-        return moved, {name: self._doubt[name] + known.doubt[name] for name in names}
-
-    def _nudged(self, parameter: Number, nudge: float) -> Case | None:
-        """The case with a parameter a little larger, or smaller where that is not allowed."""
-        for by in (nudge, -nudge):
-            try:
-                return parameter.at(parameter.value + by * parameter.size)
-            except ParameterError:
-                continue
-        return None
+            observed = other.reference.observe(self._times)
+            moved = {name: np.abs(observed[name] - values) for name, values in right.items()}
+            sizes = {name: np.abs(values).max() for name, values in right.items()}
+            if all(v.max() <= PROPORTIONAL * (sizes[n] or np.inf) for n, v in moved.items()):
+                break
+        return {name: np.maximum(v - 2.0 * doubt[name], 0.0) / nudge for name, v in moved.items()}
 
     def _allowed(self, run: Measurement, name: str, held: Tolerance) -> Array:
         """By how much an observable may move at each time before the run fails, at most: what is
@@ -173,18 +125,18 @@ class Sensitivities:
         predicted, model = error.predicted, error.model_error
         if predicted is None:
             return np.full_like(self._times, max(held.bound + error.largest, TINY))
-        rounding = np.maximum.accumulate(self._doubt[name]) * roundings(run.steps)
+        rounding = np.maximum.accumulate(self._exact[1][name]) * roundings(run.steps)
         left = np.where(self._times > 0.0, predicted.open, rounding)
         if predicted.for_this_step:
             left = np.minimum(rounding, predicted.open)
         return np.maximum(left + model + np.minimum(predicted.difference, left + model), TINY)
 
 
-def _way(reference: Reference) -> type:
-    """How a reference is worked out: its type, or that of the motion that it shows in the world."""
-    return type(reference.own if isinstance(reference, InWorld) else reference)
-
-
-def _relative(moved: Array, values: Array) -> float:
-    size = float(np.abs(values).max())
-    return float(moved.max()) / size if size > 0.0 else 0.0
+def _nudged(parameter: Number, nudge: float) -> Case | None:
+    """The case with a parameter a little larger, or smaller where that is not allowed."""
+    for by in (nudge, -nudge):
+        try:
+            return parameter.at(parameter.value + by * parameter.size)
+        except ParameterError:
+            continue
+    return None
