@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import jinja2
+import numpy as np
 
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.extra_runs import StudyPlan
@@ -79,3 +80,14 @@ def write(shown, folder):
         "utf-8",
     )
     return page
+
+
+def decoded(coded, count):
+    """The array of `count` values that a replay's numbers stand for, as the page's script reads
+    them."""
+    if isinstance(coded, float | int):
+        return np.full(count, float(coded))
+    numbers = np.array(coded["differences"])
+    for _ in range(3):
+        numbers = np.cumsum(numbers)
+    return np.asarray(coded["low"] + coded["step"] * numbers)

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from plumbob.reports.analyses.replay.geoms import ELEVATION, audited
-from plumbob.reports.analyses.replay.samples import decoded
 from plumbob.reports.view.audit.page import answered, page
 from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import audit_of
+from plumbob.tests.replay.all_replays import decoded
 from plumbob.tests.replay.in_browser import FRACTION, found, opened, set_time
 from plumbob.tests.replay.test_replay_picture import misses
 

@@ -15,8 +15,8 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import PICTURES
 from plumbob.reports.analyses.replay.cone import AZIMUTH, ELEVATION
-from plumbob.reports.analyses.replay.samples import decoded, fine
-from plumbob.tests.replay.all_replays import plan, replays, write
+from plumbob.reports.analyses.replay.samples import coded
+from plumbob.tests.replay.all_replays import decoded, plan, replays, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 
 NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PICTURES]
@@ -74,7 +74,7 @@ def _shifted(shown):
             values = decoded(layer["channels"][name], layer["count"])
             still = 1e-3 if name in ("x", "y") and shown.scene.startswith("capsule-hold") else 0.0
             shift = 0.01 * (float(np.ptp(values)) or still)
-            layer["channels"][name] = fine(values + shift)
+            layer["channels"][name] = coded(values + shift)
     return replace(shown, data=json.dumps(data))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.analyses.replay import observables
@@ -22,7 +23,7 @@ from plumbob.reports.analyses.replay.cone import cone
 from plumbob.reports.analyses.replay.pendulums import companion, pendulum
 from plumbob.reports.analyses.replay.picture import Picture, clock
 from plumbob.reports.analyses.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import Channels, Samples, coded, fine, sampled
+from plumbob.reports.analyses.replay.samples import Samples, coded, sampled
 from plumbob.reports.view import notation
 from plumbob.reports.view.records import Choice, Layer, Replay
 
@@ -51,10 +52,8 @@ LARGE = 0.15  # of the picture: how large the first run's largest error is drawn
 
 def replay(study: Study, scene: Scene) -> Replay:
     """The replay of a scene: a function of the stored study, which runs no engine."""
-    case = case_of(scene)
     seconds = shown_seconds(scene)
-    picture = _picture(case, seconds)
-    exact = sampled(picture.motion, seconds, picture.angles, picture.smooth)
+    picture, exact = _drawn(case_of(scene), seconds)
     runs: list[Drawn] = []
     lacking: list[str] = []
     missing = {  # engines that are not installed: the page says that once
@@ -68,20 +67,27 @@ def replay(study: Study, scene: Scene) -> Replay:
         if run is None:
             lacking += [name] if shown.run.method not in missing else []
             continue
-        samples = Samples(run.times, picture.deviations(run))
         slot = "second" if shown.role == "recommended" or runs else "first"
         words = WORDS[shown.role]
         if shown.role == "default" and shown.run.step != DEFAULT_STEP:
             words += SMALLER
-        layer = Layer(slot, name, words, *errors_said(picture, samples.channels))
-        runs.append((layer, samples))
+        runs.append(deviating(picture, run, slot, name, words))
     beside: list[Drawn] = []
     if other := companion(scene):
-        shape = _picture(other, seconds)
-        samples = sampled(shape.motion, seconds, shape.angles, shape.smooth)
-        beside.append((Layer("companion", "linear pendulum", "exact, the same start"), samples))
+        layer = Layer("companion", "linear pendulum", "exact, the same start")
+        beside.append((layer, _drawn(other, seconds)[1]))
     truth = Layer("exact", "exact answer", ""), exact
     return assembled(scene.name, scene.duration, picture, truth, runs, beside, lacking)
+
+
+def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: str) -> Drawn:
+    """A run as its deviations, with the largest over the replay and the one at its end in words."""
+    every = picture.deviations(run)
+    there = np.isfinite(np.sum(list(every.values()), axis=0))
+    deviations = {name: values[there] for name, values in every.items()}
+    last = {name: values[-1:] for name, values in deviations.items()}
+    said = picture.largest(deviations), picture.largest(last)
+    return Layer(slot, name, words, *said), Samples(run.times[there], deviations)
 
 
 def assembled(
@@ -96,11 +102,7 @@ def assembled(
     """The replay of a motion of `whole` [s], as far as its samples reach, with runs as deviations
     from it and at most one other motion beside it."""
     seconds = float(exact[1].times[-1])
-    coded_layers = [
-        _exact(exact[0].slot, exact[1], picture),
-        *(_deviating(layer.slot, samples) for layer, samples in runs),
-        *(_exact(layer.slot, samples, picture) for layer, samples in beside),
-    ]
+    sizes = [float(np.max(picture.deviation(samples.channels))) for _, samples in runs]
     data = {
         "kind": picture.kind,
         "seconds": seconds,
@@ -109,8 +111,14 @@ def assembled(
         "geometry": dict(picture.geometry),
         "charts": [asdict(chart) for chart in picture.charts],
         "smooth": sorted(picture.smooth),
-        "layers": coded_layers,
+        "layers": [
+            _coded(exact),
+            *(_coded(run) | {"times": coded(run[1].times)} for run in runs),
+            *map(_coded, beside),
+        ],
     }
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    visible = [_power(VISIBLE * picture.size / size) for size in sizes if size]
     return Replay(
         name,
         name.replace("/", "-"),
@@ -120,33 +128,30 @@ def assembled(
         tuple(layer for layer, _ in (exact, *runs, *beside)),
         tuple(lacking),
         _speeds(seconds),
-        _factors(picture, [samples for _, samples in runs]),
+        # up to where the smallest errors are seen
+        tuple(10**k for k in range(max([1, *map(math.ceil, visible)]) + 1)),
         {clock(time): time for time in (seconds * part for part in MOMENTS)},
-        magnified(picture, [samples for _, samples in runs]),
-        _json(data),
+        # on paper: as large as the first run's errors stay small
+        10 ** math.floor(_power(LARGE * picture.size / sizes[0])) if sizes and sizes[0] else 1,
+        text.replace("<", "\\u003c"),
     )
 
 
-def errors_said(picture: Picture, deviations: Channels) -> tuple[str, str]:
-    """The largest error of a run over the replay, and the one at its end, with units."""
-    last = {name: values[-1:] for name, values in deviations.items()}
-    return picture.largest(deviations), picture.largest(last)
+def _power(ratio: float) -> float:
+    """The power of ten that a ratio is, of those that errors are drawn by."""
+    return min(max(math.log10(ratio), 0.0), MOST)
 
 
-def _picture(case: Case, seconds: float) -> Picture:
-    draw = PICTURES.get(case.system.family, observables.chart)
-    return draw(case, seconds)
+def _coded(drawn: Drawn) -> dict[str, Any]:
+    layer, samples = drawn
+    channels = {name: coded(values) for name, values in samples.channels.items()}
+    return {"role": layer.slot, "count": len(samples.times), "channels": channels}
 
 
-def _exact(role: str, samples: Samples, picture: Picture) -> dict[str, Any]:
-    channels = {n: coded(v, n in picture.angles) for n, v in samples.channels.items()}
-    return {"role": role, "count": len(samples.times), "channels": channels}
-
-
-def _deviating(role: str, samples: Samples) -> dict[str, Any]:
-    channels = {name: fine(values) for name, values in samples.channels.items()}
-    times = fine(samples.times)
-    return {"role": role, "count": len(samples.times), "times": times, "channels": channels}
+def _drawn(case: Case, seconds: float) -> tuple[Picture, Samples]:
+    """The picture of a case and its exact motion."""
+    picture = PICTURES.get(case.system.family, observables.chart)(case, seconds)
+    return picture, sampled(picture.motion, seconds, picture.angles, picture.smooth)
 
 
 def _step(step: float, control: str) -> str:
@@ -164,26 +169,3 @@ def _speed(speed: float) -> str:
     if speed == 1.0:
         return "real time"
     return f"{speed:g} × real time" if speed > 1.0 else f"1/{1.0 / speed:,.0f} of real time"
-
-
-def _factors(picture: Picture, runs: Sequence[Samples]) -> tuple[int, ...]:
-    """Powers of ten by which errors are drawn, up to where the smallest of them are seen."""
-    sizes = [float(np.max(picture.deviation(samples.channels))) for samples in runs]
-    least = min((size for size in sizes if size > 0.0), default=0.0)
-    wanted = math.log10(VISIBLE * picture.size / least) if least else 0.0
-    return tuple(10**k for k in range(min(max(math.ceil(wanted), 1), MOST) + 1))
-
-
-def magnified(picture: Picture, runs: Sequence[Samples]) -> int:
-    """The largest power of ten by which the first run's errors can be drawn and stay small in the
-    picture; 1 where they are not."""
-    largest = float(picture.deviation(runs[0].channels).max()) if runs else 0.0
-    factor = 1
-    while 0.0 < 10 * factor * largest <= LARGE * picture.size and factor < 10**MOST:
-        factor *= 10
-    return factor
-
-
-def _json(data: Mapping[str, Any]) -> str:
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c")

@@ -10,7 +10,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.trajectory import Trajectory
-from plumbob.reports.analyses.replay import assembled, errors_said
+from plumbob.reports.analyses.replay import assembled, deviating
 from plumbob.reports.analyses.replay.picture import (
     Chart,
     Picture,
@@ -35,19 +35,15 @@ def audited(audit: Audit) -> Replay | None:
     exact, own = (_channels(audit, poses) for poses in map(audit.model.poses, audit.states))
     times = audit.script.times[: audit.found.index + 1]
     picture = _picture(audit, times, exact)
-    run = Trajectory(times, own)
-    there = np.isfinite(np.sum(list(own.values()), axis=0))
-    deviations = {name: v[there] for name, v in picture.deviations(run).items()}
     count = min(COUNT, max(VALUES // max(len(exact), 1), 51))
     grid = np.linspace(0.0, float(times[-1]), count)
     name = f"{audit.integrator} at {seconds(audit.step)}"
-    ghost = Layer("first", name, "the model's own", *errors_said(picture, deviations))
     return assembled(
         audit.name,
         audit.script.duration,
         picture,
         (Layer("exact", "certified motion", ""), Samples(grid, picture.motion(grid))),
-        [(ghost, Samples(times[there], deviations))],
+        [deviating(picture, Trajectory(times, own), "first", name, "the model's own")],
     )
 
 
