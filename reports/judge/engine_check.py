@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
@@ -28,7 +28,6 @@ from plumbob.reports.judge.verdict import judged
 
 LATE = 0.25  # steps: of a method that converges the first sample is late by less and less of a step
 SAME = 1e-3  # of a step's motion: by what runs of different lengths may differ at the same time
-LOST = 1e6  # times the motion: a run so far off has diverged
 BELOW = 0.3  # by how much an observed order may be lower than the declared one
 ORDERS, TRIED = 3, 9  # scenes that the order is to be seen on, and how many are tried for it
 STEPS = 1201  # of a run whose samples are looked at: one sample every three steps
@@ -62,23 +61,30 @@ class Subject:
         """The case in the engine itself, whose errors are raised."""
         return self.engine.prepare(case, self.method, step)
 
-    @property
-    def first(self) -> Case:
-        """The case of fewest steps that the engine builds; raises NotChecked where there is
-        none."""
-        for scene in self.scenes:
-            case = case_of(scene)
-            try:
-                self.prepared(case, self.step(scene))
-            except Unsupported:
-                continue
-            return case
-        raise NotChecked("it builds no scene")
-
     def step(self, scene: Scene) -> float:
         """The step [s] that a scene is looked at with, or the tightest tolerance."""
         sizes = chosen_step_sizes(scene, self.method, most_steps(scene, "quick"))
         return sizes[len(sizes) // 2] if self.method.control == "step" else sizes[-1]
+
+    @property
+    def short(self) -> tuple[Case, float]:
+        """The case of fewest steps that the engine builds, no longer than the steps that are looked
+        at, and its step; raises NotChecked where there is none."""
+        for scene in self.scenes:
+            case, step = case_of(scene), self.step(scene)
+            if self.method.control == "step":
+                case = case.lasting(min(STEPS, round(scene.duration / step)) * step)
+            with suppress(Unsupported):
+                self.prepared(case, step)
+                return case, step
+        raise NotChecked("it builds no scene")
+
+    def run(self, case: Case, step: float) -> Trajectory:
+        """A run, with the samples, the end and the count of steps that were asked for."""
+        run = self.prepared(case, step).run()
+        why = not_a_trajectory(run) or not_asked_for(case, self.method, step, run)
+        _hold(not why, f"a run of {case.scene.name}: {why}")
+        return run
 
 
 Look = Callable[[Subject], str]  # what was seen; raises AssertionError and NotChecked
@@ -151,12 +157,11 @@ def builds(subject: Subject) -> str:
 
 def repeats(subject: Subject) -> str:
     """Two runs of one simulation, and a run of another, agree to the last bit."""
-    case, step = _short(subject)
+    case, step = subject.short
     simulation = subject.prepared(case, step)
-    runs = [simulation.run(), simulation.run(), subject.prepared(case, step).run()]
-    for number, run in enumerate(runs[1:], 2):
-        _is_run(run)
-        for name, values in runs[0].observables.items():
+    first, *others = simulation.run(), simulation.run(), subject.prepared(case, step).run()
+    for number, run in enumerate(others, 2):
+        for name, values in first.observables.items():
             same = np.array_equal(values, run.observables[name])
             _hold(same, f"{name} of run {number} of {case.scene.name} is not that of run 1")
     return f"3 runs of {case.scene.name}, the same bits"
@@ -165,47 +170,35 @@ def repeats(subject: Subject) -> str:
 def samples(subject: Subject) -> str:
     """Samples stand at times of whole steps, from the start to the end, and hold what the engine
     has reached by then: not a step later, nor earlier."""
-    long, step = _short(subject)
-    case = case_of(long.scene)
-    if subject.method.control == "tolerance":
-        return _samples_of_a_solver(subject, case, step)
-    run = subject.prepared(long, step).run()
-    _is_asked_for(subject, long, step, run)
-    indices = np.rint(run.times / step).astype(int)
-    _starts_right(case, run)
-    for index in {1, int(indices[1]), int(indices[len(indices) // 2])}:
-        part = subject.prepared(case.lasting(index * step), step).run()
-        _is_run(part)
+    case, step = subject.short
+    run, solver = subject.run(case, step), subject.method.control == "tolerance"
+    exact, doubt = case.reference.observe(run.times), case.reference.uncertainty(run.times[:1])
+    for name in _states(case, run):
+        error = run.observables[name] - exact[name]
+        allowed = 10.0 * doubt[name][0] + 1e-9 * (np.abs(exact[name]).max() or 1.0)
+        off = f"{name} starts {error[0]:.3g} off the start of {case.scene.name}"
+        _hold(abs(error[0]) <= allowed, off)
+        late = not solver or np.abs(error).max() <= LATE * np.abs(np.diff(exact[name])).max()
+        _hold(late, f"{name} is late by much of a sample")
+    indices = [] if solver else np.rint(run.times / step).astype(int).tolist()
+    for index in {1, *indices[1:2], *indices[len(indices) // 2 :][:1]} if indices else ():
+        part = subject.run(case.lasting(index * step), step)
         if index == 1:
             _not_late(case, part, step)
         if index in indices:
-            _agree(run, part, int(np.flatnonzero(indices == index)[0]), index)
-    return f"{len(indices)} samples of {case.scene.name}, one step as long as the other"
-
-
-def _starts_right(case: Case, run: Trajectory) -> None:
-    """The first sample is the start of the scene, within its rounding."""
-    start = np.zeros(1)
-    exact, doubt = case.reference.observe(start), case.reference.uncertainty(start)
-    spans = case.reference.observe(np.linspace(0.0, case.scene.duration, 101))
-    for observable in case.system.observables:
-        if (name := observable.name) in _states(case) and name in run.observables:
-            span = float(np.abs(spans[name]).max()) or 1.0
-            allowed = 10.0 * float(doubt[name][0]) + 1e-9 * span
-            apart = abs(float(run.observables[name][0] - exact[name][0]))
-            _hold(apart <= allowed, f"{name} starts {apart:.3g} off the start of {case.scene.name}")
+            _agree(run, part, indices.index(index), index)
+    return f"{len(run.times)} samples of {case.scene.name}"
 
 
 def _not_late(case: Case, run: Trajectory, step: float) -> None:
     """After one step, what changes evenly at the start has changed by the exact amount, within part
     of it: a step's own error is smaller by an order of the step, a sample's that is a step late is
     as large as the change."""
-    exact = case.reference.observe(np.array([0.0, step, 2.0 * step]))
-    doubt = case.reference.uncertainty(np.array([0.0, step, 2.0 * step]))
-    for name in _states(case):
-        change, twice = exact[name][1] - exact[name][0], exact[name][2] - exact[name][0]
-        even = abs(change) > 1e3 * doubt[name].max() and abs(twice / change - 2.0) < 0.1
-        if even and name in run.observables:
+    times = np.array([0.0, step, 2.0 * step])
+    exact, doubt = case.reference.observe(times), case.reference.uncertainty(times)
+    for name in _states(case, run):
+        change, twice = exact[name][1:] - exact[name][0]
+        if abs(change) > 1e3 * doubt[name].max() and abs(twice / change - 2.0) < 0.1:
             late = float(run.observables[name][-1] - exact[name][1]) / float(change)
             _hold(abs(late) <= LATE, f"after one step {name} is {late:+.2f} steps ahead of time")
 
@@ -213,34 +206,20 @@ def _not_late(case: Case, run: Trajectory, step: float) -> None:
 def _agree(run: Trajectory, part: Trajectory, sample: int, index: int) -> None:
     """A run that ends at a sample of a longer one ends with what that holds."""
     for name, values in run.observables.items():
-        moved = float(np.abs(np.diff(values[max(sample - 1, 0) : sample + 2])).max(initial=0.0))
-        apart = abs(float(values[sample] - part.observables[name][-1]))
-        scale = float(np.abs(values).max(initial=0.0))
-        allowed = SAME * moved + 1e-9 * scale
-        _hold(apart <= allowed, f"{name} at step {index} is not that of a run of {index} steps")
+        moved = np.abs(np.diff(values[max(sample - 1, 0) : sample + 2])).max(initial=0.0)
+        apart = abs(values[sample] - part.observables[name][-1])
+        same = apart <= SAME * moved + 1e-9 * np.abs(values).max(initial=0.0)
+        _hold(same, f"{name} at step {index} is not that of a run of {index} steps")
 
 
-def _states(case: Case) -> tuple[str, ...]:
+def _states(case: Case, run: Trajectory) -> list[str]:
     """Observables that are coordinates and rates, which steps change; forces are read off."""
-    return tuple(o.name for o in case.system.observables if not o.force)
-
-
-def _samples_of_a_solver(subject: Subject, case: Case, tolerance: float) -> str:
-    run = subject.prepared(case, tolerance).run()
-    _is_asked_for(subject, case, tolerance, run)
-    _starts_right(case, run)
-    exact = case.reference.observe(run.times)
-    for name in _states(case):
-        if name in run.observables:
-            error = np.abs(run.observables[name] - exact[name])
-            between = np.abs(np.diff(exact[name])).max()
-            _hold(error.max() <= LATE * between, f"{name} is late by much of a sample")
-    return f"{len(run.times)} samples of {case.scene.name}"
+    return [o.name for o in case.system.observables if not o.force and o.name in run.observables]
 
 
 def writes_nothing(subject: Subject) -> str:
     """Building and running leaves no file and writes nothing to stdout or stderr."""
-    case, step = _short(subject)
+    case, step = subject.short
     with _elsewhere() as folder, captured() as output:
         simulation = subject.prepared(case, step)
         simulation.run()
@@ -271,46 +250,30 @@ def divergence(subject: Subject) -> str:
     lost = 0
     kept = {scene.system: scene for scene in reversed(subject.scenes)}  # one scene a system
     for scene in kept.values():
-        case = case_of(scene)
-        try:
-            run = subject.prepared(case, scene.duration / COARSE).run()
-        except Unsupported:
-            continue
-        where = f"{scene.name} at a step of {scene.duration / COARSE:g} s"
-        _is_run(run, where)
-        if run.diverged_at is not None:
-            early = not len(run.times) or float(run.times[-1]) <= run.diverged_at
-            _hold(early, f"{where}: samples after it is lost")
-            lost += 1
-            continue
-        spans = case.reference.observe(np.linspace(0.0, scene.duration, 101))
-        for name in _states(case):
-            far = float(np.abs(run.observables.get(name, np.zeros(1))).max(initial=0.0))
-            span = float(np.abs(spans[name]).max()) or 1.0
-            _hold(far <= LOST * span, f"{where}: {name} reaches {far:.2g}, and is not lost")
+        step = scene.duration / COARSE
+        with suppress(Unsupported):
+            run = subject.prepared(case_of(scene), step).run()
+            why = not_a_trajectory(run)
+            _hold(not why, f"{scene.name} at a step of {step:g} s: {why}")
+            lost += run.diverged_at is not None
     return f"{lost} of {len(kept)} systems lost at {COARSE} steps in all, and said so"
 
 
 def cost(subject: Subject) -> str:
     """A run counts its steps, and the steps that are timed alone are those of the fraction asked
     for."""
-    case, step = _short(subject)
-    simulation = subject.prepared(case, step)
-    run, full, half = simulation.run(), simulation.stepped(1.0), simulation.stepped(0.5)
-    _is_asked_for(subject, case, step, run)
+    case, step = subject.short
+    run, simulation = subject.run(case, step), subject.prepared(case, step)
+    full, half = simulation.stepped(1.0), simulation.stepped(0.5)
     _hold(simulation.compile_seconds >= 0.0, "compile_seconds is negative")
-    for what, counted, seconds in (
-        ("a run", run.steps, run.seconds),
-        ("stepped(1)", full.steps, full.seconds),
-        ("stepped(0.5)", half.steps, half.seconds),
-    ):
-        _hold(counted > 0, f"{what} counts no steps")
-        _hold(seconds > 0.0, f"{what} takes no time")
+    for what, of in (("a run", run), ("stepped(1)", full), ("stepped(0.5)", half)):
+        _hold(of.steps > 0, f"{what} counts no steps")
+        _hold(of.seconds > 0.0, f"{what} takes no time")
     if subject.method.control == "step":
         count = step_count(case.scene.duration, step)
-        _hold(full.steps == count, f"stepped(1) counts {full.steps} steps of {count}")
-        near = abs(half.steps - count / 2) <= 1
-        _hold(near, f"stepped(0.5) counts {half.steps} steps of {count}")
+        for part, of in ((1.0, full), (0.5, half)):
+            near = abs(of.steps - part * count) <= 2.0 * (1.0 - part)
+            _hold(near, f"stepped({part:g}) counts {of.steps} steps of {count}")
     return f"{run.steps} steps of {case.scene.name}"
 
 
@@ -340,27 +303,6 @@ def order(subject: Subject) -> str:
     if not slopes:
         raise NotChecked("no scene shows an order")
     return ", ".join(f"{slope:.2f} on {scene}" for scene, slope in slopes.items())
-
-
-def _short(subject: Subject) -> tuple[Case, float]:
-    """The case of fewest steps, no longer than the steps that are looked at, and the step [s]."""
-    case = subject.first
-    step = subject.step(case.scene)
-    if subject.method.control == "tolerance":
-        return case, step
-    return case.lasting(min(STEPS, round(case.scene.duration / step)) * step), step
-
-
-def _is_run(run: Trajectory, where: str = "a run") -> None:
-    why = not_a_trajectory(run)
-    _hold(not why, f"{where}: {why}")
-
-
-def _is_asked_for(subject: Subject, case: Case, step: float, run: Trajectory) -> None:
-    """A run is one, with the samples, the end and the count of steps that were asked for."""
-    _is_run(run)
-    why = not_asked_for(case, subject.method, step, run)
-    _hold(not why, f"a run of {case.scene.name}: {why}")
 
 
 CHECKS: Mapping[str, Look] = MappingProxyType(
