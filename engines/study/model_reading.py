@@ -1,17 +1,15 @@
-"""Readings of model files (MJCF) by engines' own readers: of plumbob's models, and of a model that
-has a number of its own for every field."""
+"""Readings of a model (MJCF) that has a number of its own for every field, by engines' readers."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-import plumbob.models
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.added import one_line
@@ -19,9 +17,7 @@ from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.engines.study.request import Request
 from plumbob.models.entry_points import captured
-from plumbob.models.scene import System
 
-EVERY_FIELD = "every-field.xml"  # the name of the model below
 EVERY_FIELD_TEXT = """\
 <mujoco model="every-field">
   <option timestep="3e-3" gravity="0.3 -0.4 -1.62"/>
@@ -37,7 +33,6 @@ EVERY_FIELD_TEXT = """\
   <actuator><motor name="motor" joint="hinge" gear="7"/></actuator>
 </mujoco>
 """
-WHOLE_SCENE = "scene.xml"  # includes a model, and adds floor, light and camera
 
 
 @dataclass(frozen=True)
@@ -65,22 +60,11 @@ class ModelRead:
 
 @dataclass(frozen=True)
 class ModelReading(Request[ModelRead]):
-    """One model file read by an engine's own reader."""
+    """The model read by an engine's own reader."""
 
     answers = ModelRead
 
     engine: str
-    model: str  # its path in the folder `models`, or EVERY_FIELD
-
-
-def models_of(system: System) -> tuple[str, ...]:
-    """The model files of a system, by their paths in the folder `models`; none for a system of
-    another package."""
-    folder = system.mjcf.parent
-    if folder.parent != _models() or not system.mjcf.is_file():
-        return ()
-    files = sorted(folder.glob("*.xml"))
-    return tuple(f"{folder.name}/{file.name}" for file in files if file.name != WHOLE_SCENE)
 
 
 def read_model(reading: ModelReading) -> ModelRead | None:
@@ -89,7 +73,7 @@ def read_model(reading: ModelReading) -> ModelRead | None:
     engine = find_engine(reading.engine)
     if engine.ability(ModelReader) is None or not installed(engine):
         return None
-    with model_file(reading.model) as file:
+    with every_field() as file:
         refuses, fields = fields_of(reading.engine, file)
     numbers = tuple(Number(field, name, values) for (field, name), values in fields.items())
     return ModelRead(version_of(engine), refuses, numbers)
@@ -111,25 +95,8 @@ def fields_of(engine: str, file: Path) -> tuple[str, ModelFields]:
 
 
 @contextmanager
-def model_file(model: str) -> Iterator[Path]:
-    """The file of a model; raises ParameterError where there is none."""
-    if model == EVERY_FIELD:
-        with tempfile.TemporaryDirectory() as folder:
-            (file := Path(folder) / EVERY_FIELD).write_text(EVERY_FIELD_TEXT, "utf-8")
-            yield file
-        return
-    if not (file := _models() / model).is_file():
-        raise ParameterError("model", model, "a file in the folder of the models")
-    yield file
-
-
-def readings(engines: Sequence[str], systems: Sequence[System]) -> tuple[ModelReading, ...]:
-    """The models of these systems, and that of every field, read by each of these engines that
-    reads models."""
-    models = dict.fromkeys((EVERY_FIELD, *(m for system in systems for m in models_of(system))))
-    readers = [name for name in engines if find_engine(name).ability(ModelReader) is not None]
-    return tuple(ModelReading(name, model) for model in models for name in readers)
-
-
-def _models() -> Path:
-    return Path(plumbob.models.__path__[0])
+def every_field() -> Iterator[Path]:
+    """A file of the model."""
+    with tempfile.TemporaryDirectory() as folder:
+        (file := Path(folder) / "every-field.xml").write_text(EVERY_FIELD_TEXT, "utf-8")
+        yield file

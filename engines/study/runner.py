@@ -283,7 +283,7 @@ def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
     instead = TaskResult(extras={request: None})
     kind = type(request).__name__
     if isinstance(request, ModelReading):
-        label = f"{request.model} {request.engine}"
+        label = f"a model file {request.engine}"
         key = key_of(kind, request, version_of(find_engine(request.engine)))
         return study_task(label, key, "models", _READING_WORK, _extra, (request,), instead)
     assert isinstance(request, RunRequest)

@@ -12,7 +12,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import StepsOfFiles
 from plumbob.engines.method import time_step
 from plumbob.engines.registry import find_engine
-from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
+from plumbob.engines.study.model_reading import every_field
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
 
@@ -47,7 +47,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.action == "check":
         if chosen.file is not None:
             return _check(Path(chosen.file), chosen.json)
-        with model_file(EVERY_FIELD) as file:
+        with every_field() as file:
             return _check(file, chosen.json)
     folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
     if chosen.action != "export":

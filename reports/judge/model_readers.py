@@ -12,7 +12,7 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.registry import engines, installed
-from plumbob.engines.study.model_reading import EVERY_FIELD, fields_of, model_file
+from plumbob.engines.study.model_reading import every_field, fields_of
 from plumbob.engines.workers import Workers
 
 RULE = "mujoco"  # the reader whose format it is
@@ -101,7 +101,7 @@ def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
     refuses, read = fields_of(engine, Path(file))
     if refuses:
         return refuses, read, ()
-    with model_file(EVERY_FIELD) as model:
+    with every_field() as model:
         return "", read, ignored(fields_of(RULE, model)[1], fields_of(engine, model)[1])
 
 

@@ -10,7 +10,7 @@ import pytest
 import plumbob.models
 from plumbob.engines.audit.engines import engine_error
 from plumbob.engines.registry import find_engine, installed
-from plumbob.engines.study.model_reading import EVERY_FIELD, model_file
+from plumbob.engines.study.model_reading import every_field
 from plumbob.tests.support.engines_beside import held
 
 FACTOR = 2.0  # of the step's own error, which is left
@@ -22,7 +22,7 @@ ZERO = "0 0 0 in place of 0 0 -9.8 m/s^2"
 MISSING = "missing: ball"
 EXPECTED = (
     ("drake", "cone_pendulum", {"mass matrix": "armature dropped"}),
-    ("drake", EVERY_FIELD, {"passive": "springs dropped", "actuator": "gear dropped"}),
+    ("drake", "every field", {"passive": "springs dropped", "actuator": "gear dropped"}),
     ("drake", "n_pendulum", {}),
     ("pinocchio", "simple_pendulum", {"gravity": "0 0 -9.81 in place of 0 0 -9.8 m/s^2"}),
     ("pinocchio", "free_body", {"gravity": "0 0 -9.81 in place of 0 0 0 m/s^2"}),
@@ -38,15 +38,14 @@ def _on(engine, model):
     """An engine on one of plumbob's files from its first keyframe."""
     if not installed(find_engine(engine)):
         pytest.skip(f"{engine} is not installed")
-    if model == EVERY_FIELD:
-        with model_file(model) as file:
+    if model == "every field":
+        with every_field() as file:
             text = file.read_text("utf-8").replace('frictionloss="0.05"', "")
             file.write_text(text, "utf-8")
             return engine_error(engine, held(file, control="sines", duration=0.1))
     file = Path(plumbob.models.__path__[0]) / model / f"{model}.xml"
-    keyed = None if model == EVERY_FIELD else 0
     duration = 0.6 if model == "bouncing_ball" else 0.05 if model == "cone_pendulum" else 0.2
-    return engine_error(engine, held(file, keyed, duration=duration))
+    return engine_error(engine, held(file, 0, duration=duration))
 
 
 @pytest.mark.long

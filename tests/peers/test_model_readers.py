@@ -10,7 +10,7 @@ import pytest
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
-from plumbob.engines.study.model_reading import EVERY_FIELD, ModelReading
+from plumbob.engines.study.model_reading import ModelReading
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.engines.readers import KNOWN, READERS, requests
@@ -22,7 +22,6 @@ ALL = (
     *("gravity", "timestep", "mass", "inertia", "armature", "damping", "stiffness"),
     *("frictionloss", "friction", "solref", "solimp", "gear"),
 )
-MODEL, STEP = "free_body/free_body.xml", ("timestep", "")
 
 
 def test_what_each_reader_takes_over(capsys):
@@ -37,7 +36,7 @@ def test_what_each_reader_takes_over(capsys):
 def _held(engine, found):
     """The fields that a reader takes over are the known ones, and the others are named."""
     assert found["refuses"] == "", engine
-    read = ALL if engine == "mujoco" else KNOWN[engine].fields
+    read = ALL if engine == "mujoco" else KNOWN[engine].read
     assert tuple(found["read"]) == read
     dropped = tuple(f for f in ALL if f not in read)
     assert tuple(found["dropped"] or ()) == dropped
@@ -66,49 +65,39 @@ def study(tmp_path_factory):
     short = [replace(scene, duration=0.01, steps=(1e-3,)) for scene in scenes]
     chosen = find_methods("mujoco/rk4,dart/default")
     found = run_study(short, chosen, timed=False, requests=requests)
-    own = found.answer(ModelReading("mujoco", MODEL))
-    assert STEP in own.fields
-    played = {
-        asked: found.extras[replace(asked, engine="mujoco")]
-        for asked in found.extras
-        if isinstance(asked, ModelReading)
-    }
+    played = {PLAYED: found.extras[ModelReading("mujoco")]}
     store.save(replace(found, extras={**found.extras, **played}), file)
     stored = store.load(file)
     assert stored is not None
     return stored
 
 
-def _tables(study):
-    """The finding's tables: of each row the texts beside its name."""
-    shown = finding(READERS, study)
-    return [{r[0].text: tuple(cell.text for cell in r[1:]) for r in t.rows} for t in shown.tables]
+PLAYED = ModelReading("dart")
+
+
+def _fields(study):
+    """The finding's table: of each field the texts beside it."""
+    (table,) = finding(READERS, study).tables
+    return {row[0].text: tuple(cell.text for cell in row[1:]) for row in table.rows}
 
 
 def test_a_page_shows_what_the_study_stored_of_readers(study):
-    fields, models = _tables(study)
+    fields = _fields(study)
     assert tuple(fields) == ALL
     assert fields["mass"][:2] == ("read", "read")  # MuJoCo and who is played by it
-    assert models == {MODEL: ("none of 3 fields", "none of 3 fields")}
     shown = finding(READERS, study)
     assert "Drake 1.51.1, Pinocchio 4.1.0, PyBullet 3.2.7" in shown.paragraphs[-1]  # not read
-    assert "also reads gravity" in shown.paragraphs[1]  # unlike what is known of DART
 
 
 def test_another_stored_number_is_another_page(study):
-    wrong = dict(study.extras)
-    for model in (EVERY_FIELD, MODEL):
-        asked = ModelReading("dart", model)
-        read = study.answer(asked)
-        off = (
-            replace(n, values=(1.01 * n.values[0],)) if n.field == "mass" else n
-            for n in read.numbers
-        )
-        wrong[asked] = replace(read, numbers=tuple(off))
-    fields, models = _tables(replace(study, extras=wrong))
+    read = study.answer(PLAYED)
+    off = (
+        replace(n, values=(1.01 * n.values[0],)) if n.field == "mass" else n for n in read.numbers
+    )
+    wrong = {**study.extras, PLAYED: replace(read, numbers=tuple(off))}
+    fields = _fields(replace(study, extras=wrong))
     assert fields["mass"][:2] == ("read", "not read; arm: 1.717 for 1.7")
-    assert fields["inertia"] == _tables(study)[0]["inertia"]
-    assert models[MODEL] == ("none of 3 fields", "mass")
+    assert fields["inertia"] == _fields(study)["inertia"]
 
 
 @pytest.mark.parametrize("text", ["", "<mujoco>", "<mujoco><option gravity='a'/></mujoco>"])
