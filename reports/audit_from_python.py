@@ -20,7 +20,7 @@ from plumbob.engines.registry import find_engine
 from plumbob.engines.workers import Workers
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
 
-BUDGET = 60.0  # [s] of wall time
+BUDGET = 60.0  # [s] of processor time
 RECORDED = "policy, recorded at the model's own step"
 
 
@@ -47,8 +47,8 @@ def audit(
     of those, if given.
 
     `control` is "rest", "zero", "sines" or values of shape (periods, actuators), held for `period`
-    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s]. With more
-    `jobs` integrators run in as many processes; costs are measured alone.
+    [s]; the motion lasts `duration` [s]; the whole takes about `budget` [s] of
+    processor time. With more `jobs` integrators run in as many processes; costs are measured alone.
     A `policy`, called with time, qpos and qvel at the beginning of each period, by default of one
     step, takes the control's place: what it gives at the model's own step is replayed by the
     reference and all steps. That of an environment is called with its observations, and the

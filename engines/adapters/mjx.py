@@ -15,26 +15,34 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines import sampling
 from plumbob.engines.abilities import OwnDerivative, RunsFiles, later
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.method import Engine, Method, ModelError, Simulation, Stepping, Unsupported
-from plumbob.engines.registry import find_builder
+from plumbob.engines.adapters.ported import (
+    EULER_STEP,
+    PORTED,
+    RK4_STEP,
+    SINGLE,
+    SMOOTH,
+    compiled,
+    model_error,
+)
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
     from plumbob.models.gradient import Number
 
-EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
-SINGLE = replace(EULER_STEP, unit=2.0**29)  # single precision has 29 bits fewer
-# A step costs a tenth of a millisecond, and compiling seconds: one scene of each system, and none
-# with contacts.
-SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
 METHODS = (
-    Method("mjx/default", SINGLE, 1, settings={"integrator": "EULER"}, systems=SMOOTH),
+    Method(
+        "mjx/default",
+        replace(EULER_STEP, unit=SINGLE),
+        1,
+        settings={"integrator": "EULER"},
+        systems=SMOOTH,
+    ),
     Method(
         "mjx/euler+float64",
         EULER_STEP,
@@ -44,14 +52,12 @@ METHODS = (
     ),
     Method(
         "mjx/rk4+float64",
-        Scheme(RK4, "start"),
+        RK4_STEP,
         4,
         settings={"integrator": "RK4", "float64": True},
         systems=SMOOTH,
     ),
 )
-OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
-PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
 LARGEST = 1e10  # above it MuJoCo calls a number huge
 
 
@@ -180,20 +186,9 @@ def _precision(double: bool) -> AbstractContextManager[None]:
 
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
-    import mujoco
-
     steps = sampling.step_count(case.scene.duration, step)
     begin = time.perf_counter()
-    plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
-    translation = find_builder("mujoco", case.system).build(
-        case.system.mjcf, case.problem, plain, step
-    )
-    option = translation.spec.option
-    option.timestep = step
-    name = "mjINT_" + str(method.settings["integrator"])
-    option.integrator = int(mujoco.mjtIntegrator.__members__[name])
-    model = translation.spec.compile()
-    translation.tune(model)
+    translation, model = compiled(case, method, step)
     precise = bool(method.settings.get("float64"))
     simulation = MjxSimulation(translation, model, precise, steps, step)
     try:
@@ -247,14 +242,6 @@ def _end(numbers: Any, slopes: Any, steps: int, amount: Any) -> tuple[Any, Any]:
     model, start, controls = jax.tree.unflatten(structure, map(changed, leaves, slopes))
     end = jax.lax.fori_loop(0, steps, _step(model, controls), start)
     return (end.qpos, end.qvel), (end.qpos, end.qvel)
-
-
-def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on the model's error, which is MuJoCo's."""
-    bounds: ModelError = find_builder("mujoco", case.system).model_error(
-        case.problem, case.scene.duration, method, step
-    )
-    return bounds
 
 
 def _seconds(take: Any, *arguments: Any) -> float:

@@ -157,13 +157,13 @@ def audited(
     script: Script,
     control: str,
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
     """The audit of `model` on the motion that `script` makes of it, within about `budget` [s] of
-    wall time; the integrators run in an `executor`, if given."""
-    begin = clock()
+    processor time; the integrators run in an `executor`, if given."""
+    begin, began = clock(), time.perf_counter()
     progress("the continuous motion, by two methods")
     reference = certified(model, script, REFERENCE * budget, clock, executor)
     result = None
@@ -204,7 +204,7 @@ def audited(
         result,
         model.clamped,
         model.notes,
-        clock() - begin,
+        time.perf_counter() - began,
         left_out,
         read,
         means,
@@ -217,13 +217,13 @@ def audited(
 def with_gradient(
     audit: Audit,
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Audit:
     """An audit with the derivatives of the end, or why there are none, within about `budget` [s]
     more."""
     assert audit.model is not None
-    begin, index = clock(), audit.found.index if audit.found else 0
+    began, index = time.perf_counter(), audit.found.index if audit.found else 0
     derivatives: Gradients | str
     try:
         derivatives = gradients(
@@ -231,4 +231,4 @@ def with_gradient(
         )
     except NotCertifiable as why:
         derivatives = str(why)
-    return replace(audit, gradient=derivatives, seconds=audit.seconds + clock() - begin)
+    return replace(audit, gradient=derivatives, seconds=audit.seconds + time.perf_counter() - began)

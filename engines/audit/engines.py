@@ -213,7 +213,7 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
     early."""
     script, parts = held.script, held.parts
     states = np.full((len(script.controls) + 1, held.states.shape[1]), np.nan)
-    states[0], ends = script.start, time.perf_counter() + held.seconds
+    states[0], ends = script.start, time.process_time() + held.seconds
     state, terms = script.start, held.model.terms()
     peer.begin(state)
     for k, control in enumerate(script.controls):
@@ -227,7 +227,7 @@ def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array,
         at = f"{(k + 1) * script.period:.3g} s"
         if not np.isfinite(state).all() or np.abs(state).max() > DIVERGED:
             return states, f"it diverges within {at}"
-        if time.perf_counter() > ends:
+        if time.process_time() > ends:
             return states, f"{held.seconds:g} s were enough for {at}"
     return states, ""
 

@@ -45,7 +45,7 @@ def likely(
     script: Script,
     parts: int,
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
     executor: Executor | None = None,
 ) -> Likely | None:
     """Means at the end over `STARTS` starts near that of `script`, at `parts` steps in a period and

@@ -168,7 +168,7 @@ def gradients(
     reference: Certificate,
     index: int,
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Gradients:
     """The derivatives at the end of the period `index`, up to which the motion is certified, by as

@@ -15,7 +15,7 @@ from plumbob.engines.audit.step_errors import known
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import NotCertifiable
 
-BUDGET = 10.0  # [s] of the clock, for the reference
+BUDGET = 10.0  # [s] of processor time, for the reference
 
 
 @dataclass(frozen=True)

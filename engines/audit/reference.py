@@ -84,13 +84,13 @@ def certified(
     model: OwnModel,
     script: Script,
     budget: float,
-    clock: Clock = time.perf_counter,
+    clock: Clock = time.process_time,
     executor: Executor | None = None,
 ) -> Certificate:
-    """The reference of `model` under `script`, computed within about `budget` [s] of wall time; its
-    confirmation runs beside it in an `executor` of two processes or more, if given, with the same
-    bits. Where nothing can be certified, its uncertainty is infinite after the start and `why` says
-    so."""
+    """The reference of `model` under `script`, computed within about `budget` [s] of processor
+    time; its confirmation runs beside it in an `executor` of two processes or more, if given, with
+    the same bits. Where nothing can be certified, its uncertainty is infinite after the start and
+    `why` says so."""
     ends = clock() + budget
     loose = Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * budget)
     beside = executor.submit(computed, model, script, loose, clock) if executor else None
@@ -205,7 +205,7 @@ def refined(
     reference: Certificate,
     error: float,
     budget: float,
-    clock: Clock = time.perf_counter,
+    clock: Clock = time.process_time,
     executor: Executor | None = None,
 ) -> Certificate:
     """The reference of a smooth motion at finer tolerances, where it is not known to a fifth of the
@@ -229,7 +229,7 @@ def refined(
 
 
 def computed(
-    model: OwnModel, script: Script, run: Run, clock: Clock = time.perf_counter
+    model: OwnModel, script: Script, run: Run, clock: Clock = time.process_time
 ) -> Integration:
     """The motion of `model` under `script` by one method, for as long as it is given."""
     many = run.width > 0.0

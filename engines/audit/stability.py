@@ -429,7 +429,7 @@ def stability(
     script: Script,
     states: Array,
     budget: float = math.inf,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
 ) -> Stability:
     """The largest steps of all integrators along the motion of `script`, of which `states` at the
     ends of the periods are known, and what raises the model's own; others than that one, and

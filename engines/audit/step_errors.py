@@ -99,7 +99,7 @@ def compared(
     script: Script,
     reference: Certificate,
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Compared:
@@ -143,7 +143,7 @@ def halved(
     reference: Certificate,
     integrators: Sequence[str],
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
     progress: Callable[[str], None] = lambda what: None,
 ) -> list[StepError]:
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread

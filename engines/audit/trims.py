@@ -55,10 +55,10 @@ def trims(
     index: int,
     error: float,
     budget: float,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
 ) -> Trims:
     """Try what `model` offers to leave out, under `script` and `parts` steps in a period, whose
-    `error` [m] is known up to the period `index`; about `budget` [s] of wall time."""
+    `error` [m] is known up to the period `index`; about `budget` [s] of processor time."""
     ends = clock() + budget
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
     each = tried(model, script, parts, index, offered, ends, clock)
@@ -95,7 +95,7 @@ def tried(
     index: int,
     offered: Sequence[tuple[tuple[Change, ...], OwnModel]],
     ends: float = math.inf,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = time.process_time,
 ) -> tuple[Trim, ...]:
     """The effects of changes of `model`, each given with the changed model: of the first of
     `offered` that the time allows."""

@@ -253,12 +253,16 @@ def _several(
     with progress() as show:
         try:
             for row in several_audits.audited(files, audited, jobs, limit):
-                # Here, since processes would give two pages one name.
-                done.append(replace(row, page=_written(row, chosen).name) if row.page else row)
+                done.append(row)
                 show(f"{row.path} audited", len(done), len(files))
         except KeyboardInterrupt:  # what is done is not lost
             print("\n".join(several_audits.lines(several_audits.sorted_rows(done))))
             raise
+        finally:  # in the order of paths: files of one name have names that do not depend on time
+            done = [
+                replace(row, page=_written(row, chosen).name) if row.page else row
+                for row in sorted(done, key=lambda row: row.path)
+            ]
     done = several_audits.sorted_rows(done)
     if chosen.out is not None:
         command = _command(chosen, chosen.model)

@@ -13,6 +13,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
 from plumbob.reports.commands.several_audits import Row, model_files, refused, write_badge
+from plumbob.reports.view.audit.page import mark_of
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
@@ -91,6 +92,20 @@ def test_an_interrupt_keeps_what_is_done(folder, capsys, monkeypatch):
     monkeypatch.setattr("plumbob.reports.commands.several_audits.audited", interrupted)
     assert main(["audit", str(folder / "fine"), str(folder / "coarse")]) == 130
     assert "rod.xml  10 ms  50 cm  this" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_names_of_pages_do_not_depend_on_which_audit_ends_first(folder, turn, monkeypatch):
+    def audited(files, *rest):
+        for file in files[::turn]:
+            mark = f'<p data-model="{mark_of(str(file))}">'
+            yield Row(str(file), 0.5, 0.01, "this", 0, {}, f"{mark} {file.parent.name}")
+
+    monkeypatch.setattr("plumbob.reports.commands.several_audits.audited", audited)
+    out = folder / "out"
+    main(["audit", str(folder / "fine"), str(folder / "coarse"), "--out", str(out)])
+    assert (out / "audit-rod.html").read_text().endswith("coarse")
+    assert (out / "audit-fine-rod.html").read_text().endswith("fine")
 
 
 @pytest.mark.long

@@ -22,9 +22,11 @@ MOTIONS = (*(f"{PACKAGE}.analytic.{part}" for part in THEORY), "mujoco", "pymunk
 LIBRARIES = ("numpy", "numpy_quaddtype", "scipy")  # all that `analytic` needs beside the language
 HEAVY = (
     *("dartpy", "dask", "distributed", "exudyn", "heyoka", "jax", "jinja2", "mujoco", "pinocchio"),
-    *("plotly", "pybullet", "pydrake", "pymunk", "pytest"),
+    *("mujoco_warp", "plotly", "pybullet", "pydrake", "pymunk", "pytest", "warp"),
 )
-HOMES = MappingProxyType({"dartpy": "dart", "jax": "mjx", "pydrake": "drake"})  # other names
+HOMES = MappingProxyType(  # other names
+    {"dartpy": "dart", "jax": "mjx", "pydrake": "drake", "mujoco_warp": "mjwarp", "warp": "mjwarp"}
+)
 
 
 def _imports(root):

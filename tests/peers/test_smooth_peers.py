@@ -19,9 +19,9 @@ SWING, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
 DAMPED, FORCED = "simple-pendulum/damped-large", "linear-pendulum/forced-large"
 EULER = (
     *("dart/default", "drake/default", "pinocchio/aba+euler", "pybullet/undamped+iterated"),
-    "mjx/euler+float64",
+    *("mjx/euler+float64", "mjwarp/default"),
 )
-RK4 = ("exudyn/rk44", "pinocchio/aba+rk4")
+RK4 = ("exudyn/rk44", "pinocchio/aba+rk4", "mjwarp/rk4")
 LASTING = 1.0  # [s]: the errors have their sizes by then
 STEP = 5e-3  # [s]
 
@@ -35,7 +35,7 @@ def needed(name):
 
 def meant(name, scene):
     """Whether a method of this name runs the scene."""
-    return not name.startswith("mjx") or scene == SWING  # compiling takes seconds
+    return not name.startswith("mj") or scene == SWING  # compiling takes seconds
 
 
 PAIRS = [(n, s) for n in (*EULER, *RK4) for s in (SWING, CONE, DAMPED, FORCED) if meant(n, s)]
@@ -60,8 +60,11 @@ def test_semi_implicit_engines_agree_with_mujoco_to_the_digits_of_theory(scene):
         _, run = measure(case, find_method(name), STEP)
         apart = np.abs(run.observables["theta"] - ours.observables["theta"]).max()
         size = np.abs(ours.observables["theta"]).max()
-        # double precision rounds each of 200 steps, and a rotation near its saddle amplifies that
-        assert apart <= 1e-11 * size, name
+        # double precision rounds each of 200 steps, and a rotation near its saddle amplifies that;
+        # single precision makes 4e-7
+        single = find_method(name).scheme.unit > 1.0
+        low, high = (1e-8, 4e-6) if single else (0.0, 1e-11)
+        assert low * size <= apart <= high * size, name
 
 
 @pytest.mark.parametrize(

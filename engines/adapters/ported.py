@@ -1,0 +1,43 @@
+"""Scenes in ports of MuJoCo: the MuJoCo adapter's translation, compiled as a port steps it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.engines.method import Method, ModelError
+from plumbob.engines.registry import find_builder
+from plumbob.models.scene import Case
+
+EULER_STEP, RK4_STEP = Scheme(EULER, "start", implicit_damping=True), Scheme(RK4, "start")
+SINGLE = 2.0**29  # single precision has 29 bits fewer
+# Compiling takes seconds: one scene of each system, and none with contacts.
+SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
+OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
+PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
+
+
+def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
+    """The translation of `case`, and its model at `step` [s]; raises ParameterError."""
+    import mujoco
+
+    plain = replace(method, settings={n: v for n, v in method.settings.items() if n not in OWN})
+    translation = find_builder("mujoco", case.system).build(
+        case.system.mjcf, case.problem, plain, step
+    )
+    option = translation.spec.option
+    option.timestep = step
+    name = "mjINT_" + str(method.settings["integrator"])
+    option.integrator = int(mujoco.mjtIntegrator.__members__[name])
+    model = translation.spec.compile()
+    translation.tune(model)
+    return translation, model
+
+
+def model_error(case: Case, method: Method, step: float) -> ModelError:
+    """Bounds on the model's error, which is MuJoCo's."""
+    bounds: ModelError = find_builder("mujoco", case.system).model_error(
+        case.problem, case.scene.duration, method, step
+    )
+    return bounds
