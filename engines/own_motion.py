@@ -57,16 +57,12 @@ class Script:
 
 @dataclass(frozen=True)
 class Integration:
-    """States at the ends of the periods, shape (periods + 1, n), not numbers from where it ended;
-    how it was computed."""
+    """States at the ends of the periods, shape (periods + 1, n), NaN from where it ended."""
 
     states: Array
     until: float  # [s] to which it is known
-    how: str
-    evaluations: int = 0
     events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
     why: str = ""  # it ended early
-    decided: bool = True  # by more than rounding
     seconds: float = 0.0  # wall time
 
 
@@ -143,7 +139,3 @@ class Place:
 
 class NotCertifiable(Exception):
     """A model, or a moment, for which no reference can be certified; its text says why."""
-
-
-class Undecided(NotCertifiable):
-    """A motion that rounding decides: contacts over a layer would not help."""

@@ -10,6 +10,7 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, contacts_audited, rests
 from plumbob.engines.audit.controls import DURATION, script
@@ -79,9 +80,10 @@ def audit(
     with Workers(jobs) as workers:
         beside = workers if jobs > 1 else None
         named = RECORDED if policy is not None else named
-        answer = audited(user_model, moved, named, budget, executor=beside, progress=progress)
+        allowance = Allowance(budget, executor=beside, progress=progress)
+        answer = audited(user_model, moved, named, allowance)
     if gradient:
-        answer = with_gradient(answer, budget, progress=progress)
+        answer = with_gradient(answer, Allowance(budget, progress=progress))
     answer = with_engines(answer, model, engines, budget, progress)
     return MotionResult(**vars(replace(answer, slides=_slides(model, start))))
 

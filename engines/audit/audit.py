@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.gradient import Gradients, gradients
@@ -152,28 +152,20 @@ class Audit:
             )
 
 
-def audited(
-    model: OwnModel,
-    script: Script,
-    control: str,
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
-    executor: Executor | None = None,
-    progress: Callable[[str], None] = lambda what: None,
-) -> Audit:
-    """The audit of `model` on the motion that `script` makes of it, within about `budget` [s] of
-    processor time; the integrators run in an `executor`, if given."""
-    begin, began = clock(), time.perf_counter()
+def audited(model: OwnModel, script: Script, control: str, allowance: Allowance) -> Audit:
+    """The audit of `model` on the motion that `script` makes of it."""
+    progress, began = allowance.progress, time.perf_counter()
     progress("the continuous motion, by two methods")
-    reference = certified(model, script, REFERENCE * budget, clock, executor)
+    reference = certified(model, script, allowance.part(REFERENCE))
     result = None
     if reference.until >= script.duration * (1 - 1e-9):
         parts = round(script.period / model.step)
         error = held(model, script, reference, model.integrator, parts).at(-1)
-        reference = refined(model, script, reference, error, budget, clock, executor)
+        reference = refined(model, script, reference, error, allowance)
     if reference.until > 0.0:
-        left = max((1.0 - AFTER) * budget - (clock() - begin), AFTER * budget)
-        result = compared(model, script, reference, left, clock, executor, progress)
+        progress("the model's own steps")
+        left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
+        result = compared(model, script, reference, allowance.part(left))
         if result.index < known(reference):
             reference = replace(reference, why=unlike(result, reference, script))
         result = result if result.index else None
@@ -183,17 +175,18 @@ def audited(
         beyond = math.isfinite(horizon(result, reference, script, BEYOND))
         if beyond and np.isfinite(states).all():
             progress("starts nearby")
-            means = likely(model, script, result.own.parts, ENSEMBLE * budget, clock, executor)
+            means = likely(model, script, result.own.parts, allowance.part(ENSEMBLE))
         error = result.own.at(result.index)
         if math.isfinite(error):
             read = balances(model, states, reference.course.states, result.index)
             progress("what can be left out")
             left_out = trims(
-                model, script, result.own.parts, result.index, error, TRIMS * budget, clock
+                model, script, result.own.parts, result.index, error, allowance.part(TRIMS)
             )
     progress("the largest step that holds")
     states = reference.course.states[: known(reference) + 1]
-    largest = stability(model, script, states, max(LEAST_STABLE, STABLE * budget), clock)
+    steady = allowance.part(max(STABLE, LEAST_STABLE / allowance.seconds))
+    largest = stability(model, script, states, steady)
     return Audit(
         model.name,
         model.integrator,
@@ -214,21 +207,13 @@ def audited(
     )
 
 
-def with_gradient(
-    audit: Audit,
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
-    progress: Callable[[str], None] = lambda what: None,
-) -> Audit:
-    """An audit with the derivatives of the end, or why there are none, within about `budget` [s]
-    more."""
+def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
+    """An audit with the derivatives of the end, or why there are none."""
     assert audit.model is not None
     began, index = time.perf_counter(), audit.found.index if audit.found else 0
     derivatives: Gradients | str
     try:
-        derivatives = gradients(
-            audit.model, audit.script, audit.reference, index, budget, clock, progress
-        )
+        derivatives = gradients(audit.model, audit.script, audit.reference, index, allowance)
     except NotCertifiable as why:
         derivatives = str(why)
     return replace(audit, gradient=derivatives, seconds=audit.seconds + time.perf_counter() - began)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.own_motion import OwnModel, Script
 
 STARTS = 24
@@ -32,53 +30,37 @@ class Likely:
     @property
     def most(self) -> tuple[str, float]:
         """The mean that differs most, and by how many standard errors."""
-        apart = [
-            abs(a - b) / error if error > 0.0 else 0.0
-            for a, b, error in zip(self.own, self.finer, self.standard_errors, strict=True)
-        ]
-        worst = int(np.argmax(apart))
-        return MEANS[worst], apart[worst]
+        errors, apart = np.array(self.standard_errors), np.subtract(self.own, self.finer)
+        ratios = np.abs(np.divide(apart, errors, out=np.zeros_like(errors), where=errors > 0.0))
+        worst = int(np.argmax(ratios))
+        return MEANS[worst], float(ratios[worst])
 
 
-def likely(
-    model: OwnModel,
-    script: Script,
-    parts: int,
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
-    executor: Executor | None = None,
-) -> Likely | None:
+def likely(model: OwnModel, script: Script, parts: int, allowance: Allowance) -> Likely | None:
     """Means at the end over `STARTS` starts near that of `script`, at `parts` steps in a period and
-    at more; None where that would take longer than `budget` [s], or runs diverge. Starts run beside
-    each other in an `executor`, if given."""
-    starts = model.starts(STARTS, SIZE)
-    begin, pairs = clock(), []
-    tasks = [executor.submit(pair, model, script, parts, s) for s in starts] if executor else []
-    for done, start in enumerate(starts, start=1):
-        pairs.append(tasks[done - 1].result() if tasks else pair(model, script, parts, start))
-        if (clock() - begin) / done * STARTS > budget:
-            [task.cancel() for task in tasks]
+    at more; None where that would take longer than is allowed, or runs diverge."""
+    starts, pairs = model.starts(STARTS, SIZE), []
+    tasks = [allowance.start(pair, model, script, parts, start) for start in starts]
+    for task in tasks:
+        pairs.append(task())
+        if allowance.spent / len(pairs) * STARTS > allowance.seconds:
             return None
     values = np.array(pairs)  # shape (starts, 2, means)
     if not np.isfinite(values).all():
         return None
-    means, finer = values.mean(axis=0)
     # Near the start both follow each other, far beyond neither does: the differences of pairs say
     # how far means may be apart by chance in both cases.
     errors = (values[:, 0] - values[:, 1]).std(axis=0, ddof=1) / math.sqrt(STARTS)
-    return Likely(STARTS, tuple(means.tolist()), tuple(finer.tolist()), tuple(errors.tolist()))
+    rows = (tuple(row.tolist()) for row in (*values.mean(axis=0), errors))
+    return Likely(STARTS, *rows)
 
 
 def pair(model: OwnModel, script: Script, parts: int, start: Array) -> list[Array]:
     """Means at the end, from one start, at `parts` steps in a period and at more."""
-    moved = replace(script, start=start)
-    return [
-        _means(model, start, model.stepped(moved, model.integrator, n).states[-1])
-        for n in (parts, FINER * parts)
-    ]
-
-
-def _means(model: OwnModel, start: Array, end: Array) -> Array:
-    first, last = model.positions(np.stack([start, end]))
-    moved = np.linalg.norm(last - first, axis=1).mean()
-    return np.array([*last.mean(axis=0), moved])
+    begun = replace(script, start=start)
+    runs = (model.stepped(begun, model.integrator, n).states for n in (parts, FINER * parts))
+    means = []
+    for states in runs:
+        first, last = model.positions(states[[0, -1]])
+        means.append(np.array([*last.mean(axis=0), np.linalg.norm(last - first, axis=1).mean()]))
+    return means

@@ -16,14 +16,14 @@ to the least at
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.reference import TIGHT, Certificate, Run, computed
 from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 
@@ -136,30 +136,30 @@ class Gradients:
         """The entry with the largest error of a way."""
         assert way.computed is not None
         off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
-        return self._entry(way, *divmod(int(np.argmax(off)), len(self.by)))
+        return self._entry(way, int(np.argmax(off)))
 
     @property
     def entries(self) -> tuple[Entry, ...]:
         """Of each way the norm of all, then the largest entries."""
         sizes = np.nan_to_num(np.abs(self.exact[-1]))
-        order = np.argsort(-sizes, axis=None)[:LARGEST]
-        places = [divmod(int(k), len(self.by)) for k in order]
-        some = (self._entry(way, *place) for place in places for way in self.ways)
-        return (*(self._all(way) for way in self.ways), *some)
+        places = [None, *np.argsort(-sizes, axis=None)[:LARGEST].tolist()]
+        return tuple(self._entry(way, place) for place in places for way in self.ways)
 
-    def _all(self, way: Way) -> Entry:
-        exact, known = float(self.norm(self.exact[-1])), float(self.certificate[-1])
-        done = None if way.computed is None else float(self.norm(way.computed[-1]))
-        error = None if done is None else float(self.errors(way)[-1])
-        return Entry("all", "all", way.name, exact, known * exact, done, error, way.eps)
+    def _entry(self, way: Way, place: int | None) -> Entry:
+        """That of a number of the matrix, by row; None: the norm of all."""
+        row, column = divmod(place or 0, len(self.by))
+        names = ("all", "all") if place is None else (self.of[row], self.by[column])
 
-    def _entry(self, way: Way, row: int, column: int) -> Entry:
-        exact = float(self.exact[-1, row, column])
-        done = None if way.computed is None else float(way.computed[-1, row, column])
-        error = None if done is None or not exact else (done - exact) / exact
-        known = float(self.uncertainty[-1, column])
-        of, by = self.of[row], self.by[column]
-        return Entry(of, by, way.name, exact, known, done, error, way.eps)
+        def value(matrix: Array) -> float:
+            return float(self.norm(matrix) if place is None else matrix[row, column])
+
+        exact, known = value(self.exact[-1]), float(self.uncertainty[-1, column])
+        if place is None:
+            known = float(self.certificate[-1]) * exact
+        if way.computed is None:
+            return Entry(*names, way.name, exact, known, None, None, way.eps)
+        error = value(way.computed[-1] - self.exact[-1]) / exact if exact else None
+        return Entry(*names, way.name, exact, known, value(way.computed[-1]), error, way.eps)
 
 
 def gradients(
@@ -167,27 +167,22 @@ def gradients(
     script: Script,
     reference: Certificate,
     index: int,
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
-    progress: Callable[[str], None] = lambda what: None,
+    allowance: Allowance,
 ) -> Gradients:
     """The derivatives at the end of the period `index`, up to which the motion is certified, by as
-    many numbers as about `budget` [s] allows, controls first; raises NotCertifiable where there
-    are none, with the reason."""
-    if not index or reference.widths:
-        raise NotCertifiable(
-            "contacts that begin over layers leave no derivative that is certain"
-            if index
-            else f"there is no reference: {reference.why}"
-        )
+    many numbers as time allows, controls first; raises NotCertifiable where there are none, with
+    the reason."""
+    if not index:
+        raise NotCertifiable(f"there is no reference: {reference.why}")
+    if reference.widths:
+        why = "contacts that begin over layers leave no derivative that is certain"
+        raise NotCertifiable(why)
     script = replace(script, controls=script.controls[:index])
-    exact, uncertainty, curvature, left_out = _certified(
-        model, script, clock() + budget, clock, progress
-    )
+    exact, uncertainty, curvature, left_out = _certified(model, script, allowance)
     known = np.isfinite(uncertainty[-1])
     if not known.any():
         raise NotCertifiable(left_out[0])
-    progress("derivatives of its own run")
+    allowance.progress("derivatives of its own run")
     # A model at rest is as large as what it is moved by.
     size = max(SWEEP[0], float(np.abs(reference.course.states[: index + 1]).max()))
     rounding = np.finfo(float).eps * size * math.sqrt(script.duration / model.step)
@@ -209,11 +204,7 @@ def _numbers(model: OwnModel) -> tuple[str, ...]:
 
 
 def _certified(
-    model: OwnModel,
-    script: Script,
-    ends: float,
-    clock: Callable[[], float],
-    progress: Callable[[str], None],
+    model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Array, Array, float, tuple[str, ...]]:
     """The derivatives and uncertainty of `Gradients`, the largest C, and what is left out."""
     by, count = _numbers(model), len(model.names["position"])
@@ -221,10 +212,10 @@ def _certified(
     uncertainty, curvatures = np.full((len(exact), len(by)), math.inf), [0.0]
     left_out, state = list[str](), len(by) - len(model.names["control"])
     for number in (*range(state, len(by)), *range(state)):
-        progress(f"derivative by {by[number]}")
+        allowance.progress(f"derivative by {by[number]}")
         try:
             _within_range(model, script, number - state)
-            both = [_refined(model, script, number, way, ends, clock) for way in CERTIFYING]
+            both = [_refined(model, script, number, way, allowance) for way in CERTIFYING]
         except NotCertifiable as why:
             left_out.append(f"{by[number]}: {why}")
             continue
@@ -262,8 +253,7 @@ def _refined(
     script: Script,
     number: int,
     way: tuple[str, float, float],
-    ends: float,
-    clock: Callable[[], float],
+    allowance: Allowance,
 ) -> tuple[Array, float]:
     """Eq. 1 over time, shape (n, coordinates), and C; raises NotCertifiable."""
     method, tolerance, eps = way
@@ -271,8 +261,9 @@ def _refined(
     def difference(size: float) -> Array:
         courses = []
         for side in (1.0, -1.0):
-            run = Run(method, tolerance, 0.0, ends - clock())
-            course = computed(model, _moved(model, script, number, side * size), run, clock)
+            run = Run(method, tolerance, 0.0, allowance.left)
+            nudged = _moved(model, script, number, side * size)
+            course = computed(model, nudged, run, allowance.clock)
             if course.why:
                 raise NotCertifiable(course.why)
             courses.append(course.states)

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -21,14 +20,8 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import (
-    Field,
-    Integration,
-    NotCertifiable,
-    OwnModel,
-    Script,
-    Undecided,
-)
+from plumbob.engines.audit.allowance import Allowance, Clock
+from plumbob.engines.own_motion import Integration, NotCertifiable, OwnModel, Script
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
 WIDTHS = (1e-5, 1e-6, 3e-7)  # [m] of the layer
@@ -38,12 +31,11 @@ IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
 # vanish too as its fourth root; the smallest power outlasts the others as layers shrink.
 POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
-FIRST, PARTS = 0.4, 3  # of the budget, for the first method; a third of the rest confirms it
+FIRST = 0.4  # of the time, for the first method
 FINER = 1e-2  # times both tolerances, where those do not resolve the step's error
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
-REFINING = 0.1  # of the budget, at most; a finer pair takes up to 2.5 times as long
+REFINING = 0.1  # of an audit's time, at most; a finer pair takes up to 2.5 times as long
 OUT_OF_TIME = "the time given for it ended"
-Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)
@@ -61,9 +53,8 @@ class Certificate:
     """The continuous motion at the ends of the control periods, and how well it is known."""
 
     course: Integration
-    confirmed_by: Integration | None
+    confirmed_by: Integration
     uncertainty: Array  # [m] largest distance of any body so far from the confirmation's, (n,)
-    uncertainty_coordinates: Array  # [rad or m] the same in generalised coordinates
     positions: Array  # [m] of the bodies, shape (n, bodies, 3)
     widths: tuple[float, ...] = ()  # [m] of the layers; empty for a smooth motion
     why: str = ""  # there is none, or it ends early
@@ -77,106 +68,59 @@ class Certificate:
     @property
     def until(self) -> float:
         """[s] to which both computations reach."""
-        return min(self.course.until, self.confirmed_by.until if self.confirmed_by else 0.0)
+        return min(self.course.until, self.confirmed_by.until)
 
 
-def certified(
-    model: OwnModel,
-    script: Script,
-    budget: float,
-    clock: Clock = time.process_time,
-    executor: Executor | None = None,
-) -> Certificate:
-    """The reference of `model` under `script`, computed within about `budget` [s] of processor
-    time; its confirmation runs beside it in an `executor` of two processes or more, if given, with
+def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certificate:
+    """The reference of `model` under `script`; its confirmation runs beside it in an executor, with
     the same bits. Where nothing can be certified, its uncertainty is infinite after the start and
     `why` says so."""
-    ends = clock() + budget
-    loose = Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * budget)
-    beside = executor.submit(computed, model, script, loose, clock) if executor else None
-    first = computed(model, script, Run("DOP853", TIGHT, 0.0, FIRST * budget), clock)
+    tight = Run("DOP853", TIGHT, 0.0, FIRST * allowance.seconds)
+    loose = Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * allowance.seconds)
+    second = allowance.start(computed, model, script, loose, allowance.clock)
+    first = computed(model, script, tight, allowance.clock)
+    smooth = _compared(model, first, second())
     if not first.why:
-        second = computed(model, script, loose, clock) if beside is None else beside.result()
-        return _compared(model, first, second, ())
-    # What came before the chatter may be known better, and longer.
-    smooth = None
-    if beside is not None:
-        second = beside.result()
-    elif first.until > 0.0:
-        some = replace(loose, seconds=(ends - clock()) / PARTS)
-        second = computed(model, _up_to(script, first.until), some, clock)
-    if first.until > 0.0:
-        smooth = _compared(model, first, _cut(second, script, first.until), ())
-    layered, ended = None, ""
-    if first.decided:
-        layered, ended = _layered(model, script, ends, clock, executor)
-    known = [r for r in (layered, smooth) if r is not None and r.until > 0.0]
+        return smooth
+    layered, ended = _layered(model, script, allowance)
+    if layered is not None and layered.until > smooth.until:
+        why = "" if layered.until >= script.duration * (1 - 1e-9) else layered.why or ended
+        return replace(layered, why=why, not_smooth=first.why)
     after = f"; with contacts over a layer, {ended}" if ended else ""
-    if not known:
-        return _none(model, script, replace(first, why=first.why + after))
-    best = max(known, key=lambda r: r.until)
-    if layered is not None and smooth is not None and best is layered:
-        best = _joined(smooth, layered)
-    best = replace(best, not_smooth=first.why if best.widths else "")
-    if best.until >= script.duration * (1 - 1e-9):
-        return best
-    return replace(best, why=best.why or ended if best.widths else first.why + after)
+    return replace(smooth, why=first.why + after)
 
 
 def _layered(
-    model: OwnModel, script: Script, ends: float, clock: Clock, executor: Executor | None
+    model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Certificate | None, str]:
     """The motion with contacts that set in over layers, which shrink, and why one of them ended;
-    none where fewer than two are computed."""
-    done = _by_width(model, script, ends, clock, executor)
-    ended = next((course.why for course in done.values() if course.why), "")
-    layers = [(w, done[w, IN_LAYER]) for w in WIDTHS if (w, IN_LAYER) in done]
-    layers = [(w, _cut(c, script, script.duration)) for w, c in layers if c.until > 0.0]
-    if len(layers) < 2:
-        return None, ended
-    (_, other), (width, best) = layers[-2:]
-    # Where no contact is met within the layers, both widths give the same bits.
-    again = done.get((width, OTHER_IN_LAYER))
-    if again is None:
-        short = _up_to(script, min(best.until, other.until))
-        last = Run("RK45", OTHER_IN_LAYER, width, ends - clock())
-        again = computed(model, short, last, clock)
-    return _in_layers(model, layers, _cut(again, script, script.duration)), ended
+    none where one has no duration."""
+    asked = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
+    pace, courses = 1 if allowance.executor is None else 2, list[Integration]()
+    while len(courses) < len(asked):
+        seconds = allowance.left * pace / (len(asked) - len(courses))
+        runs = [
+            allowance.start(
+                computed, model, script, Run("RK45", tolerance, width, seconds), allowance.clock
+            )
+            for width, tolerance in asked[len(courses) :][:pace]
+        ]
+        courses += [run() for run in runs]
+        if not all(course.until > 0.0 for course in courses):
+            return None, next(course.why for course in courses if course.why)
+    ended = next((course.why for course in courses if course.why), "")
+    return _in_layers(model, courses[:-1], courses[-1]), ended
 
 
-def _by_width(
-    model: OwnModel, script: Script, ends: float, clock: Clock, executor: Executor | None
-) -> dict[tuple[float, float], Integration]:
-    """The motion by width of the layer and tolerance, until one of them has no duration."""
-    runs = [*((width, IN_LAYER) for width in WIDTHS), (WIDTHS[-1], OTHER_IN_LAYER)]
-    pace = 1 if executor is None else 2
-    groups = [runs[i : i + pace] for i in range(0, len(runs), pace)]
-    done: dict[tuple[float, float], Integration] = {}
-    for k, group in enumerate(groups):
-        if not all(course.until > 0.0 for course in done.values()):
-            break
-        seconds = (ends - clock()) / (len(groups) - k)
-        # What one of them does not reach is not known: the others need not go on for longer.
-        short = _up_to(script, min((c.until for c in done.values()), default=script.duration))
-        asked = [Run("RK45", tolerance, width, seconds) for width, tolerance in group]
-        courses = _beside(model, short, asked, clock, executor)
-        done.update(zip(group, courses, strict=True))
-    return done
-
-
-def _in_layers(
-    model: OwnModel, layers: Sequence[tuple[float, Integration]], again: Integration
-) -> Certificate:
+def _in_layers(model: OwnModel, layers: Sequence[Integration], again: Integration) -> Certificate:
     """The motion of the last, narrowest, of `layers`; how far it is from the limit and what it
     differs by from `again`, at another tolerance, may add up."""
-    widths = tuple(width for width, _ in layers)
-    apart = [_compared(model, narrow, wide, widths) for (_, wide), (_, narrow) in pairwise(layers)]
-    last, other = apart[-1], _compared(model, layers[-1][1], again, widths)
-    coordinates = left_open(widths, [r.uncertainty_coordinates for r in apart])
+    apart = [_compared(model, narrow, wide) for wide, narrow in pairwise(layers)]
+    last, other = apart[-1], _compared(model, layers[-1], again)
     return replace(
         last,
-        uncertainty=left_open(widths, [r.uncertainty for r in apart]) + other.uncertainty,
-        uncertainty_coordinates=coordinates + other.uncertainty_coordinates,
+        uncertainty=left_open(WIDTHS, [r.uncertainty for r in apart]) + other.uncertainty,
+        widths=WIDTHS,
         why=last.why or other.why,
     )
 
@@ -200,66 +144,29 @@ def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
 
 
 def refined(
-    model: OwnModel,
-    script: Script,
-    reference: Certificate,
-    error: float,
-    budget: float,
-    clock: Clock = time.process_time,
-    executor: Executor | None = None,
+    model: OwnModel, script: Script, reference: Certificate, error: float, allowance: Allowance
 ) -> Certificate:
     """The reference of a smooth motion at finer tolerances, where it is not known to a fifth of the
-    step's `error` [m] and a part of `budget` [s] suffices; else as it was."""
-    other, index = reference.confirmed_by, len(script.controls)
-    if reference.widths or reference.why or other is None:
+    step's `error` [m] and a part of an audit's time suffices; else as it was."""
+    known, seconds = reference.uncertainty[-1], REFINING * allowance.seconds
+    expected = 2.5 * (reference.course.seconds + reference.confirmed_by.seconds)
+    unresolved = reference.rounding < error <= RESOLVED * known
+    if reference.widths or reference.why or not unresolved or expected > seconds:
         return reference
-    if RESOLVED * reference.uncertainty[index] < error or not error > reference.rounding:
-        return reference
-    if 2.5 * (reference.course.seconds + other.seconds) > REFINING * budget:
-        return reference
-    asked = [
-        Run(method, FINER * tolerance, 0.0, REFINING * budget)
-        for method, tolerance in (("DOP853", TIGHT), ("RK45", LOOSE))
+    asked = (("DOP853", FINER * TIGHT), ("RK45", FINER * LOOSE))
+    runs = [
+        allowance.start(computed, model, script, Run(*run, 0.0, seconds), allowance.clock)
+        for run in asked
     ]
-    first, second = _beside(model, script, asked, clock, executor)
-    if first.why or second.why:
-        return reference
-    finer = _compared(model, first, second, ())
-    return finer if finer.uncertainty[index] < reference.uncertainty[index] else reference
-
-
-def computed(
-    model: OwnModel, script: Script, run: Run, clock: Clock = time.process_time
-) -> Integration:
-    """The motion of `model` under `script` by one method, for as long as it is given."""
-    many = run.width > 0.0
-    course = integrated(
-        model.field(run.width),
-        script,
-        run.method,
-        run.tolerance,
-        clock() + run.seconds,
-        clock,
-        many,
-    )
-    return replace(course, how=f"{course.how}, contacts over {run.width:g} m") if many else course
-
-
-def _beside(
-    model: OwnModel, script: Script, runs: Sequence[Run], clock: Clock, executor: Executor | None
-) -> list[Integration]:
-    """Some runs, each in a process of its own where there is an executor."""
-    if executor is None:
-        return [computed(model, script, run, clock) for run in runs]
-    tasks = [executor.submit(computed, model, script, run, clock) for run in runs]
-    return [task.result() for task in tasks]
+    finer = _compared(model, *(run() for run in runs))
+    return reference if finer.why or finer.uncertainty[-1] >= known else finer
 
 
 class _Watch:
     """Ends an integration where time runs out and, unless `many` events are allowed, where contacts
     chatter; `events` are the times [s] at which those that act changed."""
 
-    def __init__(self, field: Field, many: bool, clock: Clock, ends: float) -> None:
+    def __init__(self, field: Any, many: bool, clock: Clock, ends: float) -> None:
         self.field, self.many, self.clock, self.ends = field, many, clock, ends
         self.events: list[float] = []
         self.before: bytes | None = None
@@ -269,108 +176,68 @@ class _Watch:
         if (acting := self.field.active()) != self.before:
             self.events += [time] if self.before is not None else []
             self.before = acting
-        if not self.many and _chatters(self.events):
-            raise NotCertifiable(f"contacts chatter from {self.events[-CHATTER - 1]:.4g} s on")
+        recent = self.events[-CHATTER - 1 :]
+        if not self.many and len(recent) > CHATTER and recent[-1] - recent[0] < WITHIN:
+            raise NotCertifiable(f"contacts chatter from {recent[0]:.4g} s on")
         if self.clock() > self.ends:
             raise NotCertifiable(f"{OUT_OF_TIME} at {time:.4g} s")
 
 
-def integrated(
-    field: Field,
-    script: Script,
-    method: str,
-    tolerance: float,
-    ends: float,
-    clock: Clock,
-    many: bool = False,
+def computed(
+    model: OwnModel, script: Script, run: Run, clock: Clock = time.process_time
 ) -> Integration:
-    """The motion by an adaptive `method` of scipy's, begun anew with each control period; it gives
-    up at `ends` by `clock`, where the step collapses, and, unless `many` are allowed, where events
-    come too often."""
+    """The motion of `model` under `script` by an adaptive method of scipy's, begun anew with each
+    control period; it gives up where its time ends, where the step collapses and, without a layer,
+    where events come too often."""
     from scipy import integrate
 
-    solver: Any = getattr(integrate, method)
+    solver: Any = getattr(integrate, run.method)
+    field, begin = model.field(run.width), clock()
+    watch = _Watch(field, run.width > 0.0, clock, begin + run.seconds)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
-    begin, watch = clock(), _Watch(field, many, clock, ends)
     size: float | None = None
-    why, done, decided = "", 0, True
+    done, why = 0, ""
     try:
         for k, control in enumerate(script.controls):
             start, end = k * script.period, (k + 1) * script.period
             field.hold(control, start, y)
-            first = min(size, 0.999 * (end - start)) if size else None
-            run = solver(
+            motion = solver(
                 *(field, start, y, end),
-                first_step=first,
+                first_step=min(size, 0.999 * (end - start)) if size else None,
                 max_step=script.period,
-                rtol=tolerance,
-                atol=tolerance,
+                rtol=run.tolerance,
+                atol=run.tolerance,
             )
-            while run.status == "running":
-                run.step()
-                if run.status == "failed":
-                    raise NotCertifiable(f"the step collapses at {run.t:.6g} s")
-                if run.t < end:
-                    size = run.h_abs
-                watch.after_step(run.t)
-            y = field.normalised(run.y)
+            while motion.status == "running":
+                motion.step()
+                if motion.status == "failed":
+                    raise NotCertifiable(f"the step collapses at {motion.t:.6g} s")
+                if motion.t < end:
+                    size = motion.h_abs
+                watch.after_step(motion.t)
+            y = field.normalised(motion.y)
             if not np.isfinite(y).all():
                 raise NotCertifiable(f"the motion has no bounds from {end:.4g} s on")
             states[k + 1], done = y, k + 1
     except NotCertifiable as reason:
-        why, decided = str(reason), not isinstance(reason, Undecided)
+        why = str(reason)
     return Integration(
         states,
         done * script.period,
-        f"{method} at {tolerance:g}",
-        field.evaluations,
         tuple(watch.events),
         why,
-        decided,
         clock() - begin,
     )
 
 
-def _chatters(events: list[float]) -> bool:
-    return len(events) > CHATTER and events[-1] - events[-CHATTER - 1] < WITHIN
-
-
-def _compared(
-    model: OwnModel, best: Integration, other: Integration, widths: tuple[float, ...]
-) -> Certificate:
+def _compared(model: OwnModel, best: Integration, other: Integration) -> Certificate:
     """A reference from two computations: how far they are apart is its uncertainty."""
     here = model.positions(best.states)
     apart = distances(here, model.positions(other.states))
     rounding = np.finfo(float).eps * largest(np.abs(here).max(axis=2))
     apart[1:] = np.maximum(apart, rounding)[1:]
-    coordinates = largest(np.abs(model.coordinates(best.states, other.states)))
-    why = best.why or other.why
-    return Certificate(best, other, apart, coordinates, here, widths, why)
-
-
-def _joined(first: Certificate, then: Certificate) -> Certificate:
-    """The first reference as far as it is the better known, then the second."""
-    known_first = np.isfinite(first.uncertainty)
-    better = np.flatnonzero(known_first & (first.uncertainty <= then.uncertainty))
-    count = int(better[-1]) + 1
-    assert first.confirmed_by is not None
-    assert then.confirmed_by is not None
-
-    def course(before: Integration, after: Integration) -> Integration:
-        return replace(after, states=np.concatenate([before.states[:count], after.states[count:]]))
-
-    def known(values: Array, later: Array) -> Array:
-        return np.maximum.accumulate(np.concatenate([values[:count], later[count:]]))
-
-    return replace(
-        then,
-        course=course(first.course, then.course),
-        confirmed_by=course(first.confirmed_by, then.confirmed_by),
-        uncertainty=known(first.uncertainty, then.uncertainty),
-        uncertainty_coordinates=known(first.uncertainty_coordinates, then.uncertainty_coordinates),
-        positions=np.concatenate([first.positions[:count], then.positions[count:]]),
-    )
+    return Certificate(best, other, apart, here, why=best.why or other.why)
 
 
 def distances(here: Array, there: Array) -> Array:
@@ -389,25 +256,3 @@ def largest(values: Array) -> Array:
     shape (n, m)."""
     worst = np.where(np.isfinite(values).all(axis=1), values.max(axis=1, initial=0.0), math.inf)
     return np.maximum.accumulate(worst)
-
-
-def _none(model: OwnModel, script: Script, first: Integration) -> Certificate:
-    unknown = np.full(len(script.controls) + 1, math.inf)
-    unknown[0] = 0.0
-    return Certificate(first, None, unknown, unknown, model.positions(first.states), (), first.why)
-
-
-def _up_to(script: Script, until: float) -> Script:
-    count = round(until / script.period)
-    return replace(script, controls=script.controls[:count])
-
-
-def _cut(course: Integration, script: Script, until: float) -> Integration:
-    """A course up to `until` [s], its states as many as the whole of `script` has, unknown beyond
-    that."""
-    states = np.full((len(script.controls) + 1, script.start.size), np.nan)
-    known = min(len(course.states), round(until / script.period) + 1)
-    states[:known] = course.states[:known]
-    reached = course.until >= until * (1 - 1e-9)
-    why = "" if reached else course.why
-    return replace(course, states=states, until=min(course.until, until), why=why)

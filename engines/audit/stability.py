@@ -10,7 +10,6 @@ above, and at steps spread below.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.reference import OUT_OF_TIME, moved
 from plumbob.engines.own_motion import Change, Element, OwnModel, Place, Script, StepMaps
 
@@ -96,7 +96,6 @@ class Stability:
     remedies: tuple[Remedy, ...]
     step: float  # [s] the model's own
     start_only: bool = False  # no more of the motion is known
-    seconds: float = 0.0
 
     @property
     def own(self) -> Limit:
@@ -428,18 +427,17 @@ def stability(
     model: OwnModel,
     script: Script,
     states: Array,
-    budget: float = math.inf,
-    clock: Callable[[], float] = time.process_time,
+    allowance: Allowance | None = None,
 ) -> Stability:
     """The largest steps of all integrators along the motion of `script`, of which `states` at the
     ends of the periods are known, and what raises the model's own; others than that one, and
-    remedies, as far as about `budget` [s] allows."""
-    begin = clock()
+    remedies, as far as time allows."""
+    allowance = allowance or Allowance()
     course = Course(model, script, states)
     limits = [tried_below(course, limited(course, model.integrator))]
     for name in model.steppable[1:]:
-        late = clock() - begin > budget
+        late = allowance.left < 0.0
         limits.append(Limit(name, None, why=OUT_OF_TIME) if late else limited(course, name))
-    try_remedies = limits[0].largest_step is not None and clock() - begin < budget
+    try_remedies = limits[0].largest_step is not None and allowance.left > 0.0
     remedies = remedied(course, limits) if try_remedies else ()
-    return Stability(tuple(limits), remedies, model.step, len(states) == 1, clock() - begin)
+    return Stability(tuple(limits), remedies, model.step, len(states) == 1)

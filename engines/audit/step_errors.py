@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.audit.allowance import Allowance, Clock
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.audit.reference import RESOLVED, Certificate, largest
 from plumbob.engines.own_motion import OwnModel, Script
@@ -39,7 +39,6 @@ class StepError:
     step: float  # [s]
     parts: int  # in a control period
     errors: Array  # [m] largest distance of any body so far, at the ends of the periods, shape (n,)
-    coordinates: Array  # [rad or m] the same in generalised coordinates
     worst: str  # the body that is furthest off at the end
     seconds: float  # of processor time, of one run
     why: str = ""  # it ended early
@@ -95,41 +94,32 @@ class Balance:
 
 
 def compared(
-    model: OwnModel,
-    script: Script,
-    reference: Certificate,
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
-    executor: Executor | None = None,
-    progress: Callable[[str], None] = lambda what: None,
+    model: OwnModel, script: Script, reference: Certificate, allowance: Allowance
 ) -> Compared:
     """Run the model's integrators at its own step, twice it where the control allows, and halves of
-    it, within about `budget` [s], and hold each against the reference: beside each other in an
-    `executor`, if given; costs are measured alone."""
-    parts = round(script.period / model.step)
-    if executor is None:
-        errors = halved(model, script, reference, model.integrators, budget, clock, progress)
-    else:
-        tasks = [
-            executor.submit(halved, model, script, reference, (name,), budget)
-            for name in model.integrators
-        ]
-        errors = [step for task in tasks for step in task.result()]
-    progress("costs")
+    it, and hold each against the reference: beside each other in an executor, if there is one;
+    costs are measured alone."""
+    names = model.integrators
+    groups = [names] if allowance.executor is None else [(name,) for name in names]
+    runs = [
+        allowance.start(halved, model, script, reference, names, allowance.left, allowance.clock)
+        for names in groups
+    ]
+    errors = [step for run in runs for step in run()]
+    allowance.progress("costs")
     errors = priced(model, script, reference, errors)
     fixed = [s for s in errors if s.integrator == model.integrator]
-    as_is = next(s for s in fixed if s.parts == parts)
+    as_is = next(s for s in fixed if s.parts == round(script.period / model.step))
     index = tends(errors, as_is, reference)
     chosen = (c for t in TARGETS if (c := cheapest(errors, as_is, reference, index, t)))
 
     def softened(choice: Cheapest) -> bool:
         return model.softened(script, choice.integrator, round(script.period / choice.step))
 
+    errors.sort(key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
     return Compared(
         as_is,
-        tuple(
-            sorted(errors, key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
-        ),
+        tuple(errors),
         index,
         min(s.at(index) for s in errors),
         observed_order(fixed, reference, index),
@@ -142,14 +132,13 @@ def halved(
     script: Script,
     reference: Certificate,
     integrators: Sequence[str],
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
-    progress: Callable[[str], None] = lambda what: None,
+    seconds: float,
+    clock: Clock = time.process_time,
 ) -> list[StepError]:
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
-    over all: about `budget` [s]; the model's own step whatever that takes."""
+    over all: about so many `seconds`; the model's own step whatever that takes."""
     reached = known(reference)
-    ends, usual = clock() + budget, round(script.period / model.step)
+    ends, usual = clock() + seconds, round(script.period / model.step)
     errors: list[StepError] = []
     going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
     while going:
@@ -158,7 +147,6 @@ def halved(
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
-            progress(f"{name} at {script.period / parts:.3g} s")
             errors.append(held(model, script, reference, name, parts))
             last = errors[-1].at(reached)
             fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
@@ -271,8 +259,10 @@ def cheapest(
     most = ALIKE * min(ns for ns, _ in reaching)
     alike = [candidate for ns, candidate in reaching if ns <= most]
     best = min(alike, key=lambda s: (s.integrator != as_is.integrator, s.integrator, -s.step))
-    cost = Ratio(1.0, 1.0, 1.0) if best is as_is else None
-    if best.cost and as_is.cost and cost is None:
+    cost = None
+    if best is as_is:
+        cost = Ratio(1.0, 1.0, 1.0)
+    elif best.cost and as_is.cost:
         cost = ratio(best.cost, as_is.cost, as_is.step / best.step)
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
@@ -291,14 +281,13 @@ def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tup
     measured from its start, as it has no zero."""
     ours = model.readings(steps[: index + 1])
     theirs = model.readings(reference[: index + 1])
-    rows = []
-    for name in [n for n in (*ours, *theirs) if n in ours or n in theirs]:
-        zero = np.zeros(index + 1)
+    zero, rows = np.zeros(index + 1), []
+    for name in dict.fromkeys((*ours, *theirs)):
         first, second = ours.get(name, zero), theirs.get(name, zero)
         start = first[0] if name == "energy" else 0.0
-        here, there = np.abs(first - start).max(), np.abs(second - start).max()
-        rows.append(Balance(name, float(here), float(there), float(np.abs(first - second).max())))
-    return tuple(dict.fromkeys(rows))
+        sizes = (float(np.abs(x).max()) for x in (first - start, second - start, first - second))
+        rows.append(Balance(name, *sizes))
+    return tuple(rows)
 
 
 def held(
@@ -307,7 +296,6 @@ def held(
     """The errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
     apart = np.linalg.norm(model.positions(run.states) - reference.positions, axis=2)
-    off = model.coordinates(run.states, reference.course.states)
     both = np.flatnonzero(np.isfinite(apart).all(axis=1))
     worst = model.bodies[int(np.argmax(apart[: both[-1] + 1].max(axis=0)))]
     return StepError(
@@ -315,7 +303,6 @@ def held(
         run.step,
         parts,
         largest(apart),
-        largest(np.abs(off)),
         worst,
         run.seconds,
         run.why,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.audit.reference import moved
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
@@ -54,14 +53,12 @@ def trims(
     parts: int,
     index: int,
     error: float,
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
+    allowance: Allowance,
 ) -> Trims:
     """Try what `model` offers to leave out, under `script` and `parts` steps in a period, whose
-    `error` [m] is known up to the period `index`; about `budget` [s] of processor time."""
-    ends = clock() + budget
+    `error` [m] is known up to the period `index`."""
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
-    each = tried(model, script, parts, index, offered, ends, clock)
+    each = tried(model, script, parts, index, offered, allowance)
     useful = [t for t in each if t.accepted(error) and t.cost.low <= 1.0]
     best: Trim | None = None
     same = [t for t in useful if t.same_bits]
@@ -94,15 +91,14 @@ def tried(
     parts: int,
     index: int,
     offered: Sequence[tuple[tuple[Change, ...], OwnModel]],
-    ends: float = math.inf,
-    clock: Callable[[], float] = time.process_time,
+    allowance: Allowance | None = None,
 ) -> tuple[Trim, ...]:
     """The effects of changes of `model`, each given with the changed model: of the first of
     `offered` that the time allows."""
     models = [model, *(other for _, other in offered)]
     runs: list[Stepped] = []
     for variant in models:
-        if clock() > ends:
+        if allowance is not None and allowance.left < 0.0:
             break
         runs.append(variant.stepped(script, variant.integrator, parts))
     if len(runs) < 2:

@@ -12,6 +12,7 @@ import numpy as np
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.own_motion import Script, Start
@@ -99,7 +100,9 @@ def audit_of(model, control="rest", keyframe=None, budget=60.0, **motion):
     if isinstance(model, str):
         model = compiled(model)
     own = model if isinstance(model, MujocoModel) else own_model(model, "model", Start(keyframe))
-    return audited(own, script(own, control, **motion), control, budget, time.process_time)
+    return audited(
+        own, script(own, control, **motion), control, Allowance(budget, time.process_time)
+    )
 
 
 def recast(kind, model, **more):

@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
@@ -59,7 +60,7 @@ def arm(actuator):
 def test_certified_where_small_steps_tend(name):
     own = arm(ACTUATORS[name])
     motion = script(own, "sines", DURATION)
-    found = certified(own, motion, BUDGET)
+    found = certified(own, motion, Allowance(BUDGET))
     assert found.until == pytest.approx(DURATION)
     assert found.uncertainty[-1] < 1e-7
     for integrator in ("euler", "rk4"):
@@ -73,7 +74,7 @@ def test_a_force_that_looks_ahead_moves_as_one_that_does_not():
     """To the last bit: continuously there is no next step to look at."""
     ahead = ACTUATORS["a filter that looks ahead"]
     here, there = (
-        certified(own, script(own, "sines", 0.1), BUDGET).positions
+        certified(own, script(own, "sines", 0.1), Allowance(BUDGET)).positions
         for own in map(arm, (ahead, ahead.replace('actearly="true"', "")))
     )
     assert np.array_equal(here, there)

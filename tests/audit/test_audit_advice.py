@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.costs import TURNS, Ratio
@@ -34,7 +35,7 @@ from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendu
 @pytest.fixture(name="found", scope="module")
 def _found():
     model = ready(pendulum())
-    return audited(model, script(model, duration=0.4), "rest", 20.0, time.process_time)
+    return audited(model, script(model, duration=0.4), "rest", Allowance(20.0, time.process_time))
 
 
 def to_do(found):
@@ -116,7 +117,7 @@ def run(step, error, cost, integrator="euler"):
     ns = cost * step
     costs = Cost(ns, 0.9 * ns, 1.1 * ns, 1.0, 0.0, 5)
     errors = np.array([0.0, error])
-    return StepError(integrator, step, 1, errors, np.zeros(2), "rod", 0.0, cost=costs)
+    return StepError(integrator, step, 1, errors, "rod", 0.0, cost=costs)
 
 
 def test_a_step_is_cheapest_only_where_every_smaller_one_is_as_good(found):
@@ -166,7 +167,7 @@ def test_costs_are_warm_and_beside_reference_steps(monkeypatch):
     monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
     own = recast(Clocked, own_model(pendulum(), "rod"))
     motion = script(own, duration=0.1)
-    found = compared(own, motion, certified(own, motion, 20.0), 20.0)
+    found = compared(own, motion, certified(own, motion, Allowance(20.0)), Allowance(20.0))
     for step in found.steps:
         pace = 4000.0 if step.integrator == "rk4" else 1000.0
         assert step.cost.ns_per_step == pytest.approx(pace)
@@ -184,7 +185,7 @@ def test_the_worst_body_is_the_one_that_is_furthest_off():
     )
     model = ready(compiled(text))
     motion = script(model, duration=0.2)
-    known = certified(model, motion, 20.0, time.process_time)
+    known = certified(model, motion, Allowance(20.0, time.process_time))
     assert held(model, motion, known, "euler", 2).worst == "tip"
 
 

@@ -13,9 +13,9 @@ from plumbob.engines.adapters.mujoco.own_model import model as own_model_module
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
 from plumbob.engines.audit import reference as reference_module
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.step_errors import HALVINGS
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import (
     PENDULUM,
@@ -81,7 +81,7 @@ def test_layer_that_is_too_wide_is_caught(monkeypatch):
 def certified_in_layers(monkeypatch, widths):
     monkeypatch.setattr(reference_module, "WIDTHS", widths)
     own = recast(Layered, own_model(ball(0.13), "ball"))
-    found = certified(own, script(own, duration=0.2), BUDGET)
+    found = certified(own, script(own, duration=0.2), Allowance(BUDGET))
     assert found.widths == widths
     return found
 
@@ -126,10 +126,12 @@ def test_clamped_model_does_as_the_users_does_at_its_own_step():
 
 def test_rk4_of_a_free_body_is_of_second_order():
     """MuJoCo adds the velocities of the stages without the correction of rotation."""
-    found = audit_of(TOP, keyframe=0, duration=0.2).found
-    runs = [s for s in found.steps if s.integrator == "rk4"]
-    turned = [float(s.coordinates[-1]) for s in runs[: HALVINGS - 2]]
-    slopes = np.diff(np.log2(turned[:4]))
+    found = audit_of(TOP, keyframe=0, duration=0.2)
+    exact = found.reference.course.states
+    parts = [s.parts for s in found.found.steps if s.integrator == "rk4"]
+    runs = [found.model.stepped(found.script, "rk4", n).states for n in parts[:4]]
+    turned = [np.abs(found.model.coordinates(states, exact)).max() for states in runs]
+    slopes = np.diff(np.log2(turned))
     assert slopes == pytest.approx(-2.0, abs=0.1)
 
 
@@ -150,7 +152,7 @@ def test_activation_at_its_limit_ends_the_reference():
     )
     own = own_model(compiled(text), "held")
     motion = script(own, np.ones((20, 1)), period=0.02)
-    found = certified(own, motion, BUDGET)
+    found = certified(own, motion, Allowance(BUDGET))
     assert found.until == pytest.approx(0.1)
     assert "an activation reaches its limit" in found.why
 
@@ -172,7 +174,7 @@ def test_what_was_known_before_the_layers_is_kept(monkeypatch):
     monkeypatch.setattr(reference_module, "CHATTER", 0)
     monkeypatch.setattr(reference_module, "WIDTHS", (3e-2, 1e-2))
     own = own_model(ball(0.13), "ball")
-    found = certified(own, script(own, duration=0.2), BUDGET)
+    found = certified(own, script(own, duration=0.2), Allowance(BUDGET))
     assert found.widths
     assert found.not_smooth
     assert found.uncertainty[3] < 1e-9  # 0.06 s: it touches at 0.078 s

@@ -15,6 +15,7 @@ import pytest
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import POWERS, WIDTHS, certified, largest, left_open
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
@@ -101,11 +102,11 @@ def test_what_layers_leave_open_is_the_way_to_their_limit(power):
 def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(monkeypatch):
     own = own_model(compiled(POLE), "pole")
     motion = script(own, duration=0.1)
-    sharp = certified(own, motion, 60.0)
+    sharp = certified(own, motion, Allowance(60.0))
     assert not sharp.widths
     assert sharp.uncertainty[-1] < 1e-7
     monkeypatch.setattr(reference_module, "CHATTER", 0)  # its first event is taken for chatter
-    layered = certified(own, motion, 60.0)
+    layered = certified(own, motion, Allowance(60.0))
     assert layered.widths == WIDTHS
     off = largest(np.linalg.norm(layered.positions - sharp.positions, axis=2))
     assert off[-1] > 1e-5

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.ensemble import STANDS_OUT, STARTS, likely
 from plumbob.tests.audit.scenes_as_models import ball, compiled, ready
@@ -32,7 +33,7 @@ def test_large_step_stands_out_and_an_accurate_one_does_not():
     for step, integrator in ((0.02, "Euler"), (0.005, "RK4")):
         model = ready(compiled(DOUBLE.format(step, integrator)))
         motion = script(model, duration=1.0, period=0.02)
-        means[integrator] = likely(model, motion, round(0.02 / step), 30.0)
+        means[integrator] = likely(model, motion, round(0.02 / step), Allowance(30.0))
     large, accurate = means["Euler"], means["RK4"]
     assert large.most[1] > STANDS_OUT
     k = int(np.argmax(np.abs(np.array(large.own) - large.finer)))
@@ -43,6 +44,6 @@ def test_starts_beside_each_other_give_the_same_means():
     model = ready(ball())
     motion = script(model, duration=0.04)
     with ThreadPoolExecutor(1) as executor:
-        beside = likely(model, motion, 20, 60.0, executor=executor)
-        assert likely(model, motion, 20, 0.0, executor=executor) is None
-    assert beside == likely(model, motion, 20, 60.0)
+        beside = likely(model, motion, 20, Allowance(60.0, executor=executor))
+        assert likely(model, motion, 20, Allowance(0.0, executor=executor)) is None
+    assert beside == likely(model, motion, 20, Allowance(60.0))

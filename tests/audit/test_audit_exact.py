@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -45,7 +46,7 @@ def check(name, method, step, duration, period):
     certificate [rad]."""
     scene = scene_as_model(name, method, step, duration)
     script = scene.script(duration, period)
-    reference = certified(scene.model, script, 60.0)
+    reference = certified(scene.model, script, Allowance(60.0))
     assert reference.until == pytest.approx(duration)
     assert not reference.widths
     motion = scene.observed(reference.course.states, "theta")

@@ -12,6 +12,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import gradient as gradient_module
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.gradient import Entry, gradients
 from plumbob.engines.audit.reference import certified
@@ -34,8 +35,8 @@ def found_of(model, control="zero", duration=DURATION):
     """The derivatives of a compiled model, in more time than they take."""
     own = own_model(model, "model")
     motion = script(own, control, duration)
-    reference = certified(own, motion, 60.0)
-    return gradients(own, motion, reference, len(motion.controls), 600.0)
+    reference = certified(own, motion, Allowance(60.0))
+    return gradients(own, motion, reference, len(motion.controls), Allowance(600.0))
 
 
 def oscillator(integrator="Euler", limits=""):
@@ -83,7 +84,8 @@ def test_ways_agree_on_a_body_that_turns_and_falls():
 def test_a_pendulum_is_confirmed_by_small_steps_and_another_eps(integrator):
     own = own_model(pendulum(integrator), "rod")
     motion = script(own, "sines", 0.5)
-    found = gradients(own, motion, certified(own, motion, 60.0), len(motion.controls), 600.0)
+    reference = certified(own, motion, Allowance(60.0))
+    found = gradients(own, motion, reference, len(motion.controls), Allowance(600.0))
     for number in range(3):
         runs = [
             own.stepped(gradient_module._moved(own, motion, number, by), "rk4", 64).states
@@ -125,13 +127,13 @@ def test_what_has_no_derivative_is_left_out_with_its_reason():
     assert found.known.tolist() == [True, True, False]
     own = own_model(oscillator(), "model")
     motion = script(own, "zero", DURATION)
-    reference = certified(own, motion, 60.0)
+    reference = certified(own, motion, Allowance(60.0))
     with pytest.raises(NotCertifiable, match="layers"):
-        gradients(own, motion, replace(reference, widths=(1e-5, 1e-6)), 3, 600.0)
+        gradients(own, motion, replace(reference, widths=(1e-5, 1e-6)), 3, Allowance(600.0))
     with pytest.raises(NotCertifiable, match="no reference"):
-        gradients(own, motion, reference, 0, 600.0)
+        gradients(own, motion, reference, 0, Allowance(600.0))
     with pytest.raises(NotCertifiable, match="the time given for it ended"):
-        gradients(own, motion, reference, 3, -1.0)
+        gradients(own, motion, reference, 3, Allowance(-1.0))
 
 
 @pytest.mark.long

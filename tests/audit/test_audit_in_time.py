@@ -15,9 +15,10 @@ import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import _joined, certified
+from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import compared, halved, unlike
 from plumbob.engines.audit.trims import strictest, trims
 from plumbob.engines.own_motion import Change, Start
@@ -39,28 +40,19 @@ def test_what_is_certified_when_time_runs_out_is_kept(budget, least, monkeypatch
     """A ball bounces, its contacts taken for chatter: layers end where their time does."""
     monkeypatch.setattr(reference_module, "CHATTER", 0)
     own = own_model(ball(0.13), "ball")
-    found = certified(own, script(own, duration=0.4), budget, clock())
+    found = certified(own, script(own, duration=0.4), Allowance(budget, clock()))
     assert least <= found.until < 0.4
     assert np.isfinite(found.uncertainty[: round(found.until / 0.02) + 1]).all()
     assert "the time given for it ended" in found.why
 
 
-def test_two_references_are_joined_where_the_first_is_known():
-    own = own_model(pendulum(), "rod")
-    whole = certified(own, script(own, duration=0.2), 20.0, time.process_time)
-    unknown = np.where(np.arange(11) > 5, np.inf, 1e-3 * np.arange(11))
-    first = replace(whole, uncertainty=np.where(np.arange(11) > 2, np.inf, 0.0))
-    joined = _joined(first, replace(whole, uncertainty=unknown))
-    assert joined.uncertainty.tolist() == [0.0, 0.0, 0.0, *unknown[3:]]
-
-
 def test_the_own_step_is_run_whatever_the_time():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
-    known = certified(own, motion, 20.0, time.process_time)
+    known = certified(own, motion, Allowance(20.0, time.process_time))
     steps = halved(own, motion, known, own.integrators, 0.0, clock())
     assert [(s.integrator, s.parts) for s in steps] == [("euler", 1), ("euler", 2)]
-    found = audited(own, motion, "rest", 1e-9, clock())
+    found = audited(own, motion, "rest", Allowance(1e-9, clock()))
     assert found.found is None
     assert "the time given for it ended" in found.reference.why
 
@@ -68,8 +60,8 @@ def test_the_own_step_is_run_whatever_the_time():
 def test_trims_end_with_their_time():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
-    assert trims(own, motion, 2, 10, 1.0, 0.0, clock()).each == ()
-    assert len(trims(own, motion, 2, 10, 1.0, 0.003, clock()).each) == 2
+    assert trims(own, motion, 2, 10, 1.0, Allowance(0.0, clock())).each == ()
+    assert len(trims(own, motion, 2, 10, 1.0, Allowance(0.003, clock())).each) == 2
 
 
 def test_all_that_is_left_out_is_said_once():
@@ -85,8 +77,8 @@ def test_all_that_is_left_out_is_said_once():
 def test_steps_that_do_not_tend_to_a_reference_are_said_to():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.1)
-    known = certified(own, motion, 20.0, time.process_time)
-    found = compared(own, motion, known, 20.0, time.process_time)
+    known = certified(own, motion, Allowance(20.0, time.process_time))
+    found = compared(own, motion, known, Allowance(20.0, time.process_time))
     gone = [replace(s, errors=np.full(6, np.inf)) for s in found.steps]
     why = unlike(replace(found, steps=tuple(gone)), known, motion)
     assert why == "every step that was run diverges, down to 7.81e-05 s"

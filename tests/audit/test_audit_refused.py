@@ -16,6 +16,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
@@ -107,7 +108,7 @@ def test_too_many_contacts_in_the_layer_are_not_blended():
 def test_solver_at_its_cap_is_not_believed(monkeypatch):
     monkeypatch.setattr(field_module, "ITERATIONS", 1)
     own = own_model(ball(0.0995), "ball")
-    found = certified(own, script(own, duration=0.1), 10.0)
+    found = certified(own, script(own, duration=0.1), Allowance(10.0))
     assert found.until == 0.0
     assert "the constraint solver stops at 1 iterations" in found.why
 

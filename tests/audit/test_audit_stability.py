@@ -11,6 +11,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import stability as stability_module
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
     DIFFERENCES,
@@ -269,7 +270,7 @@ def test_implicit_damping_and_kv_are_remedies_where_they_help():
 
 def test_what_the_time_does_not_allow_is_not_claimed():
     on = course(arm())
-    found = stability(on.model, on.script, on.states, budget=0.0)
+    found = stability(on.model, on.script, on.states, Allowance(0.0))
     assert found.own.confirmed
     assert [limit.confirmed for limit in found.limits[1:]] == [False] * 3
     assert found.remedies == ()

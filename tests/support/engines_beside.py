@@ -9,6 +9,7 @@ import numpy as np
 
 from plumbob.engines.abilities import ModelReader, RunsFiles
 from plumbob.engines.adapters.mujoco.terms import PortedModel
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.engines import held_against
 from plumbob.engines.audit.reference import certified
@@ -24,7 +25,7 @@ def held(file, keyframe=None, control="rest", duration=0.2):
     """The certified motion of a file, all of it."""
     model = ready(str(file), keyframe)
     motion = script(model, control, duration)
-    reference = certified(model, motion, 20.0)
+    reference = certified(model, motion, Allowance(20.0))
     assert reference.until >= motion.duration * (1 - 1e-9)
     return held_against(file, model, motion, reference, len(motion.controls), 60.0)
 

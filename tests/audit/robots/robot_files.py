@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 
@@ -34,4 +35,4 @@ def file_model(path):
 def file_audit(path, control, budget):
     """The audit of a file; `budget` is processor time [s], which other work does not change."""
     own = file_model(path)
-    return audited(own, script(own, control), control, budget, time.process_time)
+    return audited(own, script(own, control), control, Allowance(budget, time.process_time))

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.trims import trims
 from plumbob.engines.own_motion import Change
@@ -74,7 +75,7 @@ def test_trimmed_file_moves_as_the_complete_one(name, tmp_path):
     source.write_text(MODELS[name], "utf-8")
     model = ready(source, 0)
     motion = script(model, duration=0.4, period=0.02)
-    tried = trims(model, motion, 10, 20, 0.0, 20.0)
+    tried = trims(model, motion, 10, 20, 0.0, Allowance(20.0))
     names = [t.name for t in tried.each if t.same_bits]
     assert "sensors" in names
     if name != "elliptic":
@@ -106,7 +107,7 @@ def test_smallest_change_is_not_the_same():
     whole = ready(pendulum())
     nudged = Nudged(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)})
     motion = script(nudged, duration=0.4)
-    (trim,) = trims(nudged, motion, 2, 20, 0.0, 5.0).each
+    (trim,) = trims(nudged, motion, 2, 20, 0.0, Allowance(5.0)).each
     assert not trim.same_bits
     assert 0.0 < trim.moved < 1e-11
     assert not trim.accepted(0.0)
@@ -150,7 +151,7 @@ def test_same_bits_are_preferred(same, nudge, left_out, monkeypatch):
     whole = ready(pendulum())
     costs = {"same": same, "nudge": nudge}
     model = Priced(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)}, costs=costs)
-    together = trims(model, script(model, duration=0.2), 2, 10, 1.0, 60.0).together
+    together = trims(model, script(model, duration=0.2), 2, 10, 1.0, Allowance(60.0)).together
     assert (together and together.name) == left_out
 
 

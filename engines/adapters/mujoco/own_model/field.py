@@ -15,16 +15,14 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.readings import pair_name
-from plumbob.engines.own_motion import NotCertifiable, Undecided
+from plumbob.engines.own_motion import NotCertifiable
 
 MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
 BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
-ROUNDING = 1e-14  # of one metre and a place: a gap as small is zero but for rounding
-ZEROS = 10  # steps at whose ends a moving contact has such a gap: no event that is passed
 ITERATIONS = 60  # of Newton's method; it converges in a few
 VANISHING, ENDLESS = 2.0**-33, 2.0**33  # [s] in place of the step, which divides rates of controls
 SLEW_RATES = MappingProxyType({"mjDYN_PID": 1, "mjDYN_DCMOTOR": 7})  # their places in dynprm
+JOINT = mujoco.mjtJoint
 _FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
 _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 
@@ -57,22 +55,15 @@ class ContinuousField:
 
     def __init__(self, model: Any, data: Any, width: float = 0.0) -> None:
         self.model, self.data, self.width = model, data, width
-        self.evaluations = 0
-        self.zeros = 0  # steps at whose ends a gap was zero but for rounding
-        places, rates = [], []
-        self.quaternions: list[tuple[int, int]] = []  # where it and its angular velocity begin
-        kinds = mujoco.mjtJoint
-        for kind, q, v in zip(model.jnt_type, model.jnt_qposadr, model.jnt_dofadr, strict=True):
-            if kind == kinds.mjJNT_FREE:
-                places += [q, q + 1, q + 2]
-                rates += [v, v + 1, v + 2]
-                self.quaternions.append((int(q) + 3, int(v) + 3))
-            elif kind == kinds.mjJNT_BALL:
-                self.quaternions.append((int(q), int(v)))
-            else:
-                places.append(q)
-                rates.append(v)
-        self.places, self.rates = np.array(places, int), np.array(rates, int)
+        kinds, q, v = model.jnt_type, model.jnt_qposadr, model.jnt_dofadr
+        free, ball = (kinds == int(k) for k in (JOINT.mjJNT_FREE, JOINT.mjJNT_BALL))
+        single, axes = ~(free | ball), np.arange(3)
+        self.places, self.rates = (
+            np.concatenate([at[single], np.add.outer(at[free], axes).ravel()]) for at in (q, v)
+        )
+        # Where a quaternion and its angular velocity begin.
+        turning = (np.append(at[free] + 3, at[ball]).tolist() for at in (q, v))
+        self.quaternions = list(zip(*turning, strict=True))
         # Steps hold an activation at its limit, the rates do not: beyond one there is no motion.
         self.least, self.most = np.full(model.na, -np.inf), np.full(model.na, np.inf)
         for i in np.flatnonzero(model.actuator_actlimited):
@@ -83,10 +74,8 @@ class ContinuousField:
         self.targets = self.before
 
     def __call__(self, t: float, y: Array) -> Array:
-        """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable; raises
-        NotCertifiable."""
+        """Rates of a state y of shape (n,) at t [s]; raises NotCertifiable."""
         model, data, nq, nv = self.model, self.data, self.model.nq, self.model.nv
-        self.evaluations += 1
         self._put(t, y)
         if model.na:
             # Exactly: its rate ends at once where a setpoint arrives, where steps would hover.
@@ -100,7 +89,7 @@ class ContinuousField:
         speed = y[nq : nq + nv]
         out[self.places] = speed[self.rates]
         for q, v in self.quaternions:
-            out[q : q + 4] = _quaternion_rate(y[q : q + 4], speed[v : v + 3])
+            mujoco.mju_mulQuatAxis(out[q : q + 4], y[q : q + 4], 0.5 * speed[v : v + 3])
         out[nq : nq + nv] = acceleration
         if model.na:
             out[nq + nv :] = data.act_dot
@@ -119,14 +108,7 @@ class ContinuousField:
 
     def _in_layer(self) -> Array:
         model, data = self.model, self.data
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
-        mujoco.mj_flex(model, data)
-        mujoco.mj_tendon(model, data)
-        mujoco.mj_makeM(model, data)
-        mujoco.mj_factorM(model, data)
-        mujoco.mj_collision(model, data)
+        mujoco.mj_fwdPosition(model, data)
         within = []
         for i in range(data.ncon):
             contact = data.contact[i]
@@ -152,34 +134,6 @@ class ContinuousField:
             self._converged()
             total += weight * data.qacc
         return total
-
-    def _decided(self) -> None:
-        """Raises Undecided where a contact of moving bodies keeps a gap of zero but for rounding,
-        which alone decides whether it acts: no motion opens or closes it."""
-        data = self.data
-        if not data.ncon or not data.qvel.any():
-            return
-        gaps = np.abs(data.contact.dist - data.contact.includemargin)
-        sizes = 1.0 + np.abs(data.contact.pos).max(axis=1)
-        at = int(np.argmin(gaps / sizes))
-        if gaps[at] > ROUNDING * sizes[at] or self._opens(data.contact[at]):
-            return
-        self.zeros += 1
-        if self.zeros >= ZEROS:
-            pair = pair_name(self.model, data.contact.geom[at])
-            raise Undecided(f"{pair} have a gap of zero, and rounding decides if they touch")
-
-    def _opens(self, contact: Any) -> bool:
-        """Whether any speed would change the gap of a contact."""
-        if contact.geom.min() < 0:
-            return True  # of a flex
-        first, other = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
-        for body, jacobian in zip(
-            self.model.geom_bodyid[contact.geom], (first, other), strict=True
-        ):
-            mujoco.mj_jac(self.model, self.data, jacobian, None, contact.pos, body)
-        across = np.abs(other - first).max()
-        return bool(np.abs(contact.frame[:3] @ (other - first)).max() > ROUNDING * (1.0 + across))
 
     def _converged(self) -> None:
         data = self.data
@@ -207,9 +161,8 @@ class ContinuousField:
 
     def active(self) -> bytes:
         """Which contacts and limits act in the state of the last call, one that was reached: an
-        event is a change. Raises Undecided; raises Undecided."""
+        event is a change."""
         data = self.data
-        self._decided()
         touching = data.contact.geom.tobytes() if data.ncon else b""
         acting: bytes = data.efc_id.tobytes() + (data.efc_force != 0).tobytes() + touching
         return acting
@@ -222,13 +175,3 @@ def _slewing(model: Any) -> tuple[Array, Array]:
     rates = {int(at): prm[places[kind]] for kind, at, prm in kinds if kind in places}
     limited = {at: float(rate) for at, rate in rates.items() if rate > 0.0}
     return np.array(list(limited), int), np.array(list(limited.values()))
-
-
-def _quaternion_rate(attitude: Array, rate: Array) -> tuple[float, float, float, float]:
-    (a, b, c, d), (x, y, z) = attitude, rate
-    return (
-        -0.5 * (b * x + c * y + d * z),
-        0.5 * (a * x + c * z - d * y),
-        0.5 * (a * y + d * x - b * z),
-        0.5 * (a * z + b * y - c * x),
-    )

@@ -19,7 +19,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.own_model.model import silent
+from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.own_motion import Change
 
 MARK = 1e6  # [m] a margin that no model has, and numbers from there on: an element is known by it
@@ -103,7 +103,7 @@ def _written(root: Element, edits: Mapping[int, Mapping[str, str]], more: Elemen
 
 def _compiled(path: Path, text: str) -> mujoco.MjModel:
     path.write_text(text, "utf-8")
-    with silent():
+    with collected():
         return mujoco.MjModel.from_xml_path(str(path))
 
 

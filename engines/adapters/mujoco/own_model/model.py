@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.options import needless_stages
+from plumbob.engines.adapters.mujoco.options import collected, needless_stages
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
@@ -68,17 +67,6 @@ TIME_CONSTANTS = (
 LOOKS = 50_000  # steps, at most, at which one looks what touches
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
-
-
-@contextmanager
-def silent() -> Iterator[None]:
-    """Keep the engine's warnings from the terminal and the disk; a run's end says what they do."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 @dataclass(frozen=True)
@@ -161,6 +149,10 @@ class MujocoModel:
         model, _ = self._neighbours
         return TangentMaps(model, self._begun(model), state, control)
 
+    def _nudged_model(self, integrator: str, step: float) -> Any:
+        """That of nudged runs, for an integrator and a step [s]."""
+        return _set(self._neighbours[1], integrator, step)
+
     def nudged(
         self,
         script: Script,
@@ -174,18 +166,16 @@ class MujocoModel:
         for a duration [s], with the controls from the period `begin` on, the last one held for as
         long as need be; infinite where a run diverges. The nudge is one of `script.start`, or of
         where a run from there is `after` a time [s]."""
-        _, model = self._neighbours
-        model.opt.timestep, model.opt.integrator = step, kind(integrator)
-        with silent():
+        model = self._nudged_model(integrator, step)
+        with collected():
             pair = self._begun(model), self._begun(model)
             return growth(model, pair, script, begin, duration, after)
 
     def rate_after(self, script: Script, integrator: str, step: float, count: int) -> float:
         """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many
         steps [s], the last control held for as long as need be; infinite where it diverges."""
-        _, model = self._neighbours
-        model.opt.timestep, model.opt.integrator = step, kind(integrator)
-        with silent():
+        model = self._nudged_model(integrator, step)
+        with collected():
             return rate_after(model, self._begun(model), script, count)
 
     def field(self, width: float = 0.0) -> ContinuousField:
@@ -217,13 +207,11 @@ class MujocoModel:
         """Generalised forces of a gravity of 1 m/s^2 along each axis, shape (velocities, 3)."""
         return of_gravity(self.effective, self._begun(self.effective), state)
 
-    @silent()
+    @collected()
     def stepped(self, script: Script, integrator: str, parts: int, single: bool = False) -> Stepped:
         """Its own steps, `parts` in a control period; with its state rounded to `single` precision
         after each, if asked."""
-        model = copy.copy(self.effective)
-        model.opt.timestep = script.period / parts
-        model.opt.integrator = kind(integrator)
+        model = _set(copy.copy(self.effective), integrator, script.period / parts)
         data = self._begun(model)
         put(data, script.start)
         states = np.full((len(script.controls) + 1, script.start.size), np.nan)
@@ -262,27 +250,25 @@ class MujocoModel:
     ) -> TimedPeriods:
         """The first `steps` of `parts` in each period of `script`, begun at its row of `states`, or
         where the last one ended if that is no number, for what they cost."""
-        model = copy.copy(self.effective)
-        model.opt.timestep = script.period / parts
-        model.opt.integrator = kind(integrator)
+        model = _set(copy.copy(self.effective), integrator, script.period / parts)
         return TimedPeriods(model, self._begun(model), states, script.controls, steps)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """Features to remove, chosen from its own steps under `script`, each to be tried."""
         met = set[tuple[int, int]]()
-        with silent():
+        with collected():
             for data in self._looks(script):
                 met.update((min(p), max(p)) for p in data.contact.geom.tolist())
         return tuple(left_out.changes(self.effective, self.idle, met))
 
     def touching(self, script: Script) -> Touching:
         """Which pairs touch when along its own steps."""
-        with silent():
+        with collected():
             return touching(self.effective, self._looks(script))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
         """Periods and states of its own steps at which something touches."""
-        with silent():
+        with collected():
             for data in self._looks(script):
                 if data.contact.dist.min(initial=1.0) <= 0.0:
                     period = min(int(data.time / script.period), len(script.controls) - 1)
@@ -377,7 +363,7 @@ class MujocoModel:
         its own steps, shape (periods + 1, positions, names); raises NotCertifiable."""
         model = copy.copy(self.effective)
         model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-        with silent():
+        with collected():
             return derivatives.product(model, self._begun(model), script)
 
     def coordinates(self, states: Array, others: Array) -> Array:
@@ -391,6 +377,12 @@ class MujocoModel:
                     model, differences[k], 1.0, other[: model.nq], state[: model.nq]
                 )
         return differences
+
+
+def _set(model: Any, integrator: str, step: float) -> Any:
+    """The model with an integrator and a step [s], changed in place."""
+    model.opt.timestep, model.opt.integrator = step, kind(integrator)
+    return model
 
 
 def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel:

@@ -9,7 +9,8 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.own_model.model import silent, started
+from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.own_model.model import started
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.own_motion import Policy, Start
 
@@ -21,7 +22,7 @@ def recorded(model: Any, start: Start, policy: Policy, period: float, duration: 
     model, _, start = user_model(model, start)
     step = float(model.opt.timestep)
     held = max(1, round(period / step))
-    with silent():
+    with collected():
         data, controls = started(model, start), []
         for _ in range(max(1, round(duration / (held * step)))):
             state = float(data.time), np.array(data.qpos), np.array(data.qvel)

@@ -17,10 +17,10 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Settings
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, REGULARISATION_RATIO, TOLERANCE
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
+from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.model import (
     MujocoModel,
     own_model,
-    silent,
     started,
 )
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
@@ -67,7 +67,7 @@ class SettledFloor:
     def __init__(self, model: Any, feet: tuple[str, ...], gyration: float) -> None:
         self.model, self.names, self.gyration = model, feet, gyration
         self.data = mujoco.MjData(model)
-        with silent():
+        with collected():
             self._settle()
 
     def _settle(self) -> None:
@@ -123,7 +123,7 @@ class SettledFloor:
         count = math.ceil(duration / PARTS / self.model.opt.timestep)
         turned, still = 0.0, 0
         least = STILL * (speed + self.gyration * abs(spin))
-        with silent():
+        with collected():
             for _ in range(PARTS):
                 mujoco.mj_step(self.model, self.data, count)
                 still = still + 1 if self._speed() < least else 0
@@ -145,7 +145,7 @@ class SettledFloor:
         weight = float(model.body_mass[1])
         way = np.array([math.cos(heading), math.sin(heading)])
         self.data.xfrc_applied[1, :2] = weight * acceleration * way
-        with silent():
+        with collected():
             mujoco.mj_step(model, self.data, half)
             before = np.array(self.data.qpos[:2])
             mujoco.mj_step(model, self.data, half)
@@ -162,7 +162,7 @@ def own_contacts(
     NotCertifiable."""
     model, name, start = user_model(model, start)
     time_step("model", model.opt.timestep, name)
-    with silent():
+    with collected():
         data = started(model, start)
         piece = rigid_piece(model, data, body, friction)
         return MujocoContacts(name, piece, model, np.array(data.qpos), start, friction)
@@ -255,7 +255,7 @@ class MujocoContacts:
             raise NotCertifiable("actuators have states of their own")
         if self.friction is not None:
             model.geom_friction[:, 0] = model.pair_friction[:, :2] = self.friction
-        with silent():
+        with collected():
             data = started(model, self.start)
             mujoco.mj_step(model, data, round(FREE_SETTLING / model.opt.timestep))
         if diverged(data):
