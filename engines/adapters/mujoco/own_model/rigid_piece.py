@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +15,12 @@ from plumbob.engines.own_motion import NotCertifiable
 
 TRANSMISSION = mujoco.mjtTrn
 LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal
-CONTACT = ("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity")
-CONTACT_ARRAYS = ("friction", "solref", "solimp")
+EQUALITY = mujoco.mjtEq
 PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
+CONTACT = (
+    *("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity"),
+    *("friction", "solref", "solimp"),
+)
 FLOOR, BODY = "floor", "base"
 _SHAPES = (
     mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -54,7 +56,7 @@ def rigid_piece(
     if model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE):
         raise NotCertifiable("the model overrides the settings of every contact")
     root = _free_body(model, body)
-    inside = [b for b in range(model.nbody) if model.body_rootid[b] == root]
+    inside = np.flatnonzero(model.body_rootid == root)
     plane, geoms = _plane(model, data, root)
     turn = np.array(data.geom_xmat[plane]).reshape(3, 3)
     gravity = _normal_gravity(model, plane, turn)
@@ -62,7 +64,7 @@ def rigid_piece(
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     _contact(spec.geoms[0], model, plane)
-    inertia = turn.T @ _inertia(model, data, inside, centre) @ turn
+    inertia = turn.T @ _inertia(data, inside) @ turn
     piece = _free_piece(spec, float(model.body_subtreemass[root]), inertia)
     for k, geom in enumerate(geoms):
         _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
@@ -75,10 +77,10 @@ def rigid_piece(
         compiled,
         spec,
         tuple(_geom(model, geom) for geom in geoms),
-        model.body(root).name or f"body {root}",
+        _body(model, root),
         _geom(model, plane),
         plane,
-        sum(int(model.body_jntnum[b]) for b in inside) - 1,
+        int(model.body_jntnum[inside].sum()) - 1,
         float(inertia[2, 2]),
         tuple(dict.fromkeys(_left_out(model, data, inside, plane))),
     )
@@ -116,51 +118,44 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
     return compiled
 
 
-def _left_out(model: Any, data: Any, inside: list[int], plane: int) -> Iterator[str]:
+def _left_out(model: Any, data: Any, inside: Any, plane: int) -> Iterator[str]:
     """Names of all that acts on the bodies `inside` at the start and is not copied."""
-    kinds = {int(mujoco.mjtEq.mjEQ_WELD): "weld", int(mujoco.mjtEq.mjEQ_CONNECT): "connect"}
-    on = {
-        int(TRANSMISSION.mjTRN_SITE): model.site_bodyid,
-        int(TRANSMISSION.mjTRN_BODY): np.arange(model.nbody),
-    }
 
-    def crosses(bodies: Iterable[int]) -> bool:
-        return len({int(b) in inside for b in bodies}) == 2
+    def crosses(bodies: Any) -> bool:
+        return len(set(np.isin(bodies, inside).tolist())) == 2
 
     if model.opt.density or model.opt.viscosity:
         yield "the medium"
     if model.body_gravcomp[inside].any():
         yield "gravity compensation"
-    for i in np.flatnonzero(data.eq_active):
-        bodies: Any = np.array([model.eq_obj1id[i], model.eq_obj2id[i]])
+    for i in np.flatnonzero(data.eq_active & (model.eq_type <= int(EQUALITY.mjEQ_WELD))):
+        bodies = np.array([model.eq_obj1id[i], model.eq_obj2id[i]])
         if model.eq_objtype[i] == mujoco.mjtObj.mjOBJ_SITE:
             bodies = model.site_bodyid[bodies]
-        if (kind := kinds.get(int(model.eq_type[i]))) and crosses(bodies):
-            names = (model.body(int(b)).name or f"body {b}" for b in bodies)
-            yield f"the {kind} of {' and '.join(names)}"
+        if crosses(bodies):
+            kind = EQUALITY(model.eq_type[i]).name.removeprefix("mjEQ_").lower()
+            yield f"the {kind} of {' and '.join(_body(model, b) for b in bodies)}"
     for t in range(model.ntendon):
         path = slice(model.tendon_adr[t], model.tendon_adr[t] + model.tendon_num[t])
         sites = model.wrap_objid[path][model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE]
         if crosses(model.site_bodyid[sites]):
             yield f"tendon {model.tendon(t).name or t}"
     for i in np.flatnonzero(data.actuator_force):
-        bodies = on.get(int(model.actuator_trntype[i]))
-        if bodies is not None and bodies[model.actuator_trnid[i, 0]] in inside:
-            yield f"actuator {model.actuator(int(i)).name or i}"
+        on = model.actuator_trnid[i, 0]
+        if (kind := TRANSMISSION(model.actuator_trntype[i])) == TRANSMISSION.mjTRN_SITE:
+            on = model.site_bodyid[on]
+        if kind in (TRANSMISSION.mjTRN_SITE, TRANSMISSION.mjTRN_BODY) and on in inside:
+            yield f"actuator {model.actuator(i).name or i}"
     for geoms in data.contact.geom[data.contact.dist <= 0.0]:
         if plane not in geoms and geoms.min() >= 0 and crosses(model.geom_bodyid[geoms]):
-            yield f"the contact of {' and '.join(_geom(model, int(g)) for g in geoms)}"
+            yield f"the contact of {' and '.join(_geom(model, g) for g in geoms)}"
 
 
 def _free_body(model: Any, name: str | None) -> int:
-    free = [
-        int(model.jnt_bodyid[j])
-        for j in range(model.njnt)
-        if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE
-    ]
+    free: list[int] = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist()
     if not free:
         raise NotCertifiable("the model has no free body: nothing in it slides on a plane")
-    names = {model.body(b).name or f"body {b}": b for b in free}
+    names = {_body(model, b): b for b in free}
     if name is not None and name not in names:
         raise ParameterError("body", name, f"a free body: {', '.join(names)}")
     return names[name] if name is not None else max(free, key=lambda b: model.body_subtreemass[b])
@@ -168,30 +163,23 @@ def _free_body(model: Any, name: str | None) -> int:
 
 def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     """The plane under the body, and the geoms of the body that it can touch."""
-    body_geoms = [g for g in range(model.ngeom) if model.body_rootid[model.geom_bodyid[g]] == root]
-    fixed = [
-        g
-        for g in range(model.ngeom)
-        if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
-        and model.body_weldid[model.geom_bodyid[g]] == 0
-    ]
-    reachable = {plane: [g for g in body_geoms if _collide(model, plane, g)] for plane in fixed}
-    reachable = {plane: geoms for plane, geoms in reachable.items() if geoms}
+    bodies = model.geom_bodyid
+    flat = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+    planes = np.flatnonzero(flat & (model.body_weldid[bodies] == 0)).tolist()
+    own = np.flatnonzero(model.body_rootid[bodies] == root).tolist()
+    touching = {plane: [g for g in own if _collide(model, plane, g)] for plane in planes}
+    reachable = {plane: geoms for plane, geoms in touching.items() if geoms}
     if not reachable:
         raise NotCertifiable("the model has no plane that its free body can touch")
 
     def lowest(plane: int) -> float:
-        normal = np.array(data.geom_xmat[plane]).reshape(3, 3)[:, 2]
-        return float(
-            (data.geom_xpos[reachable[plane]] - data.geom_xpos[plane])
-            .dot(normal)
-            .min(initial=math.inf)
-        )
+        arms = data.geom_xpos[reachable[plane]] - data.geom_xpos[plane]
+        return float((arms @ data.geom_xmat[plane, 2::3]).min())
 
     plane = min(reachable, key=lowest)
-    bad = [g for g in reachable[plane] if model.geom_type[g] not in [int(s) for s in _SHAPES]]
-    if bad:
-        raise NotCertifiable(f"the shape of {_geom(model, bad[0])} cannot be copied")
+    for geom in reachable[plane]:
+        if mujoco.mjtGeom(model.geom_type[geom]) not in _SHAPES:
+            raise NotCertifiable(f"the shape of {_geom(model, geom)} cannot be copied")
     return plane, reachable[plane]
 
 
@@ -214,14 +202,10 @@ def _pair(model: Any, plane: int, geom: int) -> int | None:
     )
 
 
-def _inertia(model: Any, data: Any, bodies: list[int], centre: Array) -> Array:
-    """About the centre of mass, in the world's axes [kg m^2], shape (3, 3)."""
-    total = np.zeros((3, 3))
-    for b in bodies:
-        axes, arm = np.array(data.ximat[b]).reshape(3, 3), data.xipos[b] - centre
-        total += axes @ np.diag(model.body_inertia[b]) @ axes.T
-        total += model.body_mass[b] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return total
+def _inertia(data: Any, bodies: Any) -> Array:
+    """About the centre of mass of them all, in the world's axes [kg m^2], shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = data.cinert[bodies].sum(axis=0)[:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _add_geom(
@@ -249,10 +233,7 @@ def _add_geom(
 
 def _contact(target: Any, model: Any, geom: int) -> None:
     for name in CONTACT:
-        value = getattr(model, f"geom_{name}")[geom]
-        setattr(target, name, float(value) if name in ("solmix", "margin", "gap") else int(value))
-    for name in CONTACT_ARRAYS:
-        setattr(target, name, getattr(model, f"geom_{name}")[geom])
+        setattr(target, name, getattr(model, f"geom_{name}")[geom].tolist())
 
 
 def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
@@ -278,27 +259,25 @@ def copy_options(target: Any, model: Any) -> None:
 
 def _on_the_plane(model: Any) -> None:
     """Lower the piece until it touches, in its posture at the start; changed in place."""
-    far = mujoco.mjMAXVAL
-    near = mujoco.MjData(model)
-    margins = (model.geom_margin, model.pair_margin, model.body_margin)
-    extent = 4.0 * float(np.linalg.norm(model.geom_pos, axis=1).max() + model.geom_rbound.max())
-    kept = [(field, field.copy()) for field in margins]
-    for field in margins:
-        field[:] = 2.0 * extent
-    near.qpos[:3] = 0.0, 0.0, extent
-    mujoco.mj_forward(model, near)
-    gap = min((float(contact.dist) for contact in near.contact), default=far)
-    for field, before in kept:
-        field[:] = before
-    if gap == far:
+    if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT):
         raise NotCertifiable("no contact with the plane is made: contacts may be disabled")
-    model.qpos0[2] = extent - gap
+    near = mujoco.MjData(model)
+    near.qpos[2] = up = 4.0 * float(
+        np.linalg.norm(model.geom_pos, axis=1).max() + model.geom_rbound.max()
+    )
+    mujoco.mj_kinematics(model, near)
+    gaps = (mujoco.mj_geomDistance(model, near, 0, g, 2 * up, None) for g in range(1, model.ngeom))
+    model.qpos0[2] = up - min(gaps)
 
 
 def _quaternion(axes: Array) -> Array:
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
     return quaternion
+
+
+def _body(model: Any, body: int) -> str:
+    return model.body(body).name or f"body {body}"
 
 
 def _geom(model: Any, geom: int) -> str:

@@ -75,11 +75,10 @@ class SettledFloor:
         count = max(1, round(SETTLING / model.opt.timestep))
         for _ in range(round(LONGEST / SETTLING)):
             mujoco.mj_step(model, data, count)
-            up = np.zeros(3)
-            mujoco.mju_rotVecQuat(up, np.array([0.0, 0.0, 1.0]), data.qpos[3:7])
-            if not np.isfinite(up).all() or any(w.number for w in data.warning):
+            upright = 1.0 - 2.0 * float(np.square(data.qpos[4:6]).sum())  # cosine of the tilt
+            if not math.isfinite(upright) or data.warning.number.any():
                 raise NotCertifiable(f"the body diverges at rest, at {model.opt.timestep:g} s")
-            if up[2] < math.cos(FALLEN):
+            if upright < math.cos(FALLEN):
                 raise NotCertifiable("the body falls over with its joints locked at the start")
             if self._speed() < AT_REST:
                 break
@@ -89,20 +88,15 @@ class SettledFloor:
             )
         data.qpos[:2], data.qvel[:], data.time = 0.0, 0.0, 0.0
         mujoco.mj_forward(model, data)
-        self.begun = np.array(data.qpos)
-        self.found = np.array([c.pos - data.qpos[:3] for c in data.contact]).reshape(-1, 3)
-        self.touching = [int(c.geom.max()) for c in data.contact]  # the plane is geom 0
-        self.frictions = [tuple(map(float, c.friction)) for c in data.contact]
-        self.dimensions = [int(c.dim) for c in data.contact]
+        self.begun, contacts = np.array(data.qpos), data.contact
+        # Where they then are, relative to the centre of mass [m], shape (n, 3).
+        self.points = contacts.pos.reshape(-1, 3) - data.qpos[:3]
+        self.touching = contacts.geom.reshape(-1, 2).max(axis=1).tolist()  # the plane is geom 0
+        self.frictions, self.dimensions = np.array(contacts.friction), np.array(contacts.dim)
 
     def _speed(self) -> float:
         speed = np.linalg.norm(self.data.qvel[:3]), np.linalg.norm(self.data.qvel[3:])
         return float(speed[0] + self.gyration * speed[1])
-
-    @property
-    def points(self) -> Array:
-        """Contact points as they then are, relative to the centre of mass [m], shape (n, 3)."""
-        return self.found
 
     @property
     def feet(self) -> tuple[str, ...]:
@@ -117,25 +111,24 @@ class SettledFloor:
         """Let it go at `speed` [m/s] along `heading` [rad], turning at `spin` [rad/s], for
         `duration` [s]."""
         self._begin()
-        way = np.array([math.cos(heading), math.sin(heading)])
-        self.data.qvel[:2], self.data.qvel[5] = speed * way, spin
-        start = _yaw(self.data.qpos[3:7])
+        data, way = self.data, np.array([math.cos(heading), math.sin(heading)])
+        data.qvel[:2], data.qvel[5] = speed * way, spin
         count = math.ceil(duration / PARTS / self.model.opt.timestep)
-        turned, still = 0.0, 0
-        least = STILL * (speed + self.gyration * abs(spin))
+        yaws, fast, speeds = [self._yaw], speed + self.gyration * abs(spin), [math.inf] * QUIET
         with collected():
-            for _ in range(PARTS):
-                mujoco.mj_step(self.model, self.data, count)
-                still = still + 1 if self._speed() < least else 0
-                now = _yaw(self.data.qpos[3:7])
-                turned += math.remainder(now - start, 2 * math.pi)
-                start = now
-                if still == QUIET:
-                    break
-        moved = self.data.qpos[:2]
-        aside = float(way[0] * moved[1] - way[1] * moved[0])
-        rests = bool(self._speed() < RESTS * (speed + self.gyration * abs(spin)))
-        return Slide(float(moved @ way), aside, turned, rests)
+            while len(yaws) <= PARTS and max(speeds[-QUIET:]) >= STILL * fast:
+                mujoco.mj_step(self.model, data, count)
+                yaws.append(self._yaw)
+                speeds.append(self._speed())
+        gone, turns = data.qpos[:2], np.unwrap(yaws)
+        aside = float(way[0] * gone[1] - way[1] * gone[0])
+        turn, rests = float(turns[-1] - turns[0]), bool(speeds[-1] < RESTS * fast)
+        return Slide(float(gone @ way), aside, turn, rests)
+
+    @property
+    def _yaw(self) -> float:
+        w, x, y, z = self.data.qpos[3:7]
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
     def drift(self, heading: float, acceleration: float, duration: float) -> float:
         """Speed [m/s] over the second half of `duration` [s] under a horizontal force through the
@@ -166,11 +159,6 @@ def own_contacts(
         data = started(model, start)
         piece = rigid_piece(model, data, body, friction)
         return MujocoContacts(name, piece, model, np.array(data.qpos), start, friction)
-
-
-def _yaw(quaternion: Array) -> float:
-    w, x, y, z = quaternion
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 @dataclass(frozen=True)
@@ -223,14 +211,13 @@ class MujocoContacts:
     def standing(self) -> Standing:
         """The body as it rests under its own contacts; raises NotCertifiable."""
         floor, piece = self._settled, self.piece
-        if any(dim < 3 for dim in floor.dimensions):
+        friction, dimensions = floor.frictions, floor.dimensions
+        if (dimensions < 3).any():
             raise NotCertifiable("contacts with the plane have no friction (condim 1)")
-        anisotropic = [f for f in floor.frictions if f[0] != f[1]]
-        if anisotropic:
+        if (friction[:, 0] != friction[:, 1]).any():
             raise NotCertifiable("friction has two coefficients, one for each direction")
-        moments = any(
-            (dim > 3 and f[2] > 0.0) or (dim > 4 and f[3] > 0.0)
-            for dim, f in zip(floor.dimensions, floor.frictions, strict=True)
+        torsion, rolling = (
+            (dimensions > most) & (friction[:, k] > 0.0) for k, most in ((2, 3), (3, 4))
         )
         return Standing(
             piece.body,
@@ -241,8 +228,8 @@ class MujocoContacts:
             floor.feet,
             floor.points[:, :2],
             -float(floor.points[:, 2].mean()),
-            tuple(f[0] for f in floor.frictions),
-            moments,
+            tuple(friction[:, 0].tolist()),
+            bool((torsion | rolling).any()),
             piece.locked,
         )
 
