@@ -78,10 +78,9 @@ def audit(
             duration, named = None, RECORDED
     user_model, moved = _moved(model, start, control, policy, duration, period)
     with Workers(jobs) as workers:
-        beside = workers if jobs > 1 else None
+        beside = Allowance(budget, executor=workers if jobs > 1 else None, progress=progress)
         named = RECORDED if policy is not None else named
-        allowance = Allowance(budget, executor=beside, progress=progress)
-        answer = audited(user_model, moved, named, allowance)
+        answer = audited(user_model, moved, named, beside)
     if gradient:
         answer = with_gradient(answer, Allowance(budget, progress=progress))
     answer = with_engines(answer, model, engines, budget, progress)
