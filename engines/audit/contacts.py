@@ -174,7 +174,7 @@ def contacts_audited(
 ) -> ContactAudit:
     """The contact audit of `model` at `speed` [m/s]; raises NotCertifiable where the body does not
     stand."""
-    begin, standing = time.process_time(), model.standing
+    begin, standing = time.perf_counter(), model.standing
     stance = Stance(standing.points, standing.height)
     fits = tuple(h for h in HEADINGS[::2] if stance.slides(PUSH * max(standing.friction), h))
     if not rests(standing):

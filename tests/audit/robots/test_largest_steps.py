@@ -12,6 +12,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.own_model.tangent import kind
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.stability import ABOVE, BELOW, HELPS, Course, limited, remedied
@@ -38,7 +39,7 @@ def limit_of(model, integrator):
     """A model along its certified motion, and its limit."""
     own = own_model(model, "model")
     moved = script(own, "rest")
-    reference = certified(own, moved, 10.0, time.process_time)
+    reference = certified(own, moved, Allowance(10.0, time.process_time))
     course = Course(own, moved, reference.course.states[: known(reference) + 1])
     return course, limited(course, integrator)
 
