@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -13,11 +12,8 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
-from plumbob.analytic.systems.slider_path import fixed
 from plumbob.tests.support.plane_motions import pivoting
 from plumbob.tests.support.random_capsules import CHECK, capsules
-from plumbob.tests.support.random_slides import moved_support
-from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 CENTRE, ARM = (0.03, 0.02), 0.2  # a triangle with its circumcentre away from C
 ROUND_ABOUT = Capsule(
@@ -29,36 +25,7 @@ ROUND_ABOUT = Capsule(
     ),
     *(0.3, 9.81),
 )
-NEAR = 1e-10  # accuracy of smoothed friction, extrapolated [m], [rad]
-STATE = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 BALANCED = (CENTRE[0] / ROUND_ABOUT.mass_ratio, CENTRE[1] / ROUND_ABOUT.mass_ratio)
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    ("capsule", "slider", "motion"),
-    [
-        (CHECK, (0.05, 0.1), translation(CHECK, (0.05, 0.1), 0.7, 2.0)),
-        (ROUND_ABOUT, BALANCED, spin(ROUND_ABOUT, BALANCED, 5.0)),
-        (CHECK, (0.6, 0.0), pivoting(CHECK, (0.6, 0.0), 1, 2.0)),
-        (CHECK, (0.5, 0.05), pivoting(CHECK, (0.5, 0.05), 1, -1.5)),
-    ],
-)
-def test_closed_form_is_where_smoothing_tends(capsule, slider, motion):
-    time = 0.7 * motion.duration
-    start, wanted = np.array([motion.observe(np.array([0.0, time]))[name] for name in STATE]).T
-    found = smoothed_pose(capsule, fixed(slider), start, time, delta=1e-6).pose
-    np.testing.assert_allclose(found, wanted[:3], rtol=0, atol=NEAR)
-
-
-@pytest.mark.parametrize(
-    "wrong", [replace(CHECK, friction=0.3 * (1 + 1e-4)), moved_support(CHECK, 1e-4)]
-)
-def test_sensitivity(wrong):
-    """f off by 1e-4, or one support moved by 1e-4 of its arm, exceed the accuracy of smoothing."""
-    right, off = (pivoting(capsule, (0.6, 0.0), 1, 2.0) for capsule in (CHECK, wrong))
-    time = np.array([0.7 * right.duration])
-    assert abs(off.observe(time)["heading"] - right.observe(time)["heading"])[0] > 50 * NEAR
 
 
 @given(capsules(), st.floats(0.01, 3.0), st.floats(-7.0, 7.0))

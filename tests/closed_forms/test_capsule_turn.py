@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER as SEMI_IMPLICIT
-from plumbob.analytic.schemes import Scheme
+from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
@@ -130,6 +130,7 @@ def test_what_a_reference_keeps_belongs_to_its_times_and_stays():
         ("capsule-coast/spin", POSITION_FIRST, "heading", 3.184),
         ("capsule-coast/spin", POSITION_FIRST, "x", 0.07423),
         ("capsule-coast/spin", EULER, "heading", -2.183),
+        ("capsule-coast/spin", Scheme(RK4), "heading", 0.3962),
         ("capsule-turn/0.3", POSITION_FIRST, "heading", -1.377),
         ("capsule-turn/0.3", EULER, "heading", 121.6),
     ],

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.method import Unsupported
-from plumbob.engines.registry import engine_of, methods
+from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judge
-from plumbob.tests.support.cases import run_of
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -69,31 +65,6 @@ def test_the_error_of_the_notebook(case, method):
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
 
 
-ORDERS = [
-    ("free-small", "ode/rk4", 4.0, 0.05),
-    ("free-large", "ode/rk4", 5.0, 0.4),
-    ("rotating-slow", "mujoco/rk4", 5.0, 0.1),
-    ("rotating-slow", "ode/leapfrog", 2.0, 0.05),
-    ("free-large", "mujoco/euler", 1.0, 0.05),
-    ("damped-small", "pymunk/default", 1.0, 0.05),
-    ("forced-small", "mujoco/rk4", 1.0, 0.05),
-    ("forced-large", "mujoco/rk4+midpoint", 2.0, 0.02),
-]
-
-
-@pytest.mark.long(keep=4)
-@pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
-def test_order(case, method, order, band):
-    fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
-    coarse = 0.05 if fourth else 0.02  # where the expansion is complete
-    step_sizes = tuple(coarse / 2**n for n in range(4))
-    scene = replace(find_scene(SIMPLE + case), duration=50.0 if fourth else 20.0)
-    found = convergence_study(scene, find_method(method), 20_000, step_sizes)
-    assert found.order.slope == pytest.approx(order, abs=band)
-    # four terms are left out at the fifth; nonlinear parts are a hundredth of the error at most
-    assert found.order.slope == pytest.approx(found.predicted_order.slope, abs=0.02)
-
-
 def test_the_spring_of_discrete_is_implicit():
     # Judged as if it were not, it fails: it damps a free swing at the relative rate k h / 2.
     how = find_method("mujoco/discrete")
@@ -109,35 +80,6 @@ def test_midpoint_methods_are_for_what_is_forced():
         engine_of(how).prepare(case_of(scene), how, 1e-2)
 
 
-@pytest.mark.parametrize("case", ["rotating-fast", "free-large", "forced-large"])
-def test_force_sensor_tells_the_tension(case):
-    # Of the engine's state, up to round-off: ten products and sums of numbers up to 120 N.
-    found, trajectory = measured(SIMPLE + case, "mujoco/euler", 1e-2, duration=10.0)
-    seen = trajectory.observables
-    own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
-    np.testing.assert_allclose(seen["tension"], own, rtol=0, atol=10 * 2**-52 * 120)
-    assert found.errors["tension"].largest > 1e-2  # so it was not taken from the reference
-    if case == "free-large":
-        assert own.min() < 0.0  # a rod that is pushed
-        energy = seen["theta_dot"] ** 2 / 2 - 9.8 * np.cos(seen["theta"])
-        drift = np.abs(energy - energy[0]).max() / 19.6
-        assert found.invariants["energy"] == pytest.approx(drift, rel=1e-3)
-
-
-def test_a_step_too_large_is_a_result():
-    # theta'' = -k theta: unstable where h sqrt(k) > 2, growing by (h^2 k - 2) a step and more
-    name = LINEAR + "step-too-large"
-    for method in ("mujoco/euler", "ode/leapfrog", "ode/rk4"):
-        assert measured(name, method, 1.0)[0].status == "diverged", method
-    runs = convergence_study(find_scene(name), find_method("mujoco/euler"), 20_000).measurements
-    assert [runs[i].status for i in (0, 1, -1)] == ["diverged", "diverged", "done"]
-
-
-def test_adaptive_methods_run_at_each_of_their_tolerances():
-    for how in methods("ode,heyoka,exact"):
-        assert how.control == "step" or (how.step_sizes and max(how.step_sizes) < 1e-2), how.name
-
-
 def test_the_closed_form_is_a_method():
     found, trajectory = measured(SIMPLE + "free-large", "exact/closed-form", 2.0**-52)
     assert found.steps == len(trajectory.times) == 501
@@ -145,24 +87,3 @@ def test_the_closed_form_is_a_method():
     scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
     with pytest.raises(Unsupported, match="no closed form"):
         engine_of(how).prepare(case_of(scene), how, 1e-9)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        SIMPLE + "free-large",
-        SIMPLE + "forced-large",
-        LINEAR + "damped-rotating",
-        "cone-pendulum/rotating-base",
-    ],
-)
-def test_heyoka_agrees_with_the_reference(name):
-    # 600 to 900 steps, each of which may round a few units in the last place
-    pytest.importorskip("heyoka")
-    scene, how = find_scene(name), find_method("heyoka/taylor")
-    wrong = find_scene(name, {"gravity": scene.parameters["gravity"] * (1 + 1e-11)})
-    found, off = (run_of(how, scene, 1e-15, other)[0] for other in (None, wrong))
-    assert found.steps > 1000  # one evaluation an order of each step, of some twenty
-    right, other = found.errors["theta"], off.errors["theta"]
-    assert right.largest < 30 * right.uncertainty
-    assert other.largest > 30 * other.uncertainty

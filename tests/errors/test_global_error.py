@@ -12,11 +12,10 @@ from scipy.special import ellipk
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
-from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
-from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, motion
+from plumbob.tests.support.pendulum_cases import CASES
 
 NAMES = ("theta", "theta_dot")
 FREE = (Scheme(EULER), Scheme(EULER, position_first=True), Scheme(LEAPFROG), Scheme(RK4))
@@ -68,30 +67,6 @@ def test_the_coefficients_make_up_the_error(name, scheme):
     assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
     # and the remainder consists of the next two orders: no term is missing or counted twice
     assert np.all(fourth < 0.1 * second + 1e-14 * steps)
-
-
-@pytest.mark.parametrize("name", ["free-large", "rotating-fast", "cone"])
-def test_the_error_of_euler_is_half_the_acceleration_at_both_ends(name):
-    case, times = replace(CASES[name], duration=0.5), np.linspace(0.0, 0.5, 21)
-    rotor, theta, theta_dot = case.rotor, case.theta, case.theta_dot
-    exact = motion(case).observe(times)
-    lead = leading_error(rotor, theta, theta_dot, times, Scheme(EULER))[1]
-    by_rate = sensitivity(rotor, theta, theta_dot, times)[:, :, 1]
-    first = 0.5 * rotor.acceleration(0.0, theta, theta_dot)
-    last = 0.5 * rotor.acceleration(times, exact["theta"], exact["theta_dot"])
-    # semi-implicit Euler is leapfrog with the rate read half a step late, at both ends
-    assert lead["theta"] == pytest.approx(first * by_rate[:, 0], rel=1e-7, abs=1e-9)
-    assert lead["theta_dot"] == pytest.approx(first * by_rate[:, 1] - last, rel=1e-7, abs=1e-7)
-
-
-@pytest.mark.parametrize("scheme", FREE)
-def test_a_gravity_error_of_two_percent_spoils_the_prediction(scheme):
-    case = replace(CASES["free-large"], duration=5.0)
-    wrong = replace(case.rotor, sin=1.02 * GRAVITY)
-    steps = 200 if scheme.integrator == RK4 else 4000
-    for rotor, spoilt in ((case.rotor, False), (wrong, True)):
-        error, _, rest = remainders(case, scheme, steps, rotor)
-        assert np.any(rest > 0.02 * error) == spoilt
 
 
 def period(case):

@@ -97,13 +97,3 @@ def test_steps_that_diverge_or_do_not_end_at_the_samples_have_no_error():
     assert not theory.at_step(Scheme(RK4), 1e-2, np.array([0.0, 0.015])).errors
     assert not theory.at_step(Scheme(RK4), 1e-9, np.array([0.0, 1.0])).errors
     assert not theory.series(Scheme(RK4), np.array([0.0, 1.0]))
-
-
-@pytest.mark.parametrize(
-    ("scheme", "order"), [(Scheme(EULER), 1), (Scheme(LEAPFROG), 2), (Scheme(RK4), 4)], ids=str
-)
-def test_errors_fall_with_the_order_of_the_scheme(scheme, order):
-    theory = smooth_errors(CertifiedMotion(double_pendulum(start=(0.5, 0.7, 0.0, 0.0))))
-    steps, times = (1e-2, 5e-3), np.linspace(0.0, 1.0, 11)
-    sizes = [np.abs(theory.at_step(scheme, h, times).errors["theta_2"]).max() for h in steps]
-    assert math.log2(sizes[0] / sizes[1]) == pytest.approx(order, abs=0.1)

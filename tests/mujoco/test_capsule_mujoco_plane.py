@@ -10,9 +10,7 @@ import pytest
 
 from plumbob.analytic.errors.contact_models import soft_contact_plane
 from plumbob.analytic.errors.contact_models.soft_contact_plane import missing_loads, plane_motion
-from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.adapters.mujoco.contacts import PLANE_SOFTENING, contacts
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -21,26 +19,6 @@ from plumbob.tests.support.mujoco_capsule import LOADS, METHODS, problem, run
 
 TURN = systems()["capsule-turn"]
 EULER, RK4 = "euler+coulomb", "rk4+coulomb"
-FINEST = 800  # steps in a half time here; the scene's step sizes go on to 3200
-
-
-def step_of(name, parts):
-    """A step that is a part of the turn's half time [s]."""
-    return float(scene(name).parameters["half_time"]) / parts
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("epsilon", [0.3, 0.03])
-def test_a_turn_is_accurate_to_a_ten_thousandth(epsilon):
-    # The requirement for epsilon of 0.03 and more: 7.9e-5 at rest is from friction half a step
-    # late, 5.2e-6 elsewhere from the effect of holding the control on the slider's path.
-    _, moved = run(f"capsule-turn/{epsilon}", RK4, step_of(f"capsule-turn/{epsilon}", FINEST))
-    exact = problem(f"capsule-turn/{epsilon}").reference.observe(moved.times)["body_angle"]
-    error = moved.observables["body_angle"] - exact
-    stopped = int(np.argmin(np.abs(moved.times / moved.times[-1] - 0.4)))  # 2 of 5 half times
-    assert moved.times[stopped] == pytest.approx(0.4 * moved.times[-1], rel=1e-12)
-    assert abs(error[stopped]) < 1e-5
-    assert abs(error[-1]) < (1e-4 if epsilon == 0.3 else 1e-5)
 
 
 @pytest.mark.parametrize("heading", [3.0, -3.0])
@@ -70,24 +48,6 @@ def test_implicitfast_takes_another_step_with_a_lone_body():
     assert "no error theory" in lone.note
 
 
-def test_armatures_of_a_turning_body_bring_no_force_of_their_own():
-    # Without friction the centre of mass and the angular momentum are constant; RK4 keeps both up
-    # to the effect of holding the control, and Euler up to its leak. An armature of 1e10 that took
-    # part in centripetal forces would show as such.
-    one = problem("capsule-turn/0.1").motion.manoeuvre
-    errors = {}
-    for method in (EULER, RK4):
-        case = scene("capsule-turn/0.1-stop", {"friction": 1e-12})
-        moved = compiled(case_of(case), METHODS[method], step_of(case.name, 400)).run()
-        errors[method] = moved.observables["body_angle"][-1] - one.body_angle
-        balance = moved.channels["momentum_residual"].max()
-        assert balance < 1e-12 * 0.3 * 0.12 * (one.angular_acceleration * one.half_time) ** 2 * 1e2
-    assert errors[EULER] == pytest.approx(
-        euler_lead(one) * step_of("capsule-turn/0.1", 400), rel=0.02
-    )
-    assert abs(errors[RK4]) < 3e-5
-
-
 def test_loads_are_exact_where_nothing_deflects():
     posed = problem("capsule-turn/0.3")
     motion, across = plane_motion(posed, 0.1), 0.046
@@ -104,23 +64,6 @@ def test_a_bound_ends_where_the_steps_rest(method, least, most, monkeypatch):
     stepped = sum(ENGINE.model_error(*given)["body_angle"].values())
     monkeypatch.setattr(soft_contact_plane, "_stepping", lambda *given: False)
     assert least < sum(ENGINE.model_error(*given)["body_angle"].values()) / stepped <= most
-
-
-def test_with_the_softening_of_a_line_a_fast_turn_chatters():
-    # The reason for PLANE_SOFTENING: at 1e2 slip over step changes the loads by more than their
-    # size.
-    case, method = scene("capsule-turn/0.01-stop"), METHODS[EULER]
-    posed = problem(case.name)
-    assert contacts(posed, method.settings).softening == PLANE_SOFTENING
-    simulation = compiled(case_of(case), method, step_of(case.name, 800))
-    fine = simulation.run().channels["least_normal_force"]
-    assert fine.min() > 2.5
-    model = simulation.model
-    part = 1e2 / PLANE_SOFTENING
-    model.body_invweight0[model.body("body").id] *= part
-    model.pair_solref[:] *= part
-    model.opt.impratio *= part
-    assert simulation.run().channels["least_normal_force"].min() == 0.0
 
 
 def test_the_file_turns_by_itself():

@@ -22,8 +22,6 @@ from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.adapters.mujoco.contacts import DAMPING, IMPEDANCE, STIFFNESS
 from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, rewritten
-from plumbob.engines.registry import engine_of
-from plumbob.engines.registry import method as find_method
 from plumbob.tests.mujoco.test_settings import own_model, snippets
 
 WRITTEN = 1e-3  # [s]
@@ -159,42 +157,6 @@ def test_at_rest_friction_steadies_feet_and_has_a_limit_of_its_own(body, integra
     if body == STAND or integrator == "rk4":
         assert limit == pytest.approx(friction, rel=1e-3)
     assert abs(limit / predicted_sliding(body, compiled, scheme) - 1) > WITHIN
-
-
-def wrong_limits():
-    """Limits of the box with a mistake in each."""
-    ratio = frequency_ratio(model(BOX, "euler", 1))
-    frequency = OWN_STIFFNESS / WRITTEN
-    right = contact_spring(frequency, DAMPING, IMPEDANCE)
-
-    def limit(ratio, contact, scheme=EXPLICIT):
-        return largest_contact_step(np.eye(1) * ratio, (contact,), scheme)
-
-    return {
-        "one contact's frequency": limit(1.0, right),
-        "a ratio of 1.1": limit(1.1 * ratio, right),
-        "a factor of 1.0 for 1.2": limit(ratio, contact_spring(frequency, 0.25, IMPEDANCE)),
-        "undamped": limit(ratio, contact_spring(frequency, 0.0, IMPEDANCE)),
-        "damping implicit": limit(ratio, right, Scheme(EULER, implicit_damping=True)),
-        "RK4": limit(ratio, right, Scheme(RK4)),
-        "an impedance of 0.1": limit(ratio, contact_spring(frequency, DAMPING, 0.1)),
-    }
-
-
-@pytest.mark.parametrize("mistake", wrong_limits())
-def test_a_mistake_in_the_condition_is_noticed(mistake):
-    compiled = model(BOX, "euler", 1)
-    rest, wrong = settled(compiled, 2.5e-4), wrong_limits()[mistake]
-    sides = [holds(compiled, rest, side * wrong) for side in (1 - WITHIN, 1 + WITHIN)]
-    assert sides != [True, False]
-
-
-def test_every_method_of_settings_has_its_damping_explicit():
-    """The schemes here are those of contacts: a joint's implicit damping is not theirs."""
-    for integrator, scheme in INTEGRATORS.items():
-        method = find_method(f"mujoco/{integrator}+coulomb")
-        assert method.scheme.integrator == scheme.integrator
-        assert engine_of(method).name == "mujoco"
 
 
 @cache

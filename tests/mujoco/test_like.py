@@ -7,7 +7,6 @@ from dataclasses import replace
 import mujoco
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.user_file import HALVINGS, user_method
 from plumbob.engines.method import USER_METHOD
@@ -114,29 +113,3 @@ def test_a_user_method_is_measured_as_any_other(name, integrator, flags, tmp_pat
         # explicit or implicit damping makes the difference
         other = replace(found.scheme, implicit_damping=not found.scheme.implicit_damping)
         assert verdict(replace(found, scheme=other)) == "off-prediction"
-
-
-CONTENTS = {
-    "text.xml": "no model at all",
-    "empty.xml": "",
-    "schema.xml": "<mujoco><fooo/></mujoco>",
-    "other.xml": "<html/>",
-    "robot.xml": '<robot name="a"><link name="b"/></robot>',
-    "unfinished.xml": "<mujoco><option",
-    "step.xml": '<mujoco><option timestep="0"/></mujoco>',
-    "notes.txt": "notes",
-}
-
-
-@pytest.mark.parametrize("name", [*CONTENTS, "missing.xml", ""])
-def test_what_is_no_model_is_refused_in_one_line(name, tmp_path, capfd, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    if name in CONTENTS:
-        (tmp_path / name).write_text(CONTENTS[name], "utf-8")
-    with pytest.raises(ParameterError) as caught:
-        user_method(tmp_path / name)
-    assert caught.value.name == "like"
-    assert str(tmp_path / name) in str(caught.value)
-    assert "\n" not in str(caught.value)
-    assert capfd.readouterr() == ("", "")
-    assert {path.name for path in tmp_path.iterdir()} <= {name}

@@ -32,32 +32,6 @@ def run(method=RK4, step=1e-4, duration=0.5, **given):
     return ENGINE.prepare(SYSTEM.case(scene(duration, **given)), method, step).run()
 
 
-WIDE = cone(8000.0, 0.1, 2.6)
-SKEW = replace(DEFAULT.body, inertia_y=DEFAULT.body.inertia_y + 0.03)
-
-
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize(
-    ("given", "duration", "tolerance"),
-    [
-        ({}, 0.5, 2e-12),  # C4 h^4 + C5 h^5 is 2e-15, and round-off 2e-13
-        ({"platform_rate": 0.0, "theta_dot": 13.0}, 1.0, 2e-12),
-        ({"pivot_x": 0.2}, 0.5, 2e-12),  # X does not affect the motion
-        ({"body": WIDE}, 0.5, 1e-11),  # I_x < I_z
-        ({"body": SKEW}, 0.5, 1e-11),  # I_x, I_y and I_z all differ
-        ({"platform_rate": 1000.0}, 0.05, 3e-10),  # seven turns of 26 000 rad/s^2
-        ({"pivot_y": 0.0, "platform_rate": 30.0, "theta_dot": 3.0}, 0.5, 1e-11),
-    ],
-)
-def test_rk4_reaches_the_exact_motion(given, duration, tolerance):
-    trajectory = run(RK4, duration / 20_000, duration, **given)
-    exact = replace(DEFAULT, **given).motion.observe(trajectory.times)["theta"]
-    assert np.abs(trajectory.observables["theta"] - exact).max() < tolerance
-    rate = trajectory.channels["platform_rate"]
-    assert np.ptp(rate) == 0.0
-    assert rate[0] == given.get("platform_rate", 26.0)
-
-
 def test_the_first_order_integrators_take_the_same_steps():
     # the additional terms of `implicit` act between platform and cone, and the platform keeps its
     # rate

@@ -13,7 +13,7 @@ import pytest
 from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco import simulation as simulations
-from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_stages
+from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.registry import method as find_method
@@ -116,25 +116,6 @@ def test_the_engines_own_alarm_ends_the_run(tmp_path, monkeypatch, capfd):
     assert any("unstable" in message for message in trajectory.warnings)
     assert not list(tmp_path.iterdir())
     assert capfd.readouterr() == ("", "")
-
-
-def test_without_capture_the_engine_would_write_a_file(tmp_path, monkeypatch):
-    # sensitivity: the warning above does reach the disk if it is not captured
-    monkeypatch.chdir(tmp_path)
-    mujoco.set_mju_user_warning(None)  # whatever ran before in this process
-    model = mujoco.MjModel.from_xml_string(HINGE.format(joint="", contype=0, more=""))
-
-    def warn():
-        data = mujoco.MjData(model)
-        data.qpos[0] = np.nan
-        mujoco.mj_step(model, data)
-
-    with collected() as logged:
-        warn()
-    assert len(logged) == 1
-    assert not list(tmp_path.iterdir())
-    warn()
-    assert [path.name for path in tmp_path.iterdir()] == ["MUJOCO_LOG.TXT"]
 
 
 @pytest.mark.parametrize("start", [np.nan, np.inf, 1e11])

@@ -13,12 +13,9 @@ import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.capsule_line.displacement import ERRORS
-from plumbob.reports.analyses.page_numbers import scene_record, study_record
-from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.analyses.page_numbers import study_record
 from plumbob.reports.view import notation
-from plumbob.reports.view.page import UNITS
-from plumbob.reports.view.pictures import names, picture
+from plumbob.reports.view.pictures import picture
 from plumbob.reports.view.plotly_figure import curve, figure, linear, logarithmic
 from plumbob.reports.view.records import (
     PairVerdict,
@@ -27,10 +24,8 @@ from plumbob.reports.view.records import (
     SceneRecord,
 )
 from plumbob.reports.view.site import first_screen, matrix
-from plumbob.reports.view.site.views import scene_view
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.declared import finding
 from plumbob.tests.support.studies import verdicts
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.WITH_CONTACTS
@@ -107,16 +102,6 @@ def test_settings_costs_and_results_stand_on_the_index(study, index):
         assert f"{count.sign} {count.count} {count.name}" in words
 
 
-def test_no_line_ends_between_a_number_and_its_unit(index):
-    text = index.read_text("utf-8").partition('id="findings"')[0]
-    answers = "".join(re.findall(r"<p>(.*?)</p>", text))
-    assert not re.search(r"\d (%|s|ms)\b|\d %", answers)
-    assert len(re.findall("\\d\u00a0%", answers)) > 3
-    assert UNITS.sub("_", "2 % 3 s 4 m 5 motions 6 ms 7 mm 1 step") == (
-        "2_% 3_s 4_m 5 motions 6_ms 7_mm 1 step"
-    )
-
-
 def test_the_answer_is_computed_from_the_study(study):
     for error, said in ((0.0123, "1.2 %"), (4.5e-5, "0.0045 %")):
         changed = study
@@ -160,22 +145,6 @@ def test_costs_are_computed_from_the_study(study):
         for pair in study.costs
     }
     assert "a step costs 1.7 times" in _said(replace(study, costs=costs))
-
-
-def test_a_finding_is_computed_from_the_study(study):
-    before = finding(ERRORS, study)
-    after = finding(ERRORS, _with_error(study, LINE, "mujoco/euler", 0.123))
-    assert "12 %" not in before.summary
-    assert "12 %" in after.summary
-    assert picture(before.figures[0]) != picture(after.figures[0])
-
-
-def test_the_matrix_is_computed_from_the_study(study):
-    scene = next(s for s in study.scenes if s.name == LINE)
-    for error, text, size in ((0.123, "12 %", "g"), (2e-5, "0.002 %", "c"), (7.0, "700 %", "h")):
-        (cell, *_) = _matrix(_with_error(study, LINE, DEFAULT, error), scene)[DEFAULT]
-        assert text in cell.cell(1e-3)
-        assert cell.look.partition(" ")[0] == f"size-{size}"
 
 
 def _at_steps(study, runs):
@@ -300,19 +269,6 @@ def test_a_method_has_one_cost_on_a_scene(study):
     assert as_run[DEFAULT] == "6686"
 
 
-def test_methods_that_did_not_run_are_not_counted(study):
-    first, *rest = study.convergence
-    none = replace(
-        first,
-        measurements=tuple(replace(m, status="unsupported", errors={}) for m in first.measurements),
-    )
-    alone = replace(study, convergence=(none, *(c for c in rest if c.method != first.method)))
-    runs, scenes, methods = first_screen.made(study)
-    assert first_screen.made(alone)[2] == methods - 1
-    assert first_screen.made(alone)[0] < runs
-    assert scenes == len(study.scenes)
-
-
 def test_a_known_limit_is_never_marked_as_unexpected(study):
     for found in verdicts(study).values():
         means = matrix.meaning(found)
@@ -347,26 +303,10 @@ def test_a_picture_has_every_point_where_it_belongs(logarithms):
     assert middle == pytest.approx(0.5 if logarithms else 9.0 / 99.0, abs=0.01)
 
 
-def test_a_picture_leaves_out_what_has_no_place():
-    assert picture(_drawn([0.0, -1.0], True)) == ""
-    assert "nan" not in picture(_drawn([1.0, float("nan"), 3.0], False))
-
-
 def _drawn(values, logarithms):
     axis = logarithmic if logarithms else linear
     line = curve([1.0, 2.0, 3.0][: len(values)], values, colour="#0072b2", name="one")
     return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))
-
-
-def test_a_legend_tells_dashed_curves_from_solid_ones():
-    lines = [
-        curve([1.0, 2.0], [1.0, 2.0], colour="#d55e00", dash=dash, name=dash)
-        for dash in ("solid", "dot", "dash")
-    ]
-    shown = names(figure("", "", lines, linear("x"), linear("y")))
-    assert [dashes for _, _, dashes in shown] == ["", "2 3", "6 4"]
-    drawn = picture(figure("", "", lines, linear("x"), linear("y")))  # in tenths of a pixel
-    assert re.findall('stroke-dasharray="([^"]*)"', drawn) == ["20 30", "60 40"]
 
 
 @pytest.mark.parametrize(
@@ -387,25 +327,3 @@ def test_a_legend_tells_dashed_curves_from_solid_ones():
 )
 def test_relative_errors_have_digits_that_mean_something(error, said):
     assert notation.relative(error) == said
-
-
-def test_a_scene_s_plots_show_the_default_and_the_best_of_each_engine_at_first(study):
-    scene = find_scene("capsule-line/heading-030")
-    own = tuple(c for c in study.convergence if c.scene == scene.name)
-    best = {  # nothing runs at other errors: of each engine one is better than its default
-        "mujoco/euler+coulomb",
-        "dart/nsgs",
-        "drake/tamsi+stiction",
-        "pybullet/undamped+iterated",
-    }
-    alone = replace(study, scenes=(scene,), convergence=own)
-    for c in own:
-        if c.method in best:
-            alone = _with_error(alone, scene.name, c.method, 1e-9)
-    record = scene_record(alone, judge_study(alone), scene)
-    assert record.exact is not None
-    shown = scene_view(alone, record, record.exact, scene, {})
-    defaults = {"mujoco/euler", "dart/default", "drake/default", "pybullet/default"}
-    assert defaults | best <= set(shown.at_first)
-    others = {m for m in shown.at_first if m.partition("/")[0] in ("mujoco", "dart", "drake")}
-    assert others - defaults - best == set()

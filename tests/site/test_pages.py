@@ -132,18 +132,6 @@ def test_plots_are_light(figures):
                 assert len(trace["x"]) == len(trace["y"])
 
 
-def test_work_precision_hints_state_method_step_error_cost(figures):
-    plots = [f for f in figures if "real-time factor" in f["layout"]["xaxis"]["title"]["text"]]
-    assert len(plots) == len(quick().scenes) + 1  # the leading one is on the system's page too
-    for trace in plots[0]["data"]:
-        for text in trace.get("text", ()):
-            said = r"(rtol )?[\d.e-]+( s)?, [\d.e]+ ns per simulated second, [\d.e-]+ rad of theta"
-            assert re.fullmatch(said + "(, on the Pareto front)?", text)
-        if "text" in trace:
-            for word in (trace["name"], "%{text}", "relative error %{y", "real-time factor %{x"):
-                assert word in trace["hovertemplate"]
-
-
 def test_axes_have_units(figures):
     for found in figures:
         for name, axis in found["layout"].items():

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from itertools import count
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from plumbob.engines.study.provenance import Provenance
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio, stored
-from plumbob.tests.support.benchmark_runs import add, holds, in_turn, ratio
+from plumbob.tests.support.benchmark_runs import add
 
 MADE = Provenance(
     {"mujoco": "3.17.0"}, {"processor": "a"}, "2026-01-01 00:00 UTC", "make benchmark"
@@ -41,30 +38,6 @@ def test_what_is_added_is_read_again(history):
     assert len(runs) == 3
     assert runs[0] == BenchmarkRun(MADE, (LOOP, PEER))
     assert benchmarks.keeps_benchmarks(history)
-
-
-def test_times_are_taken_in_turn():
-    order = []
-    ticks = count(1)
-
-    def one():
-        order.append("one")
-        return 3.0 * next(ticks)
-
-    def other():
-        order.append("other")
-        return 1.0 * next(ticks)
-
-    values = in_turn(one, other, 3)
-    assert order == ["other", "one"] * 3
-    assert values == (6.0, 4.0, 3.6)
-
-
-@given(st.lists(st.floats(1e-3, 1e3), min_size=2, max_size=30))
-def test_quartiles_hold_the_median(values):
-    found = ratio("x", values, most=1.0)
-    assert min(values) <= found.low <= found.median <= found.high <= max(values)
-    assert holds(found) == (found.median <= 1.0)
 
 
 @pytest.mark.parametrize(

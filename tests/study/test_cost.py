@@ -148,22 +148,6 @@ def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name):
     assert found.identical
 
 
-def test_turns_end_where_they_agree_and_go_on_where_one_is_slow():
-    """In three turns one model's time over its turn's mean differs by up to CLOSE of its median;
-    others that use the machine slow whole turns, which changes nothing."""
-    alike = np.array([[1.0, 2.0], [1.0 + trimming_.CLOSE / 3, 2.0], [1.0, 2.0]])
-    assert trimming_.agree(alike)
-    assert trimming_.agree(alike * np.array([[1.0], [3.0], [7.0]]))
-    for excess, agreed in ((0.9, True), (1.1, False)):  # CLOSE of the first, half that of the other
-        one = np.array([[1.0, 2.0], [1.0, 2.0], [1.0, 2.0]])
-        one[1] *= (1.0 + excess * trimming_.CLOSE, 1.0 - 0.5 * excess * trimming_.CLOSE)
-        assert trimming_.agree(one) is agreed
-    for turn in range(3):
-        slow = alike.copy()
-        slow[turn, 0] *= 1.0 + 2.0 * trimming_.CLOSE
-        assert not trimming_.agree(slow)
-
-
 def test_a_slow_turn_changes_no_saving(monkeypatch):
     seconds = np.array([[5.0, 4.0, 3.0], [20.0, 16.0, 12.0], [5.0, 4.0, 3.0], [10.0, 8.0, 6.0]])
     monkeypatch.setattr(trimming_, "_timed_in_turn", lambda *_: (seconds, np.zeros((3, 2))))

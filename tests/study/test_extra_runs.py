@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -14,10 +13,8 @@ from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, Trimmin
 from plumbob.engines.study.request import UndeclaredRun
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of, scene, scenes, systems
-from plumbob.models.scene import System
+from plumbob.models.registry import case_of, scene, scenes
 from plumbob.reports.judge import verdict
-from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
@@ -121,48 +118,6 @@ def test_a_stored_study_is_the_study(study, tmp_path):
     nothing = {"extras": {}, "reference_step": 0.0}  # which is NaN: not timed
     assert replace(back, **nothing) == replace(study, **nothing)
     assert math.isnan(back.reference_step)
-
-
-@pytest.mark.long
-def test_two_processes_make_the_same(study):
-    both = run_study(study.scenes, study.methods, jobs=2, timed=False, requests=wanted)
-    for request in (PLAIN, CHANGED, SETTING):
-        assert untimed(study.answer(request)) == untimed(both.answer(request))
-
-
-def test_a_problem_is_made_once_and_a_run_judged_once(monkeypatch):
-    """Each verdict is computed once, for all that use it."""
-    calls = Counter()
-    system = systems()["cone-pendulum"]
-
-    def counted(name, inner):
-        def call(*arguments):
-            calls[name] += 1
-            return inner(*arguments)
-
-        return call
-
-    watched = replace(system, problem=counted("problem", system.problem))
-    monkeypatch.setattr(
-        "plumbob.models.registry.built_in", lambda: {**systems(), system.name: watched}
-    )
-    chosen = [
-        # Parameters of no other test, so that the problem is not cached.
-        replace(s, steps=(5e-3, 2e-3), parameters={**s.parameters, "height": h})
-        for s, h in zip(scenes("cone-pendulum")[:2], (0.30125, 0.29875), strict=True)
-    ]
-    assert isinstance(watched, System)
-    extra = tuple(
-        ExtraRun(SCENE, name, 1e-3, 0.05, (("platform_rate", 12.0625),))
-        for name in ("mujoco/rk4", "ode/rk4")
-    )
-    study = run_study(
-        chosen, methods("mujoco/euler,mujoco/rk4,ode/rk4"), requests=lambda plan: extra
-    )
-    assert calls["problem"] == len(chosen) + 1  # scenes, and the one changed for the extra runs
-    monkeypatch.setattr(verdict, "judge", counted("judge", verdict.judge))
-    judge_study(study)
-    assert calls["judge"] == sum(len(c.measurements) + 1 for c in study.convergence)  # one is drawn
 
 
 def test_validate_judges_each_run_once(monkeypatch, tmp_path, capsys):

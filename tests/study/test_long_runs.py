@@ -10,9 +10,7 @@ import pytest
 from plumbob.analytic.stability import LEVELS
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
-from plumbob.engines.study.results import TaskResult
 from plumbob.reports.judge.long_runs import judged_long_run
 
 SWING, CHAOS = "simple-pendulum/free-large", "simple-pendulum/forced-chaotic"
@@ -91,10 +89,3 @@ def test_a_wrong_time_is_red(wrong):
 def test_a_sabotaged_integrator_is_red(monkeypatch):
     monkeypatch.setattr(integrators, "leapfrog", integrators.semi_implicit_euler)
     assert run("simple-pendulum/rotating-slow", "ode/leapfrog").verdict == "off-prediction"
-
-
-def test_a_long_run_is_kept_to_the_last_bit():
-    request = LongRunSearch(SWING, "ode/leapfrog", None, STEPS)
-    found = request.answer(find_method("ode/leapfrog"))
-    kept = from_json(to_json(TaskResult(extras={request: found})), TaskResult)
-    assert kept.extras == {request: found}

@@ -16,8 +16,6 @@ from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.checkpoint import measured_into
-from plumbob.engines.study.codec import from_json, to_json
-from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.stability import (
     KnownLimit,
@@ -223,14 +221,6 @@ def test_a_limit_of_another_motion_is_not_judged():
     )
     assert judged("ode/rk4", Stability(limits)) == ["measured", "predicted"]
     assert judged("ode/rk4", Stability(limits, True)) == ["off-prediction!", "predicted"]
-
-
-def test_a_search_is_kept_to_the_last_bit():
-    request = StabilitySearch(OVERDAMPED, "ode/euler")
-    found = request.answer(find_method("ode/euler"))
-    kept = from_json(to_json(TaskResult(extras={request: found})), TaskResult)
-    assert kept.extras == {request: found}
-    assert StabilitySearch(SWING, "pymunk/feet").answer(find_method("pymunk/feet")) is None
 
 
 @pytest.mark.parametrize(

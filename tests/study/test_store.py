@@ -161,15 +161,6 @@ def test_observables_and_scales_are_stored_where_a_study_has_none(study, tmp_pat
     assert (back.observed, back.interest) == (study.observed, study.interest)
 
 
-@pytest.mark.parametrize(("error", "code", "said"), [("1e-6", 0, "use"), ("1e-30", 1, "the best")])
-def test_recommend_answers_from_what_is_stored(error, code, said, study, tmp_path, capsys):
-    _save(study, tmp_path / store.FILE)
-    assert main(_asked(tmp_path, error)) == code
-    captured = capsys.readouterr()
-    assert said in captured.out
-    assert captured.err == ""
-
-
 def _asked(folder, error, *words):
     return ["recommend", SCENE, "--error", error, "--out", str(folder), "--stored", *words]
 

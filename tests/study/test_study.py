@@ -14,10 +14,8 @@ from plumbob.engines.study.convergence import (
     convergence_study,
     steps_beside,
 )
-from plumbob.engines.study.cost import ENOUGH
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.runner import most_steps, run_study
-from plumbob.engines.workers import Workers
 from plumbob.models.registry import case_of, scene, scenes, system_of
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
@@ -49,17 +47,6 @@ def test_one_process_two_and_an_executor_agree_to_the_last_bit():
 def test_every_scene_and_method_can_be_sent_to_a_worker():
     every = (scenes(), methods())
     assert pickle.loads(pickle.dumps(every)) == every
-
-
-def test_costs_are_medians_and_ratios_of_one_run():
-    study = run_study(scenes("cone-pendulum/deep-well"), methods("ode/euler,ode/rk4"))
-    cheap, expensive = (
-        study.costs["cone-pendulum/deep-well", f"ode/{m}"] for m in ("euler", "rk4")
-    )
-    for cost in (cheap, expensive):
-        assert 0 < cost.low <= cost.ns_per_step <= cost.high
-        assert cost.ratio == pytest.approx(cost.ns_per_step / study.reference_step)
-        assert cost.repeats >= ENOUGH
 
 
 def test_two_more_step_sizes_follow_the_first_at_the_floor():
@@ -157,21 +144,6 @@ def test_no_step_is_run_beside_those_that_are_asked_for():
     assert steps_beside(scene("simple-pendulum/free-small"), method("ode/rk4"), 6_249) == ()
     asked = convergence_study(chosen, method("ode/rk4"), 25_000, (1e-4, 5e-5))
     assert [m.step for m in asked.measurements] == [1e-4, 5e-5]
-
-
-@pytest.mark.long
-def test_costs_of_a_scene_are_measured_in_turns_by_the_worker_that_knows_it():
-    class Watched(Workers):
-        def results(self, tasks, *how):
-            asked.extend((task.group, task.arguments[0]) for task in tasks)
-            yield from super().results(tasks, *how)
-
-    asked = []
-    chosen = [scene("cone-pendulum/deep-well"), scene("linear-pendulum/overdamped")]
-    with Watched(2) as workers:
-        study = run_study(chosen, methods("ode/euler,ode/rk4"), jobs=workers)
-    assert [(group, len(batch)) for group, batch in asked[-2:]] == [(c.name, 2) for c in chosen]
-    assert len(study.costs) == 4
 
 
 def test_an_engine_that_is_not_there_is_missing_and_nothing_else(monkeypatch):

@@ -11,14 +11,11 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.construction import plan
 from plumbob.analytic.systems.planner.problem import Limits, RestPose
-from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
-from plumbob.reports.commands.plan import run_plan
 from plumbob.tests.support.random_capsules import CHECK
 
 REACHED = 1e-11  # the plan is exact: the errors of the reference remain
-STEP = 2e-4  # [s]
 SEED, TASKS = 27, range(10)
 
 
@@ -63,22 +60,6 @@ def test_a_pose_is_reached_along_any_arc_and_segments(number):
             off = np.maximum(lines[:, 1] - along.real, along.real - lines[:, 2])
             beside = np.maximum(np.abs(along.imag), off).max(axis=0)
             assert beside.min() <= 1e-12
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize("number", TASKS)
-def test_its_replay_has_the_predicted_error(number):
-    """In MuJoCo, open-loop: the error of the pose is the predicted one, a small part of the way."""
-    made = asked(number)
-    ran = run_plan(made, scene("capsule-plan", task(number)), method("mujoco/euler+coulomb"), STEP)
-    assert ran.judgement.verdict == "predicted"
-    for name in ("x", "y", "heading"):
-        error = ran.found.errors[name]
-        assert error.predicted
-        assert error.left_open
-        assert abs(error.end - error.predicted.end) <= error.left_open < 2e-3
-    assert (last := ran.after[-1])
-    assert last.distance < 1e-3 > abs(last.heading)
 
 
 @pytest.mark.parametrize("across", [1.0, 0.3])

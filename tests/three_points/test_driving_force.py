@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,15 +16,8 @@ from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.balance import actuator_force
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.adapters.pymunk import capsule
-from plumbob.models.registry import case_of, scene
-from plumbob.tests.support import mujoco_capsule, pymunk_capsule
 from plumbob.tests.support.plane_motions import loading
-from plumbob.tests.support.random_capsules import CHECK, LINE, changed, lines
-
-ENGINES = ("euler+coulomb", "euler+reduced", "rk4+coulomb", "feet", "side")
-STEP = 1e-3  # [s]
+from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 
 
 @given(lines())
@@ -104,64 +96,3 @@ def test_a_line_in_the_plane_asks_for_the_same():
     assert other.peak == pytest.approx(one.peak, rel=1e-9)
     assert other.rms == pytest.approx(one.rms, rel=1e-9)
     assert other.power == pytest.approx(one.power, rel=1e-9)
-
-
-def measured(name, method, other=None):
-    """Part of the error [N] that the step does not explain, and the bound of the model's."""
-    engine = pymunk_capsule if method in ("feet", "side") else mujoco_capsule
-    error = engine.run(name, method, STEP, other=other)[0].errors["driving_force"]
-    assert error.predicted.for_this_step
-    return error.predicted.beyond, sum(error.model.values())
-
-
-@pytest.mark.long(keep=3)
-@pytest.mark.parametrize("method", ENGINES)
-@pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-train/ten"])
-def test_engines_are_judged_by_it(name, method):
-    beyond, allowed = measured(name, method)
-    assert beyond <= allowed < 0.15
-    # the loosest bound, of feet whose iterations stall, is 1.5 % of the peak
-    wrong = changed(name, {"slider_mass": 0.3 * (1.03 if method == "feet" else 1.001)})
-    assert measured(name, method, wrong)[0] > allowed
-
-
-def test_mujoco_reads_it_as_its_actuator_without_the_armature():
-    """What the actuator gives beyond the armature's inertia is what a force sensor reads; the
-    difference of two numbers of 1e11 N keeps five digits."""
-    simulation = compiled(
-        case_of(scene("capsule-line/ca1")), mujoco_capsule.METHODS["euler+coulomb"], STEP
-    )
-    model, data = simulation.model, mujoco.MjData(simulation.model)
-    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    assert simulation.translation.sensors is not None
-    assert simulation.translation.control is not None
-    rows, own = [], []
-    data.qpos[:], data.qvel[:] = simulation.translation.qpos, simulation.translation.qvel
-    for n in range(60):
-        data.ctrl[:] = simulation.translation.control(np.array([n * STEP]))[0]
-        mujoco.mj_forward(model, data)
-        force = data.qfrc_actuator[-1] + data.qfrc_constraint[-1]
-        own.append(force - model.dof_armature[-1] * data.qacc[-1])
-        rows.append(data.sensordata.copy())
-        mujoco.mj_step(model, data)
-    read = simulation.translation.sensors(np.array(rows))[0]
-    assert own == pytest.approx(read["driving_force"], abs=1e-4 * 9.7)
-
-
-@pytest.mark.parametrize("model", ["feet", "side"])
-def test_pymunk_reads_it_as_the_impulse_of_its_joint(model):
-    """The joint's impulse has no sign; from the side it carries the slider's weight as well."""
-    problem = pymunk_capsule.problem_of(LINE)
-    built = capsule.build(problem, pymunk_capsule.METHODS[model], STEP)
-    assert built.act is not None
-    assert built.following is not None
-    joint = next(
-        c for c in built.space.constraints if c.b.mass == CHECK.slider_mass and c.error_bias == 0.0
-    )
-    weight = CHECK.slider_mass * CHECK.gravity if model == "side" else 0.0
-    for n in range(60):
-        built.read()
-        built.act(n * STEP)
-        built.space.step(STEP)
-        force = built.following()["driving_force"]
-        assert joint.impulse / STEP == pytest.approx(math.hypot(force, weight), rel=1e-9)

@@ -284,14 +284,3 @@ def test_sensitivity_to_the_body(body):
     made = planned("near", "free")
     assert max(made.error) <= REACHED
     assert max(replace(made, capsule=body).error) > 1e-6
-
-
-@pytest.mark.long
-def test_the_order_of_the_legs_does_not_matter_and_the_pair_does(quick):
-    reversed_ = plan(SCALENE, BESIDE, track="curve", legs=(2, 1))
-    assert reversed_.duration == pytest.approx(on_curve((1, 2), "shorter").duration, rel=1e-9)
-    pairs = [pair for pair in PAIRS if not (quick and pair in LATER_PAIRS)]
-    times = {pair: on_curve(*pair).duration for pair in pairs}
-    assert min(times, key=lambda pair: times[pair]) == ((2, 3), "shorter")
-    assert max(times.values()) > 1.4 * min(times.values())
-    assert plan(SCALENE, BESIDE, track="curve").duration == times[(1, 2), "shorter"]

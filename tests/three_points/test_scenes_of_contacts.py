@@ -11,7 +11,6 @@ import pytest
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.models.registry import case_of, scene
-from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 ROUND = 1e-13  # of places, angles and their rates: sums of some hundred terms of order 1
@@ -91,21 +90,3 @@ def test_a_load_goes_to_zero(name, part):
     weight = case.problem.setup.capsule.weight
     assert loads.min() == pytest.approx(part * weight, rel=2e-3)  # between two samples
     assert loads.min() > 0.0
-
-
-def test_a_coast_at_an_edge_stops_where_all_others_do():
-    """v^2/(2 f g), wherever the load's centre is."""
-    case = case_of(scene("capsule-coast/edge"))
-    end = case.reference.observe(np.array([case.scene.duration]))
-    squared = case.scene.parameters["velocity_x"] ** 2 + case.scene.parameters["velocity_y"] ** 2
-    gone = float(np.hypot(end["x"], end["y"])[0])
-    assert gone == pytest.approx(squared / (2.0 * CHECK["friction"] * CHECK["gravity"]), rel=1e-13)
-
-
-def test_a_heavy_slider_s_plan_is_one_line():
-    """The displacement is that of its line manoeuvre, whose formula has tests of its own."""
-    case = case_of(scene("capsule-plan/heavy-slider"))
-    plan = case.problem.motion
-    assert (plan.turns, plan.lines) == (0, 1)
-    end = case.reference.observe(np.array([case.scene.duration]))
-    assert (end["x"][0], end["y"][0], end["heading"][0]) == pytest.approx((0.1, 0, 0), abs=ROUND)

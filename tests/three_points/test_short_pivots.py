@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 
 import pytest
 
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.planner.manoeuvre import slow_arc
 from plumbob.analytic.systems.slider_path import ArcPiece, arc
-from plumbob.analytic.systems.three_points import friction, pivoting
 from plumbob.analytic.systems.three_points.balance import balance
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.random_capsules import CHECK
@@ -43,18 +41,3 @@ def test_a_pivot_shorter_than_a_sample_of_its_element(number):
     small, large = heading(number, 1e-4), heading(number, 1e-3)
     assert small > 1e-14  # a hundred roundings of the inputs
     assert large / small == pytest.approx(1000.0, rel=0.01)  # the next power of the excess
-
-
-@pytest.mark.long
-def test_sensitivity_to_the_shorter_element(monkeypatch):
-    """If elements are not shortened such a pivot neither begins nor ends, but where rounding lets
-    it: in most of these motions."""
-    monkeypatch.setattr(pivoting, "SHORTEST", 1.0)  # of any piece
-    monkeypatch.setattr(friction, "EVENTS", 40)  # each of these has three
-    tried = [(0, 3e-4), (0, 5e-4), (0, 1e-3), (1, 1e-4), (1, 2e-4), (1, 3e-4)]
-    ended = 0
-    for number, excess in tried:
-        with suppress(RuntimeError):
-            assert three_point_motion((CHECK, OTHER)[number], accelerated(number, excess)).segments
-            ended += 1
-    assert ended <= len(tried) // 2

@@ -141,15 +141,6 @@ def test_smoothed_friction_finds_the_same_pose(request):
         assert np.abs(found - pose(motion, time)).max() <= 1e-9, name
 
 
-@pytest.mark.long
-def test_extrapolation_takes_most_of_the_error_away():
-    motion = COAST.motion()
-    time = ending(motion)
-    found = smoothed_pose(COAST.capsule, COAST.path, COAST.state, time, 1e-6)
-    exact, finer = pose(motion, time), found.pose - 0.5 * found.moved
-    assert np.abs(found.pose - exact).max() < 0.1 * np.abs(finer - exact).max()
-
-
 @pytest.mark.parametrize(
     ("wrong", "least"),
     [

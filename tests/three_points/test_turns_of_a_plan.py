@@ -10,7 +10,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner import turns
 from plumbob.analytic.systems.planner.construction import plan
-from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose, to_ten_digits
+from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
 from plumbob.analytic.systems.planner.tracks import ROUND, Track
 from plumbob.analytic.systems.planner.turns import computed_turn, turns_to
 from plumbob.tests.support.random_capsules import CHECK
@@ -69,31 +69,9 @@ def test_a_turn_the_wrong_way_is_made_up_for(wanted, monkeypatch):
     assert sum(one.heading for one in made) == pytest.approx(wanted, abs=1e-12)
 
 
-def test_turns_that_do_not_turn_the_body_are_refused(monkeypatch):
-    def none(*given):
-        return replace(computed_turn(*given), heading=0.0)
-
-    monkeypatch.setattr(turns, "computed_turn", none)
-    with pytest.raises(ParameterError, match=r"^acceleration = .* turn the body"):
-        plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06))
-
-
-def test_turns_that_do_not_end_are_refused(monkeypatch):
-    monkeypatch.setattr(turns, "exact_turn", lambda *given: None)
-    with pytest.raises(ParameterError, match=r"^manoeuvres = 5: "):
-        plan(CHECK, RestPose(0.0, 0.0, 0.2), Limits(stroke=0.06, manoeuvres=5))
-
-
 @pytest.mark.long
 def test_a_plan_that_misses_its_pose_is_refused_by_name(monkeypatch):
     """Here nothing is near enough."""
     monkeypatch.setattr("plumbob.analytic.systems.planner.construction.CLOSED", 1e-25)
     with pytest.raises(ParameterError, match=r"to = .* a pose that a plan reaches: .* rad away"):
         plan(CHECK, RestPose(0.001, 0.0, 0.01))
-
-
-@pytest.mark.parametrize("times", [(2.0, 1.0 + 1e-15, 1.0), (2.0, 1.0, 1.0 + 1e-15)])
-def test_rounding_decides_between_no_choices(times):
-    """As places round the circle, where the body needs to go nowhere, take the same time."""
-    assert times.index(min(times, key=to_ten_digits)) == 1
-    assert min((1.0 + 1e-9, 1.0), key=to_ten_digits) == 1.0
