@@ -7,6 +7,7 @@ import mujoco
 import pytest
 
 from plumbob.analytic.sensitivities.neighbours import Neighbours
+from plumbob.engines.adapters.mujoco import transition
 from plumbob.engines.adapters.ode import forward
 from plumbob.tests.support.derivatives import judged_way
 
@@ -32,6 +33,15 @@ CONE, LINE, SWING = (
 def test_an_own_way_has_the_error_of_its_step(name, how, of, by, way):
     judged = judged_way(name, how, of, by, way)
     assert (judged.verdict, judged.why) == ("predicted", "")
+
+
+@pytest.mark.parametrize("touching", [transition.TOUCHING, transition.NUDGE])
+def test_a_support_that_begins_to_slip_is_slower_than_a_nudge(touching, monkeypatch):
+    """Its friction turns round with a nudge of 1e-6 m/s."""
+    monkeypatch.setattr(transition, "TOUCHING", touching)
+    pivot = "capsule-turn/pivot", "mujoco/euler+coulomb", "heading", "angular_acceleration"
+    judged = judged_way(*pivot, "transition", 2.5e-4)
+    assert (judged.verdict == "predicted") == (touching < transition.NUDGE)
 
 
 @pytest.mark.parametrize("at", [1.0, 2.0])

@@ -30,7 +30,7 @@ SAMPLE = (
     (CONE, "mujoco/euler", "theta", "theta", 1e-5),
     (CONE, "ode/rk4", "theta", "gravity", 1e-3),
 )
-# In the full profile: a method of each engine at two steps, so that ways and orders are side by
+# In the full profile: a method of each engine at three steps, so that ways and orders are side by
 # side. Scene, observable, parameter, its difference, the largest step [s], and the end [s].
 BESIDE = (
     (CONE, "theta", "theta", 1e-5, 4e-3, None),
@@ -67,7 +67,7 @@ def requests(plan: StudyPlan) -> Sequence[GradientSearch]:
             (scene, method, of, by, eps, step / part, at)
             for scene, of, by, eps, step, at in BESIDE
             for method in (WITH_CONTACTS if scene.startswith("capsule") else WITHOUT_CONTACTS)
-            for part in (1, 2)
+            for part in (1, 2, 4)
         ]
     return [
         GradientSearch(scene, name, (of,), by, (), step if of_step(name) else None, (eps,), at)
