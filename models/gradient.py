@@ -23,7 +23,7 @@ from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.models.scene import Case, Gradients, Parameters, System
 
 STEP = 1e-3  # of a parameter, or of its unit where that is 0, to the nearest neighbour
-SHRINK = 0.1  # from one attempt to the next, until all neighbours are possible
+SHRINK = 0.5  # from one attempt to the next, until all neighbours are possible
 SMALLEST = 1e-10
 SIDES = ("below", "above")
 Beside = tuple[dict[str, Neighbours[Any]], str]

@@ -15,7 +15,9 @@ from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 
-CLOSE = 1e-2  # relative difference of lengths of phases, beyond which a stencil is not accurate
+# Relative difference of lengths of phases, beyond which a stencil is not accurate: nearer
+# neighbours than that have the motion's own uncertainty over a smaller difference.
+CLOSE = 0.1
 TOGETHER = 1e-6  # likewise, where supports that stop together then do not: of first order in it
 
 
