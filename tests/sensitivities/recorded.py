@@ -17,6 +17,7 @@ import numpy as np
 from gmpy2 import mpfr
 
 from plumbob.models.registry import case_of, scene
+from plumbob.tests.smooth_systems.recorded_chains import slope
 from plumbob.tests.support.extrapolation import states
 
 FILE = Path(__file__).with_suffix(".json")
@@ -88,9 +89,51 @@ DRAWN = {
         "heading": (-2.0, 2.0),
     },
 }
-DRAWN = {**DRAWN, "linear-pendulum": DRAWN["simple-pendulum"]}
-LASTING = {"cone-pendulum": 0.3, "simple-pendulum": 2.0, "linear-pendulum": 2.0, "free-body": 2.0}
-LONGEST = {"cone-pendulum": 0.02, "capsule-coast": 0.01}  # step [s]; else 0.1
+TURNING = {"gravity": (5.0, 15.0), "angle": (0.0, 2.0), "angular_velocity": (8.0, 14.0)}
+RODS = {"lengths": (0.3, 0.5), "masses": (0.6, 1.0), "angles": (1.5, 2.5)}
+DRAWN = {
+    **DRAWN,
+    "linear-pendulum": DRAWN["simple-pendulum"],
+    "slider-crank": {
+        "crank": (0.15, 0.22),
+        "rod": (0.45, 0.6),
+        **{f"{link}_mass": (0.4, 1.5) for link in ("crank", "rod", "slider")},
+        **TURNING,
+    },
+    "four-bar": {
+        "crank": (0.18, 0.22),
+        "coupler": (0.48, 0.52),
+        "rocker": (0.38, 0.42),
+        "ground": (0.48, 0.52),
+        **{f"{link}_mass": (0.4, 1.5) for link in ("crank", "coupler", "rocker")},
+        **TURNING,
+    },
+    "n-pendulum": {
+        **{f"{name}[{i}]": ends for name, ends in RODS.items() for i in range(3)},
+        **{f"angular_velocities[{i}]": (-2.0, 2.0) for i in range(3)},
+        "gravity": (5.0, 15.0),
+    },
+    "heavy-top": {
+        "mass": (0.3, 0.7),
+        "length": (0.08, 0.12),
+        "inertia_across": (1.5e-3, 2.5e-3),
+        "inertia_axis": (0.8e-3, 1.2e-3),
+        "gravity": (5.0, 15.0),
+        "tilt": (0.4, 0.8),
+        "precession_rate": (0.5, 1.5),
+        "tilt_rate": (-0.5, 0.5),
+        "spin_rate": (150.0, 250.0),
+    },
+}
+LASTING = {
+    **{"cone-pendulum": 0.3, "simple-pendulum": 2.0, "linear-pendulum": 2.0, "free-body": 2.0},
+    **{"slider-crank": 0.5, "four-bar": 0.5, "n-pendulum": 0.4, "heavy-top": 0.3},
+}
+LONGEST = {  # step [s]; else 0.1
+    **{"cone-pendulum": 0.02, "capsule-coast": 0.01, "slider-crank": 0.02, "four-bar": 0.02},
+    **{"n-pendulum": 0.02, "heavy-top": 0.01},
+}
+NUDGE = mpfr("1e-18")  # [rad] of a crank: its energies' differences have an error of the square
 
 
 def cone(p):
@@ -219,12 +262,111 @@ def _loads(body, slider, arms, place):
     ]
 
 
+def linkage(p, links):
+    """A crank that moves other links: I w' + I_t w^2/2 + V_t = 0, by differences of I and V."""
+
+    def energies(angle):
+        inertia, height = mpfr(0), mpfr(0)
+        for mass, length, velocity, turn, y in links(angle)[0]:
+            inertia += mass * (gmpy2.norm(velocity) + (length * turn) ** 2 / 12)
+            height += mass * y
+        return inertia, p["gravity"] * height
+
+    def rates(state):
+        angle, w = state
+        (less, low), here, (more, high) = (energies(angle + k * NUDGE) for k in (-1, 0, 1))
+        return [w, -((more - less) / 2 * w**2 + high - low) / (2 * NUDGE * here[0])]
+
+    return rates, [p["angle"], p["angular_velocity"]]
+
+
+def turned(length, angle):
+    """A link as a complex number."""
+    return length * gmpy2.mpc(gmpy2.cos(angle), gmpy2.sin(angle))
+
+
+def slider_crank(p):
+    """Mass, length, velocity, turn and height of each link by the crank's angle; the slider."""
+
+    def links(angle):
+        crank = turned(p["crank"], angle)
+        rod = gmpy2.mpc(gmpy2.sqrt(p["rod"] ** 2 - crank.imag**2), -crank.imag)
+        turn, half = -crank.real / rod.real, crank.imag / 2
+        ahead, along = crank * 1j, rod * 1j * turn
+        return (
+            (p["crank_mass"], p["crank"], ahead / 2, 1, half),
+            (p["rod_mass"], p["rod"], ahead + along / 2, turn, half),
+            (p["slider_mass"], 0, ahead + along, 0, 0),
+        ), (crank + rod).real
+
+    return *linkage(p, links), lambda s: {"angle": s[0], "slider": links(s[0])[1]}
+
+
+def four_bar(p):
+    """The same, by the law of cosines; the coupler's centre."""
+
+    def links(angle):
+        crank, (b, c) = turned(p["crank"], angle), (p["coupler"], p["rocker"])
+        line = p["ground"] - crank
+        inner = gmpy2.acos((b**2 + gmpy2.norm(line) - c**2) / (2 * b * abs(line)))
+        coupler = turned(b, gmpy2.phase(line) + inner)
+        rocker, ahead = coupler - line, crank * 1j
+        turn = -(ahead * rocker.conjugate()).real / (coupler * 1j * rocker.conjugate()).real
+        end = ahead + coupler * 1j * turn
+        return (
+            (p["crank_mass"], p["crank"], ahead / 2, 1, crank.imag / 2),
+            (p["coupler_mass"], b, ahead / 2 + end / 2, turn, (crank + coupler / 2).imag),
+            (p["rocker_mass"], c, end / 2, (end / (rocker * 1j)).real, rocker.imag / 2),
+        ), crank + coupler / 2
+
+    def read(state):
+        middle = links(state[0])[1]
+        return {"angle": state[0], "coupler_x": middle.real, "coupler_y": middle.imag}
+
+    return *linkage(p, links), read
+
+
+def chain(p):
+    """Three rods, each by its own equations; the end of the last."""
+    names = "masses", "lengths", "angles", "angular_velocities"
+    masses, lengths, *start = ([p[f"{name}[{i}]"] for i in range(3)] for name in names)
+
+    def read(state):
+        tip = sum(turned(*rod) for rod in zip(lengths, state[:3], strict=True))
+        return {"tip_x": tip.imag, "tip_z": -tip.real}
+
+    return slope(masses, lengths, p["gravity"]), start[0] + start[1], read
+
+
+def top(p):
+    """Lagrange's top by its two momenta."""
+    across = p["inertia_across"] + p["mass"] * p["length"] ** 2
+    sine, cosine = gmpy2.sin_cos(p["tilt"])
+    along = p["inertia_axis"] * (p["spin_rate"] + p["precession_rate"] * cosine)
+    vertical = across * p["precession_rate"] * sine**2 + along * cosine
+    weight = p["mass"] * p["gravity"] * p["length"]
+
+    def rates(state):
+        _, tilt, _, rate = state
+        sine, cosine = gmpy2.sin_cos(tilt)
+        around = (vertical - along * cosine) / (across * sine**2)
+        moment = (across * around**2 * cosine - along * around + weight) * sine
+        return [around, rate, along / p["inertia_axis"] - around * cosine, moment / across]
+
+    start = [mpfr(0), p["tilt"], mpfr(0), p["tilt_rate"]]
+    return rates, start, lambda s: dict(zip(("precession", "tilt", "spin"), s, strict=False))
+
+
 EQUATIONS = {
     "cone-pendulum": cone,
     "simple-pendulum": pendulum,
     "linear-pendulum": lambda p: pendulum(p, linear=True),
     "free-body": free,
     "capsule-coast": coast,
+    "slider-crank": slider_crank,
+    "four-bar": four_bar,
+    "n-pendulum": chain,
+    "heavy-top": top,
 }
 
 
