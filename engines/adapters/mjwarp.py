@@ -46,10 +46,11 @@ class WarpPort:
 
     def __init__(self, model: Any, worlds: int = 1) -> None:
         import mujoco
-        import mujoco_warp
         import warp
 
-        warp.config.quiet = True
+        warp.config.log_level = warp.LOG_ERROR  # each kernel that is loaded has a line on stdout
+        import mujoco_warp
+
         self.compiled, self.model = model, mujoco_warp.put_model(model)
         self.data = mujoco_warp.put_data(model, mujoco.MjData(model), nworld=worlds)
 

@@ -73,6 +73,8 @@ def test_semi_implicit_engines_agree_with_mujoco_to_the_digits_of_theory(scene):
         ("exudyn/rk67", FORCED, 1e-2, 7.8e-12),
         ("exudyn/default", SWING, 1e-2, 4.5e-3),
         ("drake/rk3", SWING, 1e-5, 5.3e-3),
+        ("drake/cenic", SWING, 1e-7, 0.41),
+        ("drake/cenic", CONE, 1e-7, 1.18),
     ],
 )
 def test_the_relative_error_is_the_known_one(name, scene, step, known):
@@ -80,6 +82,23 @@ def test_the_relative_error_is_the_known_one(name, scene, step, known):
     case = case_of(find_scene(scene))
     found, _ = measure(case, find_method(name), step)
     assert relative_error(found, case.system.quantities(case)) == pytest.approx(known, rel=0.2)
+
+
+def test_errors_of_cenic_go_as_the_root_of_its_accuracy():
+    needed("drake/cenic")
+    case = case_of(find_scene(SWING)).lasting(2.0)
+    coarse, fine = (
+        measure(case, find_method("drake/cenic"), accuracy)[0].errors["theta"].largest
+        for accuracy in (1e-6, 1e-8)
+    )
+    assert 5.0 < coarse / fine < 20.0
+
+
+def test_cenic_moves_a_body_on_a_platform_that_is_not_too_heavy(monkeypatch):
+    needed("drake/cenic")
+    monkeypatch.setattr("plumbob.engines.adapters.hinged_body.PLATFORM_RATIO", 1e4)
+    found, _ = measure(case_of(find_scene(CONE)), find_method("drake/cenic"), 1e-6)
+    assert found.errors["theta"].largest < 0.02  # 0.010; 1.18 with the platform of the others
 
 
 @pytest.mark.parametrize("name", ["pybullet/default"])

@@ -7,6 +7,7 @@ that of a reflected inertia so large that no load moves it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, Scheme
@@ -25,6 +26,7 @@ from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))
+RK3 = "runge_kutta3"
 SMALLEST = 1e-9  # accuracy of the integrators
 SOLVERS = ("capsule-line/heading-030",)  # enough to tell contact solvers apart
 LINE_AND_COAST = (*SOLVERS, "capsule-coast/spin", "capsule-coast/edge", "capsule-hold/unloading")
@@ -45,7 +47,7 @@ def _discrete(
     )
 
 
-def _adaptive(name: str, scheme: str) -> Method:
+def _adaptive(name: str, scheme: str, *systems: str) -> Method:
     return Method(
         f"drake/{name}",
         Scheme(ADAPTIVE),
@@ -53,7 +55,7 @@ def _adaptive(name: str, scheme: str) -> Method:
         "tolerance",
         {"integration_scheme": scheme},
         TOLERANCES,
-        ("simple-pendulum/free-large", "cone-pendulum/rotating-base"),
+        ("simple-pendulum/free-large", "cone-pendulum/rotating-base", *systems),
     )
 
 
@@ -64,7 +66,8 @@ METHODS = (
     _discrete("similar", "similar", SOLVERS),
     _discrete("tamsi+stiction", "tamsi", LINE_AND_COAST, stiction_tolerance=1e-7),
     _discrete("lagged+stiction", "lagged", SOLVERS, stiction_tolerance=1e-7),
-    _adaptive("rk3", "runge_kutta3"),
+    _adaptive("rk3", RK3),
+    _adaptive("cenic", "cenic", *SOLVERS, "capsule-coast/spin"),
 )
 
 
@@ -73,16 +76,18 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     ParameterError."""
     from plumbob.engines.adapters.drake import capsule, pendulum
 
-    if case.system.family == CAPSULE:
-        return capsule.prepared(case, method, step)
+    family = capsule if case.system.family == CAPSULE else pendulum
+    simulation: Simulation
     if method.control == "tolerance":
-        return pendulum.error_controlled(case, method, step, SMALLEST)
-    return pendulum.discrete(case, step)
+        simulation = family.continuous(case, method, step, SMALLEST)
+    else:
+        simulation = family.discrete(case, method, step)
+    return simulation
 
 
 def confirming(method: Method) -> tuple[Method, float]:
-    """The method itself at its smallest accuracy."""
-    return method, SMALLEST
+    """The explicit integrator at its smallest accuracy, on the same equations."""
+    return replace(method, settings={"integration_scheme": RK3}), SMALLEST
 
 
 ENGINE = Engine(

@@ -17,11 +17,18 @@ from pydrake.multibody import tree
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import TrajectorySource
+from pydrake.systems.primitives import TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.stepping import BROKEN, advancing, simulator_of, spatial_inertia
+from plumbob.engines.adapters.drake.stepping import (
+    BROKEN,
+    Start,
+    by_steps,
+    error_controlled,
+    simulator_of,
+    spatial_inertia,
+)
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     FOOT_RADIUS,
@@ -40,14 +47,23 @@ SLIDER_RATIO = 1e8  # of the slider's to the capsule's mass
 GROUND = 100.0  # [m] of a block whose top is the plane
 SETTLING = 1000  # steps for the capsule to come to rest on its contacts
 SETTLING_STEP = 1e-3  # [s]
+CONTROL = 1e-3  # [s] for which the slider's acceleration is held in a continuous plant
 
 
-def prepared(case: Case, method: Method, step: float) -> Simulation:
+def discrete(case: Case, method: Method, step: float) -> Simulation:
     """The capsule of `case` with the contact solver that `method` names, at `step` [s]; raises
     ParameterError."""
     steps = step_count(case.scene.duration, step)
-    build = partial(_capsule, three_feet(case), method, step, steps)
-    return stepped(case, step, build, BROKEN)
+    build = partial(_capsule, three_feet(case), method.settings, step, steps)
+    return stepped(case, step, partial(build, by_steps(step)), BROKEN)
+
+
+def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
+    """The continuous plant of `case` with the integrator that `method` names, at an accuracy of at
+    least the `smallest`, the slider's motion held for CONTROL; raises ParameterError."""
+    steps = step_count(case.scene.duration, CONTROL)
+    build = partial(_capsule, three_feet(case), {"time_step": 0.0}, CONTROL, steps)
+    return error_controlled(case, method, accuracy, smallest, build)
 
 
 @dataclass
@@ -99,18 +115,23 @@ def _standing(
     """The diagram of a capsule under `gravity`, its slider under `controls` [m/s^2], one row a
     step, shape (steps, tracks)."""
     capsule, builder = body.setup.capsule, DiagramBuilder()
-    plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=step, **settings), builder)
+    config = MultibodyPlantConfig(**{"time_step": step, **settings})
+    plant, _ = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     shell = _shell(plant, body)
-    hold = SLIDER_RATIO * (capsule.body_mass + capsule.slider_mass)
-    joints = _slider(plant, shell, body, hold)
+    motor = SLIDER_RATIO * (capsule.body_mass + capsule.slider_mass)
+    joints = _slider(plant, shell, body, motor)
     plant.Finalize()
     if joints:
         # held over a step: in force from half a step before it begins, where nothing is computed
         times = (np.arange(len(controls) + 1) - 0.5) * step
-        rows = np.vstack([controls, controls[-1:]]) * hold
+        rows = np.vstack([controls, controls[-1:]]) * motor
         held = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
         source = builder.AddSystem(TrajectorySource(held))
+        if not plant.time_step():  # an integrator's step ends where the control changes
+            hold, moves = builder.AddSystem(ZeroOrderHold(step, len(joints))), source
+            builder.Connect(moves.get_output_port(0), hold.get_input_port(0))
+            source = hold
         builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
     return _Standing(builder.Build(), plant, shell, joints)
 
@@ -156,16 +177,19 @@ def _slider(plant: Any, shell: Any, body: ThreeFeet, hold: float) -> list[Any]:
     return joints
 
 
-def _capsule(body: ThreeFeet, method: Method, step: float, steps: int) -> Built:
+def _capsule(
+    body: ThreeFeet, settings: Mapping[str, Any], step: float, steps: int, start: Start
+) -> Built:
     standing = _standing(
         body,
-        method.settings,
+        settings,
         step,
         gravity(body.setup),
         body.accelerations(0, steps, step) if body.tracks else np.zeros((0, 0)),
     )
-    simulator = simulator_of(standing.diagram, standing.start(body, _rest(body, method.settings)))
-    return body.built(advancing(simulator, step), partial(standing.pose, simulator))
+    rest = _rest(body, {**settings, "time_step": SETTLING_STEP})
+    simulator, advance = start(standing.diagram, standing.start(body, rest))
+    return body.built(advance, partial(standing.pose, simulator))
 
 
 def _rest(body: ThreeFeet, settings: Mapping[str, Any]) -> tuple[Array, Array]:

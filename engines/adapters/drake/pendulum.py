@@ -3,7 +3,6 @@ that controls its error."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -12,26 +11,26 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody import tree
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Sine
 
 from plumbob.engines.adapters.drake.stepping import (
     BROKEN,
-    ErrorControlledSimulation,
-    advancing,
-    simulator_of,
+    Start,
+    by_steps,
+    error_controlled,
     spatial_inertia,
 )
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
-from plumbob.engines.adapters.stepping import Built, relative_tolerance, stepped
+from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Method, Simulation
 from plumbob.models.scene import Case
 
 
-def discrete(case: Case, step: float) -> Simulation:
+def discrete(case: Case, method: Method, step: float) -> Simulation:
     """The discrete plant of a pendulum's case at `step` [s]; raises ParameterError."""
-    return stepped(case, step, partial(_discrete_pendulum, hinged_body(case), step), BROKEN)
+    return stepped(case, step, partial(_pendulum, hinged_body(case), step, by_steps(step)), BROKEN)
 
 
 @dataclass
@@ -54,18 +53,22 @@ class Hinged:
             self.platform.set_angular_rate(plant_context, self.body.platform_rate)
         return context
 
-    def read(self, context: Any) -> tuple[float, float]:
+    def read(self, simulator: Any) -> Mapping[str, float]:
         """Angle [rad] and rate [rad/s]."""
-        plant_context = self.plant.GetMyContextFromRoot(context)
-        return float(self.hinge.get_angle(plant_context)), float(
-            self.hinge.get_angular_rate(plant_context)
-        )
+        context = self.plant.GetMyContextFromRoot(simulator.get_context())
+        theta, theta_dot = self.hinge.get_angle(context), self.hinge.get_angular_rate(context)
+        return {"theta": float(theta), "theta_dot": float(theta_dot)}
 
 
 def hinged(body: HingedBody, step: float) -> Hinged:
     """The diagram of a pendulum, discrete at `step` [s], or continuous where that is 0."""
     builder = DiagramBuilder()
-    plant = builder.AddSystem(MultibodyPlant(step))
+    # CENIC wants a scene graph beside the plant.
+    plant = (
+        builder.AddSystem(MultibodyPlant(step))
+        if step
+        else AddMultibodyPlant(MultibodyPlantConfig(time_step=step), builder)[0]
+    )
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -body.gravity])
     parent, platform = plant.world_body(), None
     if body.platform_rate is not None:
@@ -95,23 +98,14 @@ def hinged(body: HingedBody, step: float) -> Hinged:
     return Hinged(builder.Build(), plant, hinge, platform, body)
 
 
-def _discrete_pendulum(body: HingedBody, step: float) -> Built:
+def _pendulum(body: HingedBody, step: float, start: Start) -> Built:
     made = hinged(body, step)
-    simulator = simulator_of(made.diagram, made.start())
-
-    def read() -> Mapping[str, float]:
-        theta, theta_dot = made.read(simulator.get_context())
-        return {"theta": theta, "theta_dot": theta_dot}
-
-    return Built(advancing(simulator, step), read, body.limits)
+    simulator, advance = start(made.diagram, made.start())
+    return Built(advance, partial(made.read, simulator), body.limits)
 
 
-def error_controlled(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
+def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
     """The continuous plant of a pendulum's case with the integrator that `method` names, at an
     accuracy of at least the `smallest`; raises ParameterError."""
-    relative_tolerance(accuracy, smallest)
-    begin = time.perf_counter()
-    made = hinged(hinged_body(case), 0.0)
-    seconds = time.perf_counter() - begin
-    name, duration = method.settings["integration_scheme"], case.scene.duration
-    return ErrorControlledSimulation(made, name, accuracy, duration, seconds)
+    build = partial(_pendulum, hinged_body(case), 0.0)
+    return error_controlled(case, method, accuracy, smallest, build)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,16 @@ from pydrake.multibody import tree
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.divergence import within
-from plumbob.engines.method import Stepping
-from plumbob.engines.sampling import SAMPLES
+from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
+from plumbob.engines.method import Method, Simulation, Stepping
+from plumbob.engines.sampling import first_steps
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
 
 BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
+EVALUATIONS = "evaluations"
+Start = Callable[[Any, Any], tuple[Any, Callable[[int, int], None]]]
+"""Diagram and context -> their simulator, and the function that takes its steps."""
 
 
 def spatial_inertia(mass: float, centre: Any, moments: Array) -> Any:
@@ -28,7 +32,7 @@ def spatial_inertia(mass: float, centre: Any, moments: Array) -> Any:
 
 
 def simulator_of(diagram: Any, context: Any) -> Any:
-
+    """Of a diagram from a context on."""
     simulator = Simulator(diagram, context)
     simulator.set_target_realtime_rate(0.0)
     simulator.Initialize()
@@ -45,62 +49,76 @@ def advancing(simulator: Any, step: float) -> Callable[[int, int], None]:
     return advance
 
 
-@dataclass
-class ErrorControlledSimulation:
-    """A continuous plant with an integrator and its accuracy; every `run` starts afresh."""
+def by_steps(step: float) -> Start:
+    """Of a discrete plant with this step [s]."""
 
-    made: Any  # a diagram, its `start`, what to `read`, and the `limits` of its body
-    scheme: str
-    accuracy: float
-    duration: float  # [s]
-    compile_seconds: float
+    def start(diagram: Any, context: Any) -> tuple[Any, Callable[[int, int], None]]:
+        simulator = simulator_of(diagram, context)
+        return simulator, advancing(simulator, step)
+
+    return start
+
+
+class ErrorControlledSimulation(SteppedSimulation):
+    """One whose steps are from sample to sample, and which counts evaluations of derivatives."""
 
     def run(self) -> Trajectory:
-        """Run from sample to sample; steps count evaluations of the derivatives."""
-
-        simulator = self._started()
-        times = np.linspace(0.0, self.duration, SAMPLES + 1)
-        rows, seconds, failure = [self.made.read(simulator.get_context())], 0.0, ""
-        for until in times[1:].tolist():
-            begin = time.perf_counter()
-            try:
-                simulator.AdvanceTo(until)
-            except BROKEN as error:
-                failure = " ".join(str(error).split())
-                break
-            seconds += time.perf_counter() - begin
-            rows.append(self.made.read(simulator.get_context()))
-        theta, theta_dot = np.array(rows).T
-        done = Trajectory(
-            times=times[: len(rows)],
-            observables={"theta": theta, "theta_dot": theta_dot},
-            steps=int(simulator.get_integrator().get_num_derivative_evaluations()),
-            seconds=seconds,
-            diverged_at=float(times[len(rows)]) if failure else None,
-            warnings=(failure,) if failure else (),
-        )
-        return within(done, self.made.body.limits)
+        """Run from the start to the end; steps count evaluations."""
+        done = super().run()
+        counted = int(done.channels[EVALUATIONS][-1]) if len(done.times) else 0
+        return replace(done, steps=counted, channels={})
 
     def stepped(self, fraction: float) -> Stepping:
         """The evaluations of the first `fraction` of the duration alone."""
-        simulator, begin = self._started(), time.thread_time()
+        built, begin = self.build(), time.thread_time()
         try:
-            simulator.AdvanceTo(fraction * self.duration)
+            built.advance(0, first_steps(self.steps, fraction))
         except BROKEN:
             return Stepping(0, 0.0)
-        seconds = time.thread_time() - begin
-        return Stepping(int(simulator.get_integrator().get_num_derivative_evaluations()), seconds)
+        return Stepping(int(built.read()[EVALUATIONS]), time.thread_time() - begin)
 
-    def _started(self) -> Any:
-        """A simulator at the start, with the integrator and its accuracy."""
-        simulator = simulator_of(self.made.diagram, self.made.start())
-        chosen = SimulatorConfig(
-            integration_scheme=self.scheme,
-            accuracy=self.accuracy,
-            max_step_size=self.duration,
-            use_error_control=True,
-            target_realtime_rate=0.0,
+
+def error_controlled(
+    case: Case, method: Method, accuracy: float, smallest: float, build: Callable[[Start], Built]
+) -> Simulation:
+    """The simulation of `case` with the integrator that `method` names, at an accuracy of at least
+    the `smallest`; raises ParameterError."""
+    chosen = SimulatorConfig(
+        integration_scheme=method.settings["integration_scheme"],
+        accuracy=relative_tolerance(accuracy, smallest),
+        max_step_size=case.scene.duration,
+        use_error_control=True,
+        target_realtime_rate=0.0,
+    )
+    step = case.scene.duration / case.samples
+
+    def started() -> Built:
+        simulators = list[Any]()
+
+        def start(diagram: Any, context: Any) -> tuple[Any, Callable[[int, int], None]]:
+            simulators.append(simulator := simulator_of(diagram, context))
+            ApplySimulatorConfig(chosen, simulator)
+            simulator.Initialize()
+            return simulator, lambda first, last: simulator.AdvanceTo(last * step)
+
+        built = build(start)
+        return replace(
+            built,
+            read=lambda: {**built.read(), EVALUATIONS: _evaluations(simulators[0])},
+            channels=built.channels | {EVALUATIONS},
         )
-        ApplySimulatorConfig(chosen, simulator)
-        simulator.Initialize()
-        return simulator
+
+    begin = time.perf_counter()
+    started()
+    seconds = time.perf_counter() - begin
+    return ErrorControlledSimulation(started, case.samples, step, seconds, BROKEN, case.samples)
+
+
+def _evaluations(simulator: Any) -> int:
+    """So far; of CENIC, which counts none, its solutions of a step: three each, rejected ones
+    too."""
+    integrator = simulator.get_integrator()
+    if counted := integrator.get_num_derivative_evaluations():
+        return int(counted)
+    rejected = integrator.get_num_step_shrinkages_from_error_control()
+    return int(3 * (integrator.get_num_steps_taken() + rejected))
