@@ -11,10 +11,11 @@ from plumbob.engines.adapters.mujoco import transition
 from plumbob.engines.adapters.ode import forward
 from plumbob.tests.support.derivatives import judged_way
 
-CONE, LINE, SWING = (
+CONE, LINE, SWING, SPIN = (
     "cone-pendulum/rotating-base",
     "capsule-line/heading-030",
     "simple-pendulum/free-large",
+    "free-body/about-largest",
 )
 
 
@@ -24,6 +25,8 @@ CONE, LINE, SWING = (
         (CONE, "mujoco/euler", "theta", "theta", "transition"),
         (CONE, "mujoco/euler", "theta_dot", "platform_rate", "transition"),
         (LINE, "mujoco/euler+coulomb", "displacement", "w1", "transition"),
+        (CONE, "mujoco/implicitfast", "theta", "theta", "inverse"),
+        (SPIN, "mujoco/euler", "angular_velocity_x", "angular_velocity[0]", "inverse"),
         (CONE, "ode/euler", "theta", "pivot_y", "variational"),
         (CONE, "ode/leapfrog", "theta", "theta", "variational"),
         (CONE, "ode/rk4", "theta", "platform_rate", "variational"),
@@ -58,28 +61,34 @@ def test_the_product_of_transitions_is_of_first_order(at):
 @pytest.mark.parametrize(
     ("name", "how", "of", "by", "way", "why"),
     [
-        (CONE, "mujoco/rk4", "theta", "theta", "transition", "refuses RK4"),
+        (CONE, "mujoco/rk4", "theta", "theta", "transition", "refuse RK4"),
         (CONE, "mujoco/euler", "theta", "gravity", "transition", "gravity is a parameter of the"),
+        (CONE, "mujoco/euler", "theta", "gravity", "inverse", "by the state alone, not by gravity"),
+        (LINE, "mujoco/euler+coulomb", "displacement", "w1", "inverse", "too large for the forces"),
         (CONE, "pymunk/torque", "theta", "gravity", "transition", "pymunk has no way called"),
         (SWING, "mujoco/euler", "tension", "theta", "transition", "gives theta, theta_dot alone"),
         (SWING, "ode/rk4", "theta", "damping_rate", "variational", "damping_rate = -"),
     ],
 )
 def test_what_a_way_cannot_do_has_a_reason(name, how, of, by, way, why):
-    judged = judged_way(name, how, of, by, way, at=0.2)
+    judged = judged_way(name, how, of, by, way, at=0.1)
     assert judged.verdict == "unsupported"
     assert why in judged.why
 
 
-def test_a_wrong_derivative_of_the_state_is_seen(monkeypatch):
-    right = mujoco.mjd_transitionFD
+@pytest.mark.parametrize(
+    ("way", "function", "part"),
+    [("transition", "mjd_transitionFD", 1e-6), ("inverse", "mjd_inverseFD", 1e-4)],
+)
+def test_a_wrong_derivative_of_the_state_is_seen(way, function, part, monkeypatch):
+    right = getattr(mujoco, function)
 
     def wrong(model, data, eps, *rest):
         right(model, data, eps, *rest)
-        rest[1][:] *= 1.0 + 1e-6
+        rest[1][:] *= 1.0 + part
 
-    monkeypatch.setattr(mujoco, "mjd_transitionFD", wrong)
-    judged = judged_way(CONE, "mujoco/euler", "theta", "theta", "transition")
+    monkeypatch.setattr(mujoco, function, wrong)
+    judged = judged_way(CONE, "mujoco/euler", "theta", "theta", way)
     assert judged.verdict == "off-prediction"
     assert judged.surprise
 

@@ -10,15 +10,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.sensitivities.capsule import phased
-from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
-from plumbob.analytic.sensitivities.phases import Phased, phased_gradients
-from plumbob.analytic.sensitivities.smooth_systems import certified, gradients
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene, systems
-from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.sensitivities.recorded import FILE, nested, scene_of
 from plumbob.tests.support.derivatives import scaled
 
@@ -41,8 +36,8 @@ def agrees(found, name, exact, scale, within):
 @pytest.mark.long(keep=12)
 @pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["system"])
 def test_recorded_derivatives(record):
-    """Pendulums, the free body, and a body sliding before its first stop, by every parameter at
-    three random sets of them."""
+    """Smooth motions, and a body sliding before its first stop, by every parameter at three random
+    sets of them."""
     case = case_of(scene(scene_of(record["system"]), nested(record["parameters"])))
     times = np.array(record["times"])
     found = exact_gradient(case, list(record["by"]), times)
@@ -156,23 +151,6 @@ def test_line_derivatives(number):
             scale = scaled(values, observed[observable], number_here)
             wrong = agrees(answer, observable, values, scale, SMOOTH)
             assert not wrong, (name, wrong)
-
-
-@pytest.mark.long
-def test_two_degrees_of_freedom():
-    """A double pendulum by its variational equation, against differences of certified motions."""
-    constants, times = (1.0, 0.5, 0.8, 0.6, 9.81), np.array([0.5, 1.0, 2.0])
-    for index in range(len(constants)):
-        values = [constants[index] * (1.0 + 1e-3 * k) for k in CENTRAL]
-        moved = [(*constants[:index], value, *constants[index + 1 :]) for value in values]
-        motions = tuple(CertifiedMotion(double_pendulum(each)) for each in moved)
-        beside = Neighbours(motions, np.array(values) - constants[index])
-        found = gradients(certified, [beside], times)[0]
-        wanted = phased_gradients([beside.each(lambda m: Phased(m, np.zeros(1)))], times)[0]
-        for name, exact in wanted.values.items():
-            off, scale = np.abs(found.values[name] - exact), float(np.abs(exact).max())
-            assert (off <= found.uncertainty[name] + wanted.uncertainty[name]).all()
-            assert (found.uncertainty[name] <= SMOOTH * scale).all()
 
 
 def test_the_known_derivative():

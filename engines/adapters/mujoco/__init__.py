@@ -72,7 +72,10 @@ ENGINE = Engine(
         FileChecks(later(f"{__name__}.file_check.check")),
         StepsOfFiles(later(f"{__name__}.settings_to_paste.rewritten")),
         ModelReader(later(f"{__name__}.model_fields.model_fields")),
-        OwnDerivative("transition", later(f"{__name__}.transition.transition"), precision=1e-8),
+        *(
+            OwnDerivative(way, later(f"{__name__}.transition.{way}"), precision=1e-8)
+            for way in ("transition", "inverse")
+        ),
         OwnFit("sysid", later(f"{__name__}.sysid.fit")),
         UserModels(
             later(f"{__name__}.own_model.model.model_of_own"),

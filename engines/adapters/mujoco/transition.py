@@ -1,15 +1,21 @@
-"""Derivatives of a run's end by `mjd_transitionFD`, multiplied along the run.
+"""Derivatives of a run's end by `mjd_transitionFD`, or `mjd_inverseFD`, multiplied along the run.
 
 With the state x in tangent coordinates and the control u of each step, x_n+1 = f(x_n, u_n), and the
 derivatives A = f_x and B = f_u by MuJoCo's own central differences,
 
-    dx_n+1/dp = A_n dx_n/dp + B_n du_n/dp,     of p in the start and in the controls.
+    dx_n+1/dp = A_n dx_n/dp + B_n du_n/dp,     of p in the start and in the controls.           (1)
 
 Their rounding is a unit in the last place of a state over NUDGE in each step: 1e-8 of the
 derivative, calibrated in tests/gradients. In the step in which a support begins to slip it is
 slower than NUDGE, which turns its friction round: with contacts the differences are TOUCHING, at
 which rounding is smaller than that. On capsule-turn/pivot at 0.15 to 1 ms the product is then
 within 1e-4 of the run's derivative, and up to 5e-3 off with NUDGE.
+
+Where no constraint acts a step's acceleration a is that of the inverse dynamics g(q, v, a), so that
+
+    da = -(dg/da)^-1 (dg/dq dq + dg/dv dv)                                                      (2)
+
+moves the velocity. Those are forward differences, with an error in proportion to their size.
 """
 
 from __future__ import annotations
@@ -22,27 +28,88 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
-from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
 from plumbob.engines.method import Method, Unsupported
 from plumbob.models.gradient import Number
 
-TOUCHING = 1e-7  # of a state's number
+Beside = tuple[MujocoSimulation, MujocoSimulation, MujocoSimulation, float]
+TOUCHING = 1e-7  # of a state's number; of the inverse dynamics', too
 
 
 def transition(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """Derivatives of the observables that a state gives; raises Unsupported."""
-    cases, apart = nudged(number)
-    low, here, high = (compiled(case, method, step) for case in cases)
-    if here.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
-        raise Unsupported("mjd_transitionFD refuses RK4")
+    runs = low, here, high, _ = _beside(number, method, step)
     if _numbers(low.model) != _numbers(high.model):
         raise Unsupported(
             f"mjd_transitionFD has derivatives by state and control: {number.name} "
             "is a parameter of the model"
         )
+    model, data, along = here.model, here.data, _at_start(runs)
+    by_state, by_control = np.zeros((along.size,) * 2), np.zeros((along.size, model.nu))
+    nudge = TOUCHING if model.ngeom else NUDGE
     with options.collected():  # warnings are those of the run itself
-        return _multiplied(low, here, high, apart)
+        for control, change in zip(*_controls(runs), strict=True):
+            data.ctrl[:] = control
+            mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
+            along = by_state @ along + by_control @ change
+            mujoco.mj_step(model, data)
+        return _read(here, along)
+
+
+def inverse(number: Number, method: Method, step: float) -> Mapping[str, float]:
+    """The same by eq. 2; raises Unsupported."""
+    runs = low, here, high, _ = _beside(number, method, step)
+    model, data = here.model, here.data
+    if model.ngeom or model.neq:
+        raise Unsupported(
+            "mjd_inverseFD has forward differences, too large for the forces of constraints"
+        )
+    controls, changes = _controls(runs)
+    if _numbers(low.model) != _numbers(high.model) or changes.any():
+        raise Unsupported(f"mjd_inverseFD has derivatives by the state alone, not by {number.name}")
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
+    along, before = _at_start(runs), mujoco.MjData(model)
+    with options.collected():
+        for control in controls:
+            before.qpos[:], before.qvel[:] = data.qpos, data.qvel
+            before.ctrl[:] = data.ctrl[:] = control
+            mujoco.mj_step(model, data)
+            _step_ahead(model, before, data.qvel, along[: 2 * model.nv].reshape(2, -1))
+        return _read(here, along)
+
+
+def _step_ahead(model: mujoco.MjModel, before: mujoco.MjData, after: Array, along: Array) -> None:
+    """Eq. 2, from `along`, shape (2, nv), to that of a step's end, in place; the velocity there is
+    `after`."""
+    (places, rates), step = along, model.opt.timestep
+    by_place, by_rate, by_acceleration = np.zeros((3, model.nv, model.nv))
+    before.qacc[:] = (after - before.qvel) / step
+    into = by_place, by_rate, by_acceleration, *[None] * 4
+    mujoco.mjd_inverseFD(model, before, TOUCHING, True, *into)
+    force = by_place.T @ places + by_rate.T @ rates
+    rates -= step * np.linalg.solve(by_acceleration.T, force)
+    ends = before.qpos.copy(), before.qpos.copy()
+    for side, end in zip((-NUDGE, NUDGE), ends, strict=True):
+        mujoco.mj_integratePos(model, end, places, side)
+        mujoco.mj_integratePos(model, end, after + side * rates, step)
+    mujoco.mj_differentiatePos(model, places, 2 * NUDGE, *ends)
+
+
+def _beside(number: Number, method: Method, step: float) -> Beside:
+    """Runs with a number a little smaller, as it is, and larger, and how far the outer ones are
+    apart; raises Unsupported."""
+    cases, apart = nudged(number)
+    low, here, high = (compiled(case, method, step) for case in cases)
+    if here.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+        raise Unsupported("mjd_transitionFD and mjd_inverseFD refuse RK4")
+    return low, here, high, apart
+
+
+def _controls(beside: Beside) -> tuple[Array, Array]:
+    """Those of each step, and their derivatives."""
+    *runs, apart = beside
+    low, here, high = (run.held_controls(np.arange(run.steps, dtype=np.int64)) for run in runs)
+    return here, (high - low) / apart
 
 
 def _numbers(model: mujoco.MjModel) -> bytes:
@@ -53,30 +120,13 @@ def _numbers(model: mujoco.MjModel) -> bytes:
     return held.tobytes()
 
 
-def _multiplied(
-    low: MujocoSimulation, here: MujocoSimulation, high: MujocoSimulation, apart: float
-) -> Mapping[str, float]:
-    model, data, translation = here.model, here.data, here.translation
-    indices = np.arange(here.steps, dtype=np.int64)
-    nudge = TOUCHING if model.ngeom else NUDGE
-    held, changes = (
-        here.held_controls(indices),
-        (high.held_controls(indices) - low.held_controls(indices)) / apart,
-    )
-    along = _at_start(model, low.translation, high.translation, apart)
-    by_state, by_control = np.zeros((along.size,) * 2), np.zeros((along.size, model.nu))
+def _at_start(beside: Beside) -> Array:
+    """The derivative of the state that runs start in, with the run there."""
+    *runs, apart = beside
+    low, here, high = (run.translation for run in runs)
+    model, data = runs[1].model, runs[1].data
     mujoco.mj_resetData(model, data)
-    data.qpos[:], data.qvel[:] = translation.qpos, translation.qvel
-    for control, change in zip(held, changes, strict=True):
-        data.ctrl[:] = control
-        mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
-        along = by_state @ along + by_control @ change
-        mujoco.mj_step(model, data)
-    return _read(here, along)
-
-
-def _at_start(model: mujoco.MjModel, low: Translation, high: Translation, apart: float) -> Array:
-    """The derivative of the state that runs start in."""
+    data.qpos[:], data.qvel[:] = here.qpos, here.qvel
     along = np.zeros(2 * model.nv + model.na)
     mujoco.mj_differentiatePos(model, along[: model.nv], apart, low.qpos, high.qpos)
     along[model.nv : 2 * model.nv] = (high.qvel - low.qvel) / apart
