@@ -31,11 +31,11 @@ def moved(series: Series, slope: Series, multiple: float, divisor: float) -> Ser
     return series + multiple * raised(slope) / divisor
 
 
-def over_one_plus(series: Array, factor: float) -> Array:
-    """The series divided by 1 + factor times the variable."""
+def over_one_plus(series: Array, linear: float, square: float) -> Array:
+    """The series divided by 1 + linear h + square h^2, h its variable."""
     quotient = series.copy()
     for n in range(1, len(series)):
-        quotient[n] -= factor * quotient[n - 1]
+        quotient[n] -= linear * quotient[n - 1] + (square * quotient[n - 2] if n > 1 else 0.0)
     return quotient
 
 

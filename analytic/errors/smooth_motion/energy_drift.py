@@ -13,7 +13,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.rotor_steps import StepSeries, rotor_step
+from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.taylor_series import integrate
@@ -40,7 +40,7 @@ def energy_drift_rate(
     flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, period))
     last = 2 * rotor_scheme.order
     start = [constant(values, last) for values in flow.states]
-    gained = _energy(rotor, *rotor_scheme.advance(StepSeries(rotor, flow.times), *start))
+    gained = _energy(rotor, *rotor_scheme.advance(rotor, flow.times, *start))
     lengths = np.diff(flow.orbit.breakpoints)
     weights = lengths[:, None] * gauss_collocation(STAGES).weights / period
     rates = {}

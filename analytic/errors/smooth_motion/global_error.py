@@ -18,7 +18,7 @@ terms that are not linear in the error included; the e^{(j)} from collocation po
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -26,7 +26,6 @@ import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     RotorStep,
-    StepSeries,
     exact,
     rotor_step,
     simplest,
@@ -109,18 +108,25 @@ def _expansion(
     flow = _flow(rotor, theta, theta_dot, until)
     first, stride = scheme.order_on(rotor), 2 if scheme.symmetric else 1
     orders = range(first, first + stride * terms, stride)
-    step = StepSeries(rotor, flow.times, scheme.control)
     state = [constant(values, orders[-1] + 1) for values in flow.states]
-    flown = exact(StepSeries(rotor, flow.times), *state)
+    flown = exact(rotor, flow.times, *state)
     responses: list[Response] = []
     for order in orders:
-        m = order + 1
-        stepped = scheme.advance(step, *(series[: m + 1] for series in state))
-        source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
-        for lower, response in zip(orders, responses, strict=False):
-            j = m - lower
-            source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
+        stepped = scheme.advance(rotor, flow.times, *(series[: order + 2] for series in state))
+        source = _unexplained(stepped, flown, order + 1, dict(zip(orders, responses, strict=False)))
         responses.append(flow.respond(np.zeros((2, 1)), source[..., None]))
         for i in (0, 1):
             state[i][order] = responses[-1].at_nodes()[:, :, i, 0]
     return orders, together(responses)
+
+
+def _unexplained(
+    stepped: Sequence[Array], flown: Sequence[Array], m: int, lower: Mapping[int, Response]
+) -> Array:
+    """Coefficient `m` of what a step leaves of the exact motion, less what the `lower` orders'
+    responses explain of it."""
+    source = np.stack([a[m] - b[m] for a, b in zip(stepped, flown, strict=True)], axis=-1)
+    for order, response in lower.items():
+        j = m - order
+        source -= response.at_nodes(derivative=j)[..., 0] / math.factorial(j)
+    return source

@@ -1,11 +1,10 @@
-"""The schemes' steps on the driven rotor in plain numbers, for steps that no series reaches.
+"""Schemes stepped on the driven rotor in plain numbers, for steps that no series reaches.
 
-Each step is written here again from its definition, independently of any engine. A plain scheme's
-state is theta and theta_dot. Where a joint, solved for velocities, holds the bob, it is theta, its
-rate w, and in the complex plane turning with the rod (1 outwards, i along theta) the bob's velocity
-V and the joint's opening Z, both in units of the bob's distance d from the joint. A bob of moment
-of inertia I = j m L^2, L its length as a pendulum, has d = s L with s (1 - s) = j. The joint closes
-the part k of Z in a step h; F is the damping and forcing at the
+A plain scheme's state is theta and theta_dot. Where a joint, solved for velocities, holds the bob,
+it is theta, its rate w, and in the complex plane turning with the rod (1 outwards, i along theta)
+the bob's velocity V and the joint's opening Z, both in units of the bob's distance d from the
+joint. A bob of moment of inertia I = j m L^2, L its length as a pendulum, has d = s L with
+s (1 - s) = j. The joint closes the part k of Z in a step h; F is the damping and forcing at the
 step's start, U the velocity before the joint acts:
 
     D = h w,     theta' = theta + D,     Z' = e^(-iD) ((1 - k) Z + 1 + iD) - 1,
@@ -15,41 +14,38 @@ step's start, U the velocity before the joint acts:
 
 The joint's impulse h T is added up in doubles: its rounding turns the bob by 1/I, but moves it by
 1/m alone, and so does not last.
+
+Numbers step from sample to sample. Arrays then step from all samples at once, with derivatives as
+imaginary parts of 1e-30 of their size (Squire and Trapp 1998, SIAM Review 40, 110): by the state,
+and by each coefficient.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
-from functools import lru_cache
-from types import MappingProxyType
+from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.stepped_orbit import (
-    Function,
-    Orbit,
-    State,
-    Step,
-    StepMap,
-    orbit,
-    seen_by,
-)
+from plumbob.analytic.errors.smooth_motion.rotor_steps import Equation, advance, in_numbers
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, TABLEAUX, Scheme
-from plumbob.analytic.tableau import Tableau, along
+from plumbob.analytic.schemes import STEPPED, Scheme
 from plumbob.analytic.theory import SteppedErrors
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
+FORCES = (0, 1, 2, 4, 7)  # the rotor's coefficients that are accelerations at 1 rad
 OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
-READ_AT = MappingProxyType(
-    {"start": 0.0, "midpoint": 0.5}
-)  # where in a step a held control is read
+TINY = 1e-30  # imaginary part per derivative: its square is lost in a double
+BLOCKS = 500  # parts of the orbit that arrays step at once
+Marks = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -60,6 +56,16 @@ class Rod:
     length: float
     gravity: float
     mass: float
+
+
+def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
+    """The numbers of steps of `step` [s] until `times` [s], shape (n,); None for more than `most`,
+    and for times that are no multiples of the step."""
+    marks = np.rint(times / step).astype(np.int64)
+    if not 0 < int(marks[-1]) <= most:
+        return None
+    off = np.abs(times / step - marks).max()
+    return marks if off <= OFF + ULP * marks[-1] else None
 
 
 def stepped_errors(
@@ -75,20 +81,16 @@ def stepped_errors(
     [s], shape (n,), beside the `exact` motion: of theta, theta_dot, and of the tension where there
     is a rod. Empty for other schemes, for more than MOST_STEPS steps, for times that
     are no multiples of the step, and for an orbit that diverges."""
-    nothing = SteppedErrors({}, None)
-    marks = np.rint(times / step).astype(np.int64)
-    if scheme.integrator not in STEPPED or not 0 < int(marks[-1]) <= MOST_STEPS:
-        return nothing
-    if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
-        return nothing
-    stepped = _orbit(rotor, start, scheme, step, marks.tobytes(), rod)
-    if stepped is None:
-        return nothing
-    names = ("theta", "theta_dot", "tension")[: stepped.values.shape[1]]
-    observed, truth = seen_by(names, stepped.values), exact.observe(times)
-    return SteppedErrors(
-        {name: observed[name] - truth[name] for name in names}, seen_by(names, stepped.uncertainty)
-    )
+    marks = steps_until(times, step) if scheme.integrator in STEPPED else None
+    if marks is None:
+        return SteppedErrors({})
+    with np.errstate(over="ignore", invalid="ignore"):  # an orbit that diverges between samples
+        orbit = _orbit(rotor, start, scheme, step, marks.tobytes(), rod)
+    if orbit is None:
+        return SteppedErrors({})
+    truth = exact.observe(times)
+    errors = {name: values - truth[name] for name, values in orbit[0].items()}
+    return SteppedErrors(errors, orbit[1])
 
 
 @lru_cache(maxsize=16)  # the same for all methods of one scheme
@@ -99,283 +101,195 @@ def _orbit(
     step: float,
     marks: bytes,
     rod: Rod | None,
-) -> Orbit | None:
+) -> tuple[Mapping[str, Array], Mapping[str, Array]] | None:
+    """Observables after these numbers of steps, shape (n,) each, and their uncertainty: the
+    response to a unit in the last place of every input. None where doubles do not hold them."""
     wanted = np.frombuffer(marks, dtype=np.int64)
-    every = wanted if wanted[0] == 0 else np.append(0, wanted)
-    chosen = _plain if scheme.joint_closing_rate is None else _jointed
-    stepped = orbit(chosen(rotor, start, scheme, step, rod), step, every)
-    if stepped is None:
+    last = int(wanted[-1])
+    every = np.union1d(wanted, np.arange(0, last, max(1, last // BLOCKS)))
+    states = _followed(rotor, start, scheme, step, every)
+    if states is None:
         return None
-    values, doubt = stepped.values[-len(wanted) :], stepped.uncertainty[-len(wanted) :] + ULP
+    response = _responses(rotor, start, scheme, step, every, states)
+    kept = np.isin(every, wanted)
+    states, response = states[:, kept], response[kept]
+    values, slopes = _observed(states, rod)
+    doubts = np.abs(np.einsum("onj,njk->onk", slopes, response)).sum(axis=2)
+    doubts += ULP * (1.0 + np.abs(values))
+    if wanted[0] == 0:  # no step has been taken: a joint's pull is not read
+        values[:, :1] = _observed(states[:2, :1], rod)[0]
     if rod is not None:
-        theta, rate = values[:, 0], values[:, 1]
-        parts = rod.length * rate**2 + rod.gravity * np.abs(np.cos(theta))
-        doubt = doubt + np.outer(3 * rod.mass * ULP * parts, [0.0, 0.0, 1.0])
-        if wanted[0] == 0:  # no step has been taken: a joint's pull is not read
-            values = values.copy()
-            values[0, 2] = rod.mass * (rod.length * rate[0] ** 2 + rod.gravity * math.cos(theta[0]))
-    return Orbit(values, doubt)
+        parts = rod.length * states[1] ** 2 + rod.gravity * np.abs(np.cos(states[0]))
+        doubts[2] += 3 * rod.mass * ULP * parts
+    names = ("theta", "theta_dot", "tension")
+    if not np.isfinite(doubts).all():
+        return None
+    return dict(zip(names, values, strict=False)), dict(zip(names, doubts, strict=False))
 
 
-@dataclass(frozen=True)
-class _Torques:
-    """The equation of motion without damping, in plain numbers or in arrays."""
-
-    rotor: DrivenRotor  # which terms there are
-    step: Any  # [s], a number or an array
-    scheme: Scheme
-    given: tuple[Any, ...]  # the rotor's coefficients, in its order
-    sin: Function
-    cos: Function
-
-    def pull(self) -> Function:
-        """Acceleration by theta."""
-        sin2, along, down, _, _, _, _, stiffness = self.given
-        rotor, sin, cos = self.rotor, self.sin, self.cos
-        back, up, twice = -stiffness, -down, 2.0 * sin2
-        if rotor.linear:
-            return lambda x: back * x
-        if not (rotor.sin2 or rotor.cos or rotor.stiffness):
-            return lambda x: up * sin(x)
-
-        def turning(x: Any) -> Any:
-            sine = sin(x)
-            return (twice * sine + along) * cos(x) - down * sine
-
-        return (lambda x: turning(x) - stiffness * x) if rotor.stiffness else turning
-
-    def push(self) -> Function:
-        """Acceleration by the forcing in the step from t, at a fraction of it."""
-        _, _, _, _, amplitude, frequency, phase, _ = self.given
-        if self.rotor.autonomous:
-            return lambda t, fraction: 0.0
-        h, sin = self.step, self.sin
-        if self.scheme.control == "continuous":
-            return lambda t, fraction: amplitude * sin(frequency * (t + fraction * h) + phase)
-        if self.scheme.control == "mean" and self.rotor.forcing_frequency:
-            half = 0.5 * h * frequency
-            mean = sin(half) / half
-            return lambda t, fraction: amplitude * mean * sin(frequency * t + half + phase)
-        at = h * READ_AT.get(self.scheme.control, 0.0)
-        return lambda t, fraction: amplitude * sin(frequency * (t + at) + phase)
-
-    def undamped(self) -> Function:
-        """Acceleration without damping, by the step's start t, a fraction of it, and theta."""
-        pull, push = self.pull(), self.push()
-        if self.rotor.autonomous:
-            return lambda t, fraction, x: pull(x)
-        return lambda t, fraction, x: pull(x) + push(t, fraction)
-
-    def whole(self) -> Function:
-        """Acceleration, of theta and its rate."""
-        undamped, damping = self.undamped(), self.given[3]
-        if not self.rotor.damping_rate:
-            return lambda t, fraction, x, v: undamped(t, fraction, x)
-        return lambda t, fraction, x, v: undamped(t, fraction, x) - damping * v
+def _observed(states: Array, rod: Rod | None) -> tuple[Array, Array]:
+    """Observables of states (d, n), the last of a joint's the pull, shape (observables, n), and
+    their derivatives by the state, shape (observables, n, d)."""
+    x, v = states[:2]
+    values, slopes = [x, v], np.zeros((3, len(x), len(states)))
+    slopes[0, :, 0] = slopes[1, :, 1] = 1.0
+    if rod is None:
+        return np.array(values), slopes[:2]
+    if len(states) > 2:
+        values.append(rod.mass * rod.length * states[-1])
+        slopes[2, :, -1] = rod.mass * rod.length
+    else:
+        values.append(rod.mass * (rod.length * v**2 + rod.gravity * np.cos(x)))
+        slopes[2, :, 0] = -rod.mass * rod.gravity * np.sin(x)
+        slopes[2, :, 1] = 2.0 * rod.mass * rod.length * v
+    return np.array(values), slopes
 
 
-def _weight(rotor: DrivenRotor) -> float:
-    """Bound on the acceleration without damping, at an angle of 1 rad [rad/s^2]."""
-    return sum(
-        abs(part)
-        for part in (rotor.sin2, rotor.cos, rotor.sin, rotor.stiffness, rotor.forcing_amplitude)
-    )
+def _followed(
+    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, marks: Marks
+) -> Array | None:
+    """States after the increasing numbers of steps `marks`, 0 the first, shape (d, n); None where
+    they exceed the range of doubles."""
+    take, state = _stepper(rotor, astuple(rotor), start, scheme, step, math)
+    states = [state]
+    try:
+        for first, after in pairwise(marks.tolist()):
+            for n in range(first, after):
+                state = take(n * step, *state)
+            states.append(state)
+    except (ValueError, OverflowError, ZeroDivisionError):  # math.sin of infinity
+        return None
+    reached = np.array(states).T
+    return reached if np.isfinite(reached).all() else None
 
 
-def _plain(
-    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, rod: Rod | None
-) -> StepMap:
-    """A scheme's step with the joint closed."""
-    kick = FORCE_ROUNDINGS * step * _weight(rotor)
-
-    def build(coefficients: tuple[Any, ...], sin: Function, cos: Function) -> Step:
-        torques = _Torques(rotor, step, scheme, coefficients, sin, cos)
-
-        def observe(x: Any, v: Any) -> tuple[Any, ...]:
-            if rod is None:
-                return x, v
-            return x, v, rod.mass * (rod.length * v * v + rod.gravity * cos(x))
-
-        return Step(_advance(torques), observe)
-
-    def noise(states: Array) -> Array:
-        speed = np.abs(states[1])
-        return np.array([np.abs(states[0]) + step * speed, speed + kick])
-
-    return StepMap(build, astuple(rotor), start, noise)
-
-
-def _advance(torques: _Torques) -> Function:
-    """The step of a plain scheme, as `errors.rotor_steps` has it."""
-    if torques.scheme.integrator == EULER:
-        return _euler(torques)
-    if torques.scheme.integrator == LEAPFROG:
-        return _leapfrog(torques)
-    return _runge_kutta(torques, TABLEAUX[torques.scheme.integrator])
+def _responses(
+    rotor: DrivenRotor,
+    start: tuple[float, float],
+    scheme: Scheme,
+    step: float,
+    marks: Marks,
+    states: Array,
+) -> Array:
+    """Response of the states at the marks to a unit in the last place of each number of the start
+    and of each coefficient that is not zero, shape (n, d, inputs): along the blocks between marks,
+    all stepped at once, one after the other."""
+    size, given = len(states), _varied(rotor, len(states))
+    count, lengths = given.shape[1], np.diff(marks)
+    take, _ = _stepper(rotor, list(given), start, scheme, step, np)
+    state = np.repeat(states[:, None, :-1].astype(complex), count, axis=1)
+    state[range(size), range(size)] += 1j * TINY
+    for n in range(int(lengths.max())):
+        after = np.array(np.broadcast_arrays(*take((marks[:-1] + n) * step, *state)))
+        state = np.where(lengths > n, after, state)
+    slopes, response = np.moveaxis(state.imag / TINY, 2, 0), np.eye(size, count)
+    response[range(size), range(size)] = _rounded(rotor, scheme, step, states)
+    responses = [response]
+    for across in slopes:
+        response = across[:, :size] @ response
+        response[:, size:] += across[:, size:]
+        responses.append(response)
+    return np.array(responses)
 
 
-def _euler(torques: _Torques) -> Function:
-    undamped, whole = torques.undamped(), torques.whole()
-    h, scheme, damping, stiffness = torques.step, torques.scheme, *torques.given[3::4]
-
-    def explicit(t: Any, x: Any, v: Any) -> State:
-        v = v + h * whole(t, 0.0, x, v)
-        return x + h * v, v
-
-    def position_first(t: Any, x: Any, v: Any) -> State:
-        x = x + h * v
-        return x, v + h * whole(t, 0.0, x, v)
-
-    def implicit(t: Any, x: Any, v: Any) -> State:
-        v = (v + h * (undamped(t, 0.0, x) - explicit_rate * v)) / grown
-        return x + h * v, v
-
-    if scheme.position_first:
-        return position_first
-    if not scheme.implicit_damping:
-        return explicit
-    part = scheme.implicit_damping
-    explicit_rate = (1 - part) * damping
-    grown = 1.0 + h * part * damping + (h * h * stiffness if scheme.implicit_spring else 0.0)
-    return implicit
+def _varied(rotor: DrivenRotor, size: int) -> npt.NDArray[np.complex128]:
+    """The coefficients, each that is not zero varied by an ulp in a derivative of its own after
+    those of a state: shape (coefficients, derivatives, 1)."""
+    values = np.array(astuple(rotor))
+    varied = np.flatnonzero(values)
+    count = size + len(varied)
+    given = np.repeat(values[:, None, None].astype(complex), count, axis=1)
+    given[varied, np.arange(size, count), 0] += 1j * TINY * ULP * np.abs(values[varied])
+    return given
 
 
-def _leapfrog(torques: _Torques) -> Function:
-    undamped, whole, h, damping = (
-        torques.undamped(),
-        torques.whole(),
-        torques.step,
-        torques.given[3],
-    )
-    half = 0.5 * h
-    grown = 1.0 + half * damping
-
-    def advance(t: Any, x: Any, v: Any) -> State:
-        v = v + half * whole(t, 0.0, x, v)
-        x = x + h * v
-        return x, (v + half * undamped(t, 1.0, x)) / grown
-
-    return advance
-
-
-def _runge_kutta(torques: _Torques, tableau: Tableau) -> Function:
-    whole, moved = torques.whole(), along(torques.step)
-
-    def advance(t: Any, x: Any, v: Any) -> State:
-        def slopes(fraction: float, state: Sequence[Any]) -> State:
-            return state[1], whole(t, fraction, *state)
-
-        return tuple(tableau.advanced(slopes, (x, v), moved))
-
-    return advance
-
-
-@dataclass(frozen=True)
-class _Joint:
-    """Numbers of a joint's step (module docstring)."""
-
-    step: Any  # h [s]; numbers, or arrays for many steps
-    kept: Any  # 1 - k
-    rate: Any  # k / h [1/s]
-    part: float  # s
-    moment: float  # j
-    kick: Any  # rounding of the velocity that gravity adds [rad/s]
-
-    def noise(self, states: Array) -> Array:
-        """See `StepMap`."""
-        x, w, v, _, _, pull = np.abs(states)
-        ones = np.ones_like(x)
-        # The rounding of the impulse h T acts on the bob's moment of inertia.
-        impulse = self.step * pull / self.moment if self.moment else 0.0 * x
-        turning = w + 2.0 * self.rate + impulse
-        moved, faster, pulled = x + self.step * w, v + w + self.kick, (w + self.kick) / self.step
-        return np.array([moved, turning, faster, 2.0 * ones, 2.0 * ones, pulled])
-
-
-def _jointed(
-    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, rod: Rod | None
-) -> StepMap:
-    """Euler's step with the position first, of a bob held by a joint (module docstring)."""
-    assert scheme.joint_closing_rate is not None
-    joint = _joint(rotor, scheme, step, math.expm1)
-    theta, theta_dot = start
-    opening = 0j
-    if math.isinf(scheme.joint_closing_rate):
-        opening = _opened(rotor, start, step, lambda angle: complex(np.exp(angle)))
-
-    def build(coefficients: tuple[Any, ...], sin: Function, cos: Function) -> Step:
-        return _jointed_step(joint, _Torques(rotor, step, scheme, coefficients, sin, cos), rod)
-
-    return StepMap(
-        build,
-        astuple(rotor),
-        (theta, theta_dot, theta_dot - joint.rate * opening.imag, opening.real, opening.imag, 0.0),
-        joint.noise,
-    )
-
-
-def _joint(rotor: DrivenRotor, scheme: Scheme, step: Any, expm1: Function) -> _Joint:
-    """The numbers of the joint of `scheme`, for one step [s] or for many."""
-    closing = scheme.joint_closing_rate
-    assert closing is not None
-    closed = 1.0 if math.isinf(closing) else -expm1(-closing * step)
-    part = (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0
-    kick = FORCE_ROUNDINGS * step * _weight(rotor)
-    return _Joint(step, 1.0 - closed, closed / step, part, scheme.jointed_moment, kick)
-
-
-def _opened(rotor: DrivenRotor, start: tuple[float, float], step: Any, exp: Function) -> Any:
-    """The opening of a joint that closes in one step, which starts as open as the step before
-    would have left it."""
-    theta, theta_dot = start
-    before = 1j * step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
-    return exp(-before) * (1 + before) - 1
+def _rounded(rotor: DrivenRotor, scheme: Scheme, step: float, states: Array) -> Array:
+    """Units in the last place of the start and of a step along `states`, shape (d,)."""
+    rounded = ULP * np.abs(states[:, 0])
+    rounded[0] += ULP * step * np.abs(states[1]).max()
+    force = sum(abs(astuple(rotor)[i]) for i in FORCES)
+    rounded[1] += FORCE_ROUNDINGS * ULP * step * force
+    if len(states) > 2:  # an opening rounds as lengths do; what an impulse lacks turns the bob
+        rounded[3:5] = ULP
+        if scheme.jointed_moment:
+            turned = ULP * step * np.abs(states[-1]).max() / scheme.jointed_moment
+            rounded[:2] += step * turned, turned
+    return np.asarray(rounded)
 
 
 def many_steps(
     rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, steps: Array
-) -> tuple[Callable[..., State], State]:
+) -> tuple[Any, Sequence[Any]]:
     """The step of a `scheme` of STEPPED for many sizes at once, `steps` [s] of shape (n,), on
     arrays of that shape, and the state it begins with: the numbers of `start` and, with a joint,
     the bob's velocity, the opening's two parts and the pull."""
     # All of one type: numpy converts a number or a real array anew in each operation.
     steps = steps.astype(complex)
-    given = tuple(np.full_like(steps, coefficient) for coefficient in astuple(rotor))
-    torques = _Torques(rotor, steps, scheme, given, np.sin, np.cos)
+    given = [np.full_like(steps, coefficient) for coefficient in astuple(rotor)]
+    return _stepper(rotor, given, start, scheme, steps, np)
+
+
+def _stepper(
+    rotor: DrivenRotor,
+    given: Sequence[Any],
+    start: tuple[float, float],
+    scheme: Scheme,
+    step: Any,
+    library: Any,
+) -> tuple[Any, Sequence[Any]]:
+    """The step, of a time and the numbers of a state, and the state it begins with; arguments as
+    those of `in_numbers`."""
+    equation = in_numbers(rotor, given, scheme, step, library)
     if scheme.joint_closing_rate is None:
-        return _advance(torques), start
-    joint = _joint(rotor, scheme, steps, np.expm1)
-    opening = np.zeros(len(steps), dtype=complex)
-    if math.isinf(scheme.joint_closing_rate):
-        opening = _opened(rotor, start, steps, np.exp)
-    velocity = start[1] - joint.rate * opening.imag
-    begun = (*start, velocity, opening.real, opening.imag, 0.0)
-    return _jointed_step(joint, torques, None).advance, begun
-
-
-def _seen_from(axes: tuple[Any, Any], out: Any, aside: Any) -> tuple[Any, Any]:
-    """A vector in axes with this cosine and sine."""
-    c, s = axes
-    return c * out + s * aside, c * aside - s * out
-
-
-def _jointed_step(joint: _Joint, torques: _Torques, rod: Rod | None) -> Step:
-    push, sin, cos, damping = torques.push(), torques.sin, torques.cos, torques.given[3]
-    lever, pulled = joint.step / joint.part, joint.part / joint.step
-    weight = lever * torques.given[2]
-
-    def advance(t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> State:
-        turned = joint.step * w
-        axes = cos(turned), sin(turned)
-        x, along = x + turned, v + lever * (push(t, 0.0) - damping * w)
-        outwards, along = _seen_from(axes, -joint.rate * a, along)
-        outwards, along = outwards + weight * cos(x), along - weight * sin(x)
-        a, b = _seen_from(axes, 1.0 + joint.kept * a, turned + joint.kept * b)
+        return advance(scheme, equation), start
+    closing, (theta, theta_dot) = scheme.joint_closing_rate, start
+    joint = _Joint(
+        equation,
+        given[2],
+        step,
+        0.0 if math.isinf(closing) else library.exp(-closing * step),
+        (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0,
+        library,
+    )
+    a = b = 0.0 * step
+    if math.isinf(closing):  # as open as the step before would have left it
+        before = step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
+        a, b = joint.turned(before, 1.0, before)
         a = a - 1.0
-        w = w + joint.part * (along - w + joint.rate * b)
-        return x, w, w - joint.rate * b, a, b, pulled * (outwards + joint.rate * a)
+    return joint, (theta, theta_dot, theta_dot - joint.rate * b, a, b, 0.0 * step)
 
-    def observe(x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any) -> tuple[Any, ...]:
-        return (x, w) if rod is None else (x, w, rod.mass * rod.length * pull)
 
-    return Step(advance, observe)
+@dataclass(frozen=True)
+class _Joint:
+    """The step of a bob that a joint holds (module docstring)."""
+
+    equation: Equation
+    weight: Any  # g/L [1/s^2]
+    step: Any  # h [s]
+    kept: Any  # 1 - k
+    part: float  # s
+    library: Any
+
+    @cached_property
+    def rate(self) -> Any:
+        """k / h [1/s]."""
+        return (1.0 - self.kept) / self.step
+
+    def turned(self, angle: Any, out: Any, aside: Any) -> tuple[Any, Any]:
+        """A vector in axes that turn by an angle."""
+        c, s = self.library.cos(angle), self.library.sin(angle)
+        return c * out + s * aside, c * aside - s * out
+
+    def __call__(
+        self, t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any
+    ) -> tuple[Any, ...]:
+        turn, rate, lever = self.step * w, self.rate, self.step / self.part
+        push = self.equation.undamped(t, 0.0, 0.0) - self.equation.damping * w
+        x = x + turn
+        outwards, along = self.turned(turn, -rate * a, v + lever * push)
+        outwards = outwards + lever * self.weight * self.library.cos(x)
+        along = along - lever * self.weight * self.library.sin(x)
+        a, b = self.turned(turn, 1.0 + self.kept * a, turn + self.kept * b)
+        a = a - 1.0
+        w = w + self.part * (along - w + rate * b)
+        return x, w, w - rate * b, a, b, (outwards + rate * a) / lever

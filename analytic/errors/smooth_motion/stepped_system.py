@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import OFF, READ_AT
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.errors.smooth_motion.rotor_steps import READ_AT
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import steps_until
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
@@ -31,14 +31,11 @@ def smooth_errors(
     for times that are no multiples of the step, and where the steps diverge."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
-        marks = np.rint(times / step).astype(np.int64)
-        system = motion.system
+        marks, system = steps_until(times, step, MOST_STEPS), motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
         advance = None if _implicit(scheme, system) else _advance(scheme)
-        if advance is None or not 0 < int(marks[-1]) <= MOST_STEPS:
-            return {}
-        if np.abs(times / step - marks).max() > OFF + ULP * marks[-1]:
+        if advance is None or marks is None:
             return {}
         held = READ_AT.get(scheme.control)
         with np.errstate(all="ignore"):  # of steps that diverge
