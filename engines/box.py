@@ -64,7 +64,9 @@ class Box:
         none."""
         try:
             with answering():
-                return case_of(find_scene(self.scene, self.parameters(place)))
+                case = case_of(find_scene(self.scene, self.parameters(place)))
+                case.reference.observe(np.array([case.scene.duration]))  # known to its end
+                return case
         except ParameterError as error:
             raise NoAnswer(f"{error.name} must be {error.requirement}") from error
 

@@ -33,8 +33,7 @@ def numbers(study: Study) -> Record | None:
             measured[run.method] = math.sqrt(float(top) / ball.height)
     contacts = []
     for e in (1.0, 0.9, 0.75, 0.5, 0.25, 0.1):
-        impact = soft_impact(e, STEP)
-        contacts.append((e, damping_ratio(e), -impact.stiffness, -impact.damping))
+        contacts.append((e, damping_ratio(e), *soft_impact(e, STEP).solref))
     late = ball.restitution * soft_impact(ball.restitution, STEP).damping * STEP / 2.0
     return (
         Record(

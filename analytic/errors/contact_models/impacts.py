@@ -52,6 +52,11 @@ class SoftImpact:
     stiffness: float
     damping: float
 
+    @property
+    def solref(self) -> tuple[float, float]:
+        """The two as MuJoCo takes them."""
+        return -self.stiffness, -self.damping
+
     def acceleration(self, gravity: float, z: float, speed: float) -> float:
         """Of a ball whose lowest point is at z [m] [m/s^2]."""
         if z >= 0.0:

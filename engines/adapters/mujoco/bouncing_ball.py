@@ -29,7 +29,6 @@ def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:
     spec = read(mjcf)
     spec.option.gravity = [0.0, 0.0, -problem.gravity]
     impact, ball = soft_impact(problem.restitution, step), spec.geom("ball")
-    ball.solref = [-impact.stiffness, -impact.damping]
-    ball.solimp[:2] = [IMPEDANCE, IMPEDANCE]
+    ball.solref, ball.solimp[:2] = impact.solref, [IMPEDANCE, IMPEDANCE]
     spec.key("start").qpos = [problem.height + ball.size[0]]
     return spec

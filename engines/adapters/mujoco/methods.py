@@ -101,7 +101,9 @@ METHODS = (
     _capsule("pyramidal", systems=HELD, contact="pyramidal"),
     _capsule("elliptic", systems=HELD, contact="elliptic"),
     _capsule("elliptic+noslip", systems=HELD, contact="elliptic+noslip"),
-    _capsule("coulomb", systems=("rolling-ball", "incline", "pinch"), contact="coulomb"),
+    _capsule(
+        "coulomb", systems=("rolling-ball", "incline", "pinch", "rod-impact"), contact="coulomb"
+    ),
     _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
     _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),
     _capsule("coulomb", "RK4", contact="coulomb"),

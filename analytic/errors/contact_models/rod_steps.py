@@ -1,0 +1,79 @@
+"""Errors of Euler steps on a rod that strikes the floor: a spring and damper along the normal, with
+friction that ends a slip within its step, or impulses that are solved in turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.errors.contact_models.impacts import soft_impact
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.rod_impact import RodImpact
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+
+ITERATIONS = 50  # of pymunk's solver
+TIP = 1e-12  # of the length: radius of an end in pymunk, where contacts begin
+ROUNDED = 1e3  # units in the last place that an impact makes of one
+
+
+def soft_impulses(rod: RodImpact, step: float, low: float, ends: Array, weights: Array) -> Array:
+    """Impulses along the floor and off it [N s] of a contact of MuJoCo on an end at `low` < 0 [m],
+    with velocities `ends` there [m/s]."""
+    contact = soft_impact(rod.restitution, step)
+    push = max(0.0, -contact.stiffness * low - contact.damping * ends[1]) / rod.weights[2] * step
+    most = rod.friction * push
+    return np.array([np.clip((-ends[0] - weights[0, 1] * push) / weights[0, 0], -most, most), push])
+
+
+def hard_impulses(rod: RodImpact, step: float, low: float, ends: Array, weights: Array) -> Array:
+    """The same of pymunk, whose normal impulse turns round the velocity before gravity."""
+    lacks = np.array([-ends[0], step * rod.gravity - ends[1] - rod.restitution * min(ends[1], 0.0)])
+    impulses = np.zeros(2)
+    for _ in range(ITERATIONS):
+        for row in (1, 0):
+            impulses[row] += (lacks[row] - weights[row] @ impulses) / weights[row, row]
+            most = rod.friction * impulses[1]
+            impulses[row] = np.clip(impulses[row], *((-most, most) if row == 0 else (0.0, np.inf)))
+    return impulses
+
+
+def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
+    """x, z and the angle after the numbers of steps `marks`, shape (3, n)."""
+    half, first = rod.length / 2.0, scheme.position_first
+    mobility = np.diag([1.0, 1.0, 3.0 / half**2]) / rod.mass
+    place = np.array([0.0, rod.height + half * np.sin(rod.angle), rod.angle])
+    rates, places = np.array([rod.speed, 0.0, 0.0]), [place]
+    for _ in range(int(marks[-1])):
+        place = place + first * step * rates
+        low = place[1] - half * np.sin(place[2])
+        if low < first * TIP * rod.length:
+            under = place[1] - low if first else place[1] - low / 2.0  # MuJoCo: in the middle
+            ends = np.array([[1.0, 0.0, under], [0.0, 1.0, -half * np.cos(place[2])]])
+            solve = hard_impulses if first else soft_impulses
+            impulses = solve(rod, step, low, ends @ rates, ends @ mobility @ ends.T)
+            rates = rates + mobility @ ends.T @ impulses
+        rates = rates - [0.0, step * rod.gravity, 0.0]
+        place = place + (not first) * step * rates
+        places.append(place)
+    return np.asarray(np.array(places)[marks].T)
+
+
+@dataclass(frozen=True)
+class RodErrors(WithoutSeries):
+    """The errors of steps on a rod; empty for schemes that are not stepped here, friction that does
+    not end a slip within its step, and impulses kept from step to step, where a rod jams."""
+
+    rod: RodImpact
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """See `plumbob.analytic.theory.ErrorTheory`."""
+        kept = scheme.position_first and self.rod.jams
+        if scheme.integrator != EULER or scheme.contact is not None or kept:
+            return SteppedErrors({})
+        exact = self.rod.observe(times)
+        places = stepped(self.rod, scheme, step, np.rint(times / step).astype(int))
+        errors = {name: place - exact[name] for name, place in zip(exact, places, strict=True)}
+        return SteppedErrors(errors, {n: ROUNDED * ULP * (1 + abs(x)) for n, x in exact.items()})

@@ -1,0 +1,37 @@
+"""The falling rod in pymunk, seen from the side: a body with a small circle at each end, above a
+thick segment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pymunk
+
+from plumbob.analytic.errors.contact_models.rod_steps import ITERATIONS, TIP
+from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error
+LONGEST = 1e2  # lengths to either end of the floor, and half of its thickness
+
+
+def build(problem: Any, method: Method, step: float) -> Translation:
+    """Translate a plumbob.analytic.systems.rod_impact.RodImpact."""
+    space, size = pymunk.Space(), problem.length
+    space.gravity, space.iterations = (0.0, -problem.gravity), ITERATIONS
+    space.collision_slop = LONGEST * size  # no depth is closed beside the steps
+    rod = pymunk.Body(problem.mass, problem.mass * size**2 / 12.0)
+    begun = {name: float(value[0]) for name, value in problem.observe(np.zeros(1)).items()}
+    rod.position, rod.angle, rod.velocity = (0.0, begun["z"]), begun["angle"], (problem.speed, 0.0)
+    deep = -LONGEST * size
+    ground = pymunk.Segment(space.static_body, (deep, deep), (-deep, deep), -deep)
+    tips = [pymunk.Circle(rod, TIP * size, (side, 0.0)) for side in (-size / 2.0, size / 2.0)]
+    for shape in (ground, *tips):  # products count
+        shape.friction = problem.friction if shape is ground else 1.0
+        shape.elasticity = problem.restitution if shape is ground else 1.0
+    space.add(rod, ground, *tips)
+    return Translation(
+        space, lambda: {"x": rod.position.x, "z": rod.position.y, "angle": rod.angle}
+    )

@@ -1,0 +1,217 @@
+"""Routh's impact of a rod against 40 digits and a stiff spring; what engines make of Painleve's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from mpmath import mp
+
+from plumbob.analytic.errors.contact_models import impacts, rod_steps
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.rod_impact import LAWS, RodImpact
+from plumbob.engines.adapters.mujoco import rod_impact
+from plumbob.engines.method import meant
+from plumbob.engines.registry import limits_of, method, methods
+from plumbob.engines.study.measurement import measure, scheme_of
+from plumbob.models.registry import case_of, scene, scenes
+from plumbob.reports.judge.verdict import judge
+
+ROD: RodImpact = case_of(scene("rod-impact/sticks")).problem
+STARTS = {  # angle, height, speed, friction
+    "sticks": (0.7, 0.5, 0.5, 1.0),
+    "slides": (1.1, 0.5, -2.0, 0.3),
+    "reverses": (0.7, 0.5, 1.0, 0.3),
+    "reverses late": (0.7, 0.5, 3.0, 0.3),
+    "leans forward": (2.0, 0.5, 1.0, 0.3),
+    "no slip": (0.7, 0.5, 0.0, 0.2),
+    "smooth": (0.7, 0.5, 1.0, 0.0),
+    "jams": (1.1, 0.5, -2.0, 3.0),
+    "jams at rest": (1.1, 0.0, -2.0, 3.0),
+}
+
+
+def rod(start: str, **more: Any) -> RodImpact:
+    named = dict(zip(("angle", "height", "speed", "friction"), STARTS[start], strict=True))
+    return replace(ROD, **{**named, **more})
+
+
+def impulses(of: RodImpact) -> tuple[Any, Any]:
+    """P and Q [N s], by the slip and the speed v as functions of P, and its work as an integral."""
+    m, t, f, e = (mp.mpf(x) for x in (of.mass, of.angle, of.friction, of.restitution))
+    a, b, c = 1 + 3 * mp.sin(t) ** 2, -3 * mp.sin(t) * mp.cos(t), 1 + 3 * mp.cos(t) ** 2
+    start, v = mp.mpf(of.speed), -mp.sqrt(2 * mp.mpf(of.gravity) * mp.mpf(of.height))
+    held = -b / a if abs(b / a) <= f else -f * mp.sign(b)
+    first = -f * mp.sign(start) if start else held
+    ends = -start * m / (b + a * first) if start * (b + a * first) <= 0 else mp.inf
+
+    def friction(p: Any) -> Any:
+        return first * min(p, ends) + (held * (p - ends) if p > ends else 0)
+
+    def off(p: Any) -> Any:
+        return v + (c * p + b * friction(p)) / m
+
+    def work(low: Any, high: Any) -> Any:
+        inside = [ends] if low < ends < high else []
+        return mp.quad(off, [low, *inside, high])
+
+    def root(of_p: Any, low: Any, high: Any) -> Any:
+        for _ in range(140):
+            middle = (low + high) / 2
+            low, high = (middle, high) if of_p(middle) < 0 else (low, middle)
+        return low
+
+    far = mp.mpf(1000) * m
+    compressed = root(lambda p: off(p) if p > ends or c + b * first > 0 else -1, mp.mpf(0), far)
+    if of.law == "newton":
+        total = root(lambda p: off(p) + e * v, compressed, far)
+    elif of.law == "poisson":
+        total = (1 + e) * compressed
+    else:
+        lost = work(mp.mpf(0), compressed)
+        total = root(lambda p: work(compressed, p) + e**2 * lost, compressed, far)
+    return total, friction(total)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("start", STARTS)
+def test_40_digits(start: str, law: str) -> None:
+    if start == "jams at rest" and law == "newton":
+        pytest.skip("nothing is given back")
+    of = rod(start, law=law)
+    times = np.linspace(0.0, of.until, 5)
+    exact, doubt = of.observe(times), of.uncertainty(times)
+    with mp.workdps(40):
+        up, along = impulses(of)
+        m, t, g, length = (mp.mpf(x) for x in (of.mass, of.angle, of.gravity, of.length))
+        fall = mp.sqrt(2 * mp.mpf(of.height) / g)
+        turned = 6 * (along * mp.sin(t) - up * mp.cos(t)) / (m * length)
+        for i, now in enumerate(map(mp.mpf, times)):
+            since = max(now - fall, mp.mpf(0))
+            place = {
+                "x": of.speed * now + along / m * since,
+                "z": of.height + length * mp.sin(t) / 2 - g * now**2 / 2 + up / m * since,
+                "angle": t + turned * since,
+            }
+            for name, value in place.items():
+                assert abs(value - mp.mpf(exact[name][i])) <= doubt[name][i], (name, i)
+    assert max(value.max() for value in doubt.values()) < 2e-13
+
+
+def energy_change(of: RodImpact) -> float:
+    """Kinetic energy [J] that the impact adds: impulses times mean velocities of the end."""
+    (a, b, c), (_, up, along) = of.weights, of.impulses
+    slip, falls = 2 * of.speed + b * up + a * along, c * up + b * along - 2 * of.gravity * of.fall
+    return (along * slip + up * falls) / 2
+
+
+def test_what_the_laws_agree_on_and_what_an_impact_does_to_energy() -> None:
+    totals = {s: {rod(s, law=law).impulses[1] for law in LAWS} for s in ("slides", "smooth")}
+    for values in totals.values():
+        assert max(values) == pytest.approx(min(values), rel=1e-14)
+    for start in STARTS:
+        for e in (1e-3, 0.5, 1.0):
+            if start != "jams at rest":
+                assert energy_change(rod(start, restitution=e, law="energetic")) < 1e-12
+    assert energy_change(rod("smooth", restitution=1.0)) == pytest.approx(0.0, abs=1e-13)
+    assert energy_change(rod("sticks", restitution=1.0, law="newton")) > 0.49  # J
+    assert [rod(s).outcome for s in ("sticks", "slides", "jams")] == ["sticks", "slides", "sticks"]
+
+
+@pytest.mark.parametrize("start", ["sticks", "slides", "reverses", "jams"])
+def test_a_stiff_spring_follows_the_energetic_law(
+    start: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a damper a spring gives all work back; its steps become exact with their number."""
+    monkeypatch.setattr(impacts, "RATE", 0.01)
+    scale = 0.5  # of speeds: a shorter fall
+    of = rod(start, restitution=1.0, law="energetic", height=0.5 * scale**2)
+    of = replace(of, speed=of.speed * scale)
+    step, late = 5e-6, of.fall + 4e-3
+    marks = np.array([round(late / step), round(late / step) + 400])
+    places = rod_steps.stepped(of, Scheme(EULER), step, marks)
+    exact = of.observe(marks * step)
+    moved = [np.diff(row)[0] for row in (*places, *exact.values())]
+    scales = np.array([1.0, 1.0, 0.3])  # [m], and rad that move an end by as much
+    error = scales * np.subtract(moved[:3], moved[3:])  # gravity acts for a hundredth of a rebound
+    assert np.abs(error).max() < 0.03 * np.abs(scales * moved[3:]).max()
+
+
+@pytest.mark.parametrize("chosen", scenes("rod-impact"), ids=lambda s: s.name)
+def test_every_method_makes_the_error_that_is_predicted(chosen: Any) -> None:
+    for how in methods():
+        if meant(how, chosen) and limits_of(how.name).limit(chosen.name, how.name) is None:
+            for step in (1e-3, 3e-4) if how.control == "step" else how.step_sizes[-1:]:
+                found, _ = measure(case_of(chosen), how, step)
+                judged = judge(found, case_of(chosen).system, how)
+                assert judged.verdict == "predicted", (how.name, judged.reason)
+
+
+@pytest.mark.parametrize(("name", "constant"), [("euler+coulomb", "RATE"), ("contact", "TIP")])
+def test_a_slightly_different_contact_is_noticed(
+    name: str, constant: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = "mujoco" if constant == "RATE" else "pymunk"
+    how, case = method(f"{engine}/{name}"), case_of(scene("rod-impact/sticks"))
+    run = measure(case, how, 1e-3)[1]
+    assert run is not None
+    if constant == "RATE":
+        monkeypatch.setattr(impacts, "RATE", 0.2001)
+        changed = case.errors
+    else:
+        changed = rod_steps.RodErrors(replace(case.problem, restitution=0.5001))
+    stepped = changed.at_step(scheme_of(case, how), 1e-3, run.times)
+    differs = run.observables["angle"] - case.reference.observe(run.times)["angle"]
+    assert np.abs(differs - stepped.errors["angle"]).max() > 1e-7
+
+
+def test_where_two_motions_exist_engines_lift_off() -> None:
+    """Painleve's rod that turns so fast that its end would rise: no force, or one that presses it
+    down. It jams, and its free end accelerates upward."""
+    of = rod("jams at rest", law="energetic")
+    assert of.jams
+    spin = math.sqrt(3.0 * of.gravity / (of.length / 2.0 * math.sin(of.angle)))
+    built = rod_impact.build(
+        case_of(scene("rod-impact")).system.mjcf, of, method("mujoco/euler+coulomb"), 1e-4
+    )
+    model = built.spec.compile()
+    built.tune(model)
+    data = mujoco.MjData(model)
+    half = of.length / 2.0 * np.array([math.cos(of.angle), math.sin(of.angle)])
+    data.qpos[:] = np.add(built.qpos, [0.0, 1e-6, 0.0])
+    data.qvel[:] = of.speed - spin * half[1], spin * half[0], spin
+    for _ in range(100):
+        mujoco.mj_step(model, data)
+        assert not data.ncon
+    assert data.qvel[2] == spin
+
+
+@pytest.mark.parametrize(
+    ("start", "name", "value", "must"),
+    [
+        ("sticks", "law", "moreau", "one of newton, poisson, energetic"),
+        ("sticks", "restitution", 1.5, "at most 1"),
+        ("sticks", "angle", 3.2, "at most 3.1415"),
+        ("sticks", "height", 0.0, "greater than 0"),
+        ("jams at rest", "law", "newton", ""),
+    ],
+)
+def test_bad_input(start: str, name: str, value: Any, must: str) -> None:
+    of = rod(start, law="energetic")
+    with pytest.raises(ParameterError, match=f"must be {must}"):
+        replace(of, **{name: value})
+    with pytest.raises(ParameterError, match="it strikes again"):
+        of.observe(np.array([3.0]))
+
+
+def test_the_file_is_the_model_that_is_built() -> None:
+    path = case_of(scene("rod-impact")).system.mjcf
+    file, built = mujoco.MjModel.from_xml_path(str(path)), rod_impact.whole(path, ROD).compile()
+    for name in ("pair_solref", "pair_friction", "key_qpos", "key_qvel", "body_inertia"):
+        np.testing.assert_allclose(getattr(built, name), getattr(file, name), 1e-14)
+    np.testing.assert_array_equal(built.opt.gravity, file.opt.gravity)
