@@ -6,16 +6,14 @@ Both questions are answered by rules in order: the first that applies gives the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Literal
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import (
     Measurement,
-    ObservedError,
     floor,
     relative_error,
     unpredicted,
@@ -89,14 +87,13 @@ def judged(
     quantities of interest, or else the leading observable with its largest magnitude as scale."""
     every = [(m, judge(m, system, method, about)) for m in series.measurements]
     listed = [pair for pair in every if pair[0].step not in series.beside] or every
-    names = tuple(o.name for o in system.observables)
     beside = [run for m, run in every if m.step in series.beside]
-    runs = [run for _, run in listed]
-    several = _Runs([m for m, _ in listed], runs, names, method, tuple(about), beside)
-    result = next(verdict for rule in _RULES_OF_RUNS if (verdict := rule(several)))
-    errors = {step: error for run in runs for step, error in run.errors.items()}
+    names = tuple(o.name for o in system.observables)
+    unjudged = _never_judged([run for _, run in listed])
+    result = _of_runs(listed, beside, names, method, about, unjudged)
+    errors = {step: error for _, run in listed for step, error in run.errors.items()}
     drawn = None if series.drawn is None else judge(series.drawn, system, method, about)
-    result = replace(result, cut=series.cut, unjudged=several.unjudged, errors=errors, drawn=drawn)
+    result = replace(result, cut=series.cut, unjudged=unjudged, errors=errors, drawn=drawn)
     return Judged(result, tuple(run for _, run in every))
 
 
@@ -105,73 +102,55 @@ def judge(
 ) -> Judgement:
     """Compare one run with its tolerances; `pre-asymptotic` where no theory reaches it. `about` are
     the scene's quantities of interest, for the relative error."""
-    run = _Run(measurement, system, method)
-    verdict = next(verdict for rule in _RULES_OF_A_RUN if (verdict := rule(run)))
+    units = {o.name: o.unit for o in system.observables}
+    bounds = {
+        name: tolerance(measurement, method, name, units[name]) for name in measurement.errors
+    }
+    held = {name: bound for name, bound in bounds.items() if bound}
+    verdict = _of_a_run(measurement, units, held)
     error = relative_error(measurement, about) if about else math.nan
     errors = {measurement.step: error} if math.isfinite(error) else {}
-    return replace(verdict, unjudged=run.unjudged, errors=errors)
+    return replace(verdict, unjudged=_unjudged(measurement, units, held), errors=errors)
 
 
-@dataclass(frozen=True)
-class _Run:
-    """A run with what its rules ask of it."""
-
-    found: Measurement
-    system: Observed
-    method: Method
-
-    @property
-    def leading(self) -> str:
-        """The observable that the verdict leads with."""
-        return self.system.observables[0].name
-
-    @cached_property
-    def units(self) -> Mapping[str, str]:
-        """Unit of each observable."""
-        return {o.name: o.unit for o in self.system.observables}
-
-    @cached_property
-    def tolerances(self) -> Mapping[str, Tolerance]:
-        """Tolerances of the observables that theory says something of."""
-        held = {
-            name: tolerance(self.found, self.method, name, self.units[name])
-            for name in self.found.errors
-        }
-        return {name: bound for name, bound in held.items() if bound}
-
-    @cached_property
-    def unjudged(self) -> Mapping[str, str]:
-        """Observables without a tolerance where others have one, each with the reason."""
-        if self.found.status != "done" or not self.tolerances:
-            return {}
-        known = not_read(self.found.scene, self.found.method)
-        return {
-            name: known[name] if name in known else self._silent(name)
-            for name in self.units
-            if name not in self.tolerances
-        }
-
-    def _silent(self, name: str) -> str:
-        if name not in self.found.errors:
-            return "the run does not give it"
-        reached = self.found.errors[name].predicted or self.found.errors[name].controlled
-        return f"the step is too large for the {THEORY}" if reached else f"there is no {THEORY}"
-
-
-def _not_done(run: _Run) -> Judgement | None:
-    """A run that did not reach its end is judged by that alone."""
-    status = run.found.status
-    return None if status == "done" else Judgement(status, {}, run.found.reason)
-
-
-def _leaves_out(run: _Run) -> Judgement | None:
-    """An observable that the run does not give, and that is not declared so, fails; and one that
-    does not begin as in the scene."""
-    dropped = _dropped(run.found, tuple(run.units))
-    return dropped and replace(dropped, tolerances=run.tolerances)
+def _of_a_run(
+    run: Measurement, units: Mapping[str, str], held: Mapping[str, Tolerance]
+) -> Judgement:
+    """The verdict on a run by the tolerances of observables that theory says something of."""
+    if run.status != "done":
+        return Judgement(run.status, {}, run.reason)
+    if dropped := _dropped(run, tuple(units)):
+        return replace(dropped, tolerances=held)
+    leading = next(iter(units))
+    error = run.errors.get(leading)
+    predicted = error.predicted if error else None
+    exactly = predicted is not None and predicted.for_this_step
+    stepped = predicted is not None and predicted.uncertainty is not None  # the motion itself
+    bounded = predicted if exactly and not stepped else None
+    if error and bounded and bounded.largest > ELSEWHERE * error.scale > 0.0:
+        # Bounds of the model's error are linearised along the exact motion.
+        far = f"the predicted error of {leading} at this step exceeds half the motion, where the "
+        return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
+    for name, bound in held.items():
+        if (why_off := exceeded(run, name, bound, units)) is not None:
+            return Judgement("off-prediction", held, f"the error of {name} is {why_off}")
+    if error and leading in held:  # a tolerance as large as the motion itself tests nothing
+        allowed = error.model_error if exactly else held[leading].bound
+        if predicted and stepped:
+            allowed = held[leading].bound - predicted.largest
+        if 0.0 < error.scale <= allowed:
+            why = f"{leading} may be {allowed:.3g} {units[leading]} beside what is predicted of it"
+            return Judgement("pre-asymptotic", held, f"{why}, and is {error.scale:.3g} in all")
+    if not held:
+        theory = any(e.predicted or e.controlled for e in run.errors.values())
+        why = f"{'the step is too large for the' if theory else 'there is no'} {THEORY}"
+        return Judgement("pre-asymptotic", {}, run.note or why)
+    return Judgement("predicted", held, "")
 
 
 def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
+    """An observable that the run does not give, and that is not declared so, fails; and one that
+    does not begin as in the scene."""
     declared = not_read(run.scene, run.method)
     names = [name for name in observables if name not in run.errors and name not in declared]
     if run.status != "done":
@@ -180,207 +159,99 @@ def _dropped(run: Measurement, observables: Sequence[str]) -> Judgement | None:
     return Judgement("off-prediction", {}, why) if why else None
 
 
-def _leads_elsewhere(run: _Run) -> Judgement | None:
-    """By theory the step takes the leading observable so far from the exact motion that bounds of
-    the model's error, which are linearised along that motion, do not apply."""
-    error = run.found.errors.get(run.leading)
-    predicted = error and error.predicted
-    if not error or not predicted or not predicted.for_this_step:
-        return None
-    if predicted.uncertainty is not None:  # the motion itself was stepped
-        return None
-    if not predicted.largest > ELSEWHERE * error.scale > 0.0:
-        return None
-    far = f"the predicted error of {run.leading} at this step exceeds half the motion, where the "
-    return Judgement("pre-asymptotic", {}, f"{far}bound of the model's error is not known")
+def _unjudged(
+    run: Measurement, names: Iterable[str], held: Mapping[str, Tolerance]
+) -> Mapping[str, str]:
+    """Observables without a tolerance where others have one, each with the reason."""
+    if run.status != "done" or not held:
+        return {}
+    known = not_read(run.scene, run.method)
+    return {name: known.get(name) or _silent(run, name) for name in names if name not in held}
 
 
-def _beyond_tolerance(run: _Run) -> Judgement | None:
-    """An error above its bound, or off a prediction to the last digit, fails."""
-    for name, bound in run.tolerances.items():
-        if (why := exceeded(run.found, name, bound, run.units)) is not None:
-            return Judgement("off-prediction", run.tolerances, f"the error of {name} is {why}")
-    return None
+def _silent(run: Measurement, name: str) -> str:
+    if name not in run.errors:
+        return "the run does not give it"
+    reached = run.errors[name].predicted or run.errors[name].controlled
+    return f"the step is too large for the {THEORY}" if reached else f"there is no {THEORY}"
 
 
-def _says_nothing(run: _Run) -> Judgement | None:
-    """A tolerance as large as the motion itself tests nothing."""
-    name = run.leading
-    if name not in run.tolerances:
-        return None
-    error = run.found.errors[name]
-    predicted = error.predicted
-    exactly = predicted is not None and predicted.for_this_step
-    allowed = error.model_error if exactly else run.tolerances[name].bound
-    if predicted and predicted.uncertainty is not None:
-        allowed = run.tolerances[name].bound - predicted.largest
-    if not 0.0 < error.scale <= allowed:
-        return None
-    why = f"{name} may be {allowed:.3g} {run.units[name]} beside what is predicted of it"
-    return Judgement("pre-asymptotic", run.tolerances, f"{why}, and is {error.scale:.3g} in all")
+def _never_judged(runs: Sequence[Judgement]) -> Mapping[str, str]:
+    """Observables that no run has a tolerance for, though runs have one for others; the reason is
+    that of the finest of them."""
+    held = [run for run in runs if run.tolerances]
+    judged = {name for run in held for name in run.tolerances}
+    finest = held[-1].unjudged if held else {}
+    return {name: why for name, why in finest.items() if name not in judged}
 
 
-def _no_theory(run: _Run) -> Judgement | None:
-    """Without any tolerance nothing is claimed."""
-    if run.tolerances:
-        return None
-    theory = any(e.predicted or e.controlled for e in run.found.errors.values())
-    why = "the step is too large for the" if theory else "there is no"
-    return Judgement("pre-asymptotic", {}, run.found.note or f"{why} {THEORY}")
+def _of_runs(
+    listed: Sequence[tuple[Measurement, Judgement]],
+    beside: Sequence[Judgement],
+    names: Sequence[str],
+    method: Method,
+    about: Sequence[Quantity],
+    unjudged: Mapping[str, str],
+) -> Judgement:
+    """The verdict on a method from its runs on a scene, coarse to fine; those `beside` its step
+    sizes tell of no order and no plateau, and are judged each by itself."""
+    found, runs = [m for m, _ in listed], [run for _, run in listed]
 
+    def first(*verdicts: Verdict) -> Judgement | None:
+        every = (run for verdict in verdicts for run in (*runs, *beside) if run.verdict == verdict)
+        return next(every, None)
 
-_RULES_OF_A_RUN: tuple[Callable[[_Run], Judgement | None], ...] = (
-    _not_done,
-    _leaves_out,
-    _leads_elsewhere,
-    _beyond_tolerance,
-    _says_nothing,
-    _no_theory,
-    lambda run: Judgement("predicted", run.tolerances, ""),
-)
-
-
-@dataclass(frozen=True)
-class _Runs:
-    """The runs of one method on one scene, coarse to fine, with their verdicts; those `beside` its
-    step sizes tell of no order and no plateau, and are judged each by itself."""
-
-    found: Sequence[Measurement]
-    runs: Sequence[Judgement]
-    observables: tuple[str, ...]  # the leading one first
-    method: Method
-    about: tuple[Quantity, ...]
-    beside: Sequence[Judgement] = ()
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """The quantities of interest."""
-        leading = [m.errors[self.leading].scale for m in self.found if self.leading in m.errors]
-        return self.about or (Quantity(self.leading, max(leading, default=1.0) or 1.0),)
-
-    @property
-    def leading(self) -> str:
-        """The observable that the verdict leads with."""
-        return self.observables[0]
-
-    @cached_property
-    def unjudged(self) -> Mapping[str, str]:
-        """Observables that no run has a tolerance for, though runs have one for others; the reason
-        is that of the finest of them."""
-        held = [run for run in self.runs if run.tolerances]
-        judged = {name for run in held for name in run.tolerances}
-        return {
-            name: why
-            for run in held[-1:]
-            for name, why in run.unjudged.items()
-            if name not in judged
-        }
-
-    @cached_property
-    def flat(self) -> str | None:
-        """Why the error has stopped far above round-off; None while smaller steps still help, and
-        where it is that of the scheme stepped on the engine's own equations, which does converge to
-        their motion."""
-        done = [m for m in self.found if m.status == "done" and self.leading in m.errors]
-        if len(done) < 4:
-            return None
-        last: list[ObservedError] = [m.errors[self.leading] for m in done[-4:]]
-        if last[-1].largest < FLAT * last[0].largest:
-            return None
-        if (predicted := last[-1].predicted) and predicted.uncertainty is not None:
-            return None
-        least = floor(last[-1], done[-1].steps)
-        if last[-1].largest <= FLOORS * least:
-            return None
-        times = f", {last[-1].largest / least:.2g} times the round-off level" if least else ""
-        return f"the error of {self.leading} stays at {last[-1].largest:.3g}{times}"
-
-    def first(self, verdict: Verdict) -> Judgement | None:
-        """The coarsest run with this verdict, or one beside them."""
-        return next((run for run in (*self.runs, *self.beside) if run.verdict == verdict), None)
-
-
-def _does_not_run(several: _Runs) -> Judgement | None:
-    return several.first("unsupported") or several.first("missing") or several.first("cut-short")
-
-
-def _drops(several: _Runs) -> Judgement | None:
-    """An observable that an engine leaves out is no known limit."""
-    dropped = (_dropped(m, several.observables) for m in several.found)
-    return next(filter(None, dropped), None)
-
-
-def _without_theory(several: _Runs) -> Judgement | None:
-    """Of a method that no theory covers only the envelope of its errors is judged."""
-    if not unpredicted(several.found, several.method):
-        return None
-    result = convergence(several.found, several.quantities)
-    if result.verdict is None and (diverged := several.first("diverged")):
-        return diverged
-    return Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
-
-
-def _fails(several: _Runs) -> Judgement | None:
-    """A failed run fails the method; where no step helps, it does not converge."""
-    failed = several.first("off-prediction")
-    if failed is None or several.flat is None:
+    if not_run := first("unsupported", "missing", "cut-short"):
+        return not_run
+    # An observable that an engine leaves out is no known limit.
+    if dropped := next(filter(None, (_dropped(m, names) for m in found)), None):
+        return dropped
+    scales = [m.errors[names[0]].scale for m in found if names[0] in m.errors]
+    quantities = about or (Quantity(names[0], max(scales, default=1.0) or 1.0),)
+    if unpredicted(found, method):  # only the envelope of its errors is judged
+        result = convergence(found, quantities)
+        diverged = first("diverged") if result.verdict is None else None
+        return diverged or Judgement(result.verdict or "pre-asymptotic", {}, result.reason)
+    failed, flat = first("off-prediction"), _flat(found, names[0])
+    # Steps too large for theory show nothing about finer ones.
+    if flat and (failed or runs[-1].verdict != "pre-asymptotic"):
+        return Judgement("not-converging", failed.tolerances if failed else {}, flat)
+    if failed:
         return failed
-    return Judgement("not-converging", failed.tolerances, several.flat)
+    passed = [pair for pair in listed if pair[1].verdict == "predicted"]
+    if passed:  # the finest stands for all
+        finest, run = passed[-1]
+        why = _claims_too_much(found, names, unjudged) or too_wide(finest, quantities)
+        return Judgement("off-prediction", run.tolerances, why) if why else run
+    return runs[-1] if runs else Judgement("unsupported", {}, NO_STEP_FITS)
 
 
-def _stays(several: _Runs) -> Judgement | None:
-    """An error that does not fall is `not-converging`, unless no theory reaches the finest step:
-    steps too large for it show nothing about finer ones."""
-    if several.flat is None or several.runs[-1].verdict == "pre-asymptotic":
-        return None
-    return Judgement("not-converging", {}, several.flat)
+def _flat(found: Sequence[Measurement], leading: str) -> str:
+    """Why the error has stopped far above round-off; empty while smaller steps still help, and
+    where it is that of the scheme stepped on the engine's own equations, which does converge to
+    their motion."""
+    done = [m for m in found if m.status == "done" and leading in m.errors][-4:]
+    if len(done) < 4:
+        return ""
+    last = done[-1].errors[leading]
+    least = floor(last, done[-1].steps)
+    stepped = last.predicted is not None and last.predicted.uncertainty is not None
+    helped = last.largest < FLAT * done[0].errors[leading].largest
+    if helped or stepped or last.largest <= FLOORS * least:
+        return ""
+    times = f", {last.largest / least:.2g} times the round-off level" if least else ""
+    return f"the error of {leading} stays at {last.largest:.3g}{times}"
 
 
-def _claims_too_much(several: _Runs) -> Judgement | None:
-    """To pass, every observable that the engine gives is judged in some run; and none is that it
-    is declared not to give."""
-    passed = next((run for run in reversed(several.runs) if run.verdict == "predicted"), None)
-    if passed is None:
-        return None
-    names = [n for n in several.observables if any(n in m.errors for m in several.found)]
-    silent = [name for name in names if name in several.unjudged]
-    if silent:
-        why = several.unjudged[silent[0]]
-        return Judgement(
-            "off-prediction", passed.tolerances, f"{', '.join(silent)}: not judged, {why}"
-        )
-    declared = not_read(several.found[0].scene, several.found[0].method)
-    judged = [name for name in declared if name not in several.unjudged]
-    if judged:
-        why = f"{', '.join(judged)}: judged, and declared to be not"
-        return Judgement("off-prediction", passed.tolerances, why)
-    return None
-
-
-def _passes(several: _Runs) -> Judgement | None:
-    """The finest run that passes stands for all, unless its model-error bound is too wide."""
-    pairs = zip(several.found, several.runs, strict=True)
-    passed = [(m, run) for m, run in pairs if run.verdict == "predicted"]
-    if not passed:
-        return None
-    why = too_wide(passed[-1][0], several.quantities)
-    return Judgement("off-prediction", passed[-1][1].tolerances, why) if why else passed[-1][1]
-
-
-def _no_step_fits(several: _Runs) -> Judgement | None:
-    if several.runs:
-        return None
-    return Judgement("unsupported", {}, NO_STEP_FITS)
-
-
-_RULES_OF_RUNS: tuple[Callable[[_Runs], Judgement | None], ...] = (
-    _does_not_run,
-    _drops,
-    _without_theory,
-    _fails,
-    _stays,
-    _claims_too_much,
-    _passes,
-    _no_step_fits,
-    lambda several: several.runs[-1],
-)
+def _claims_too_much(
+    found: Sequence[Measurement], names: Sequence[str], unjudged: Mapping[str, str]
+) -> str:
+    """Why a method that passes does not: every observable that the engine gives is to be judged in
+    some run, and none that it is declared not to give."""
+    given = [name for name in names if any(name in m.errors for m in found)]
+    if silent := [name for name in given if name in unjudged]:
+        return f"{', '.join(silent)}: not judged, {unjudged[silent[0]]}"
+    declared = not_read(found[0].scene, found[0].method)
+    if judged := [name for name in declared if name not in unjudged]:
+        return f"{', '.join(judged)}: judged, and declared to be not"
+    return ""
