@@ -9,7 +9,10 @@ from dataclasses import asdict, dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from plumbob.analytic.parameters import ParameterError, known
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.engines.method import Method
@@ -21,9 +24,8 @@ from plumbob.models.scene import Scene
 from plumbob.models.tripod_capsule.parameters import BODY, CHECK, capsule
 from plumbob.models.tripod_capsule.plan import CURVE, LIMITS, planned
 from plumbob.reports.analyses.capsule_plan.pose_errors import (
-    PoseError,
-    PoseErrors,
     by_kind,
+    named,
     pose_errors,
     run_duration,
 )
@@ -139,7 +141,7 @@ class PlanRun:
 
     found: Measurement
     judgement: Judgement
-    after: PoseErrors
+    after: Array  # shape (manoeuvres, 3), as pose_errors has them; empty where it did not end
 
 
 def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
@@ -148,7 +150,7 @@ def run_plan(plan: Plan, scene: Scene, method: Method, step: float) -> PlanRun:
     found, run = measure(case, method, step)
     judgement = judge(found, case.system, method)
     if run is None or found.status != "done":
-        return PlanRun(found, judgement, ())
+        return PlanRun(found, judgement, np.empty((0, 3)))
     return PlanRun(found, judgement, pose_errors(plan, case.reference, run))
 
 
@@ -166,10 +168,6 @@ def measured_data(plan: Plan, run: PlanRun) -> dict[str, Any]:
             name: error.predicted.end for name, error in measured.errors.items() if error.predicted
         },
         "allowed": {name: error.left_open for name, error in measured.errors.items()},
-        "off_after": [None if off is None else _off(off) for off in run.after],
-        "arising": {kind: _off(off) for kind, off in by_kind(plan, run.after).items()},
+        "off_after": [None if np.isnan(off).any() else named(off) for off in run.after],
+        "arising": {kind: named(off) for kind, off in by_kind(plan, run.after).items()},
     }
-
-
-def _off(off: PoseError) -> dict[str, float]:
-    return {"distance": off.distance, **asdict(off)}

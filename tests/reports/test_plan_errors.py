@@ -9,7 +9,7 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
-from plumbob.reports.analyses.capsule_plan.pose_errors import by_kind
+from plumbob.reports.analyses.capsule_plan.pose_errors import POSE, by_kind, named
 from plumbob.reports.cli import main
 from plumbob.reports.commands.plan import run_plan
 
@@ -24,17 +24,14 @@ def test_the_errors_of_all_manoeuvres_add_up_to_the_error_at_the_end():
     run = run_plan(found, short, FEET, 2e-4)
     assert {"turn", "line", "slow"} <= (kinds := {m.kind for m in found.manoeuvres})
     last, parts = run.after[-1], by_kind(found, run.after)
-    assert last
-    for name in ("x", "y", "heading"):
-        assert sum(getattr(off, name) for off in parts.values()) == pytest.approx(
-            getattr(last, name),
-            abs=1e-15,  # a sum of some ten roundings of 1e-4
-        )
-        assert run.found.errors[name].end == pytest.approx(getattr(last, name), abs=1e-13)
+    # a sum of some ten roundings of 1e-4
+    assert sum(parts.values()) == pytest.approx(last, abs=1e-15)
+    ends = [run.found.errors[name].end for name in POSE]
+    assert ends == pytest.approx(last, abs=1e-13)
     assert set(parts) <= kinds
     # While the body sticks, the only error is the residual of the solver's iterations.
-    assert parts["slow"].distance < 1e-3 * last.distance
-    assert abs(last.heading) < 1e-3
+    assert named(parts["slow"])["distance"] < 1e-3 * named(last)["distance"]
+    assert abs(last[2]) < 1e-3
 
 
 @pytest.mark.long

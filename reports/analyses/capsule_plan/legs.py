@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from plumbob.analytic.systems.planner.result import Plan
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import CURVES, POSE, planned
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_plan.plans import plan_numbers, plan_of
-from plumbob.reports.analyses.capsule_plan.pose_errors import open_runs, run_of
 from plumbob.reports.analyses.measurements import covers
 
-METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
-STEP = 1e-3  # [s]
 PAIRS: tuple[Pair, ...] = ((1, 2), (2, 3), (3, 1))
 ARCS: tuple[ArcName, ...] = ("shorter", "longer")
 # Arcs and segments that belong to no support: apart, on both sides of C, and short.
@@ -32,13 +27,6 @@ PIECES: tuple[tuple[Ends, tuple[LineSegment, ...]], ...] = (
 SCENES = tuple(f"capsule-plan/beside-curve-{case}" for case, *_ in CURVES)
 SLIDER = ((0.05, 0.02), (-0.04, 0.06))  # [m]: places at the start and at the end
 POINTS = 400  # of a slider's path
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The plans of SCENES run open-loop, where the study has one of them."""
-    if not any(covers(plan, name) for name in SCENES):
-        return ()
-    return [run_of(name, method, STEP) for name in SCENES for method in METHODS]
 
 
 def plans() -> tuple[Plan, ...]:
@@ -53,31 +41,25 @@ def plans() -> tuple[Plan, ...]:
 
 
 def numbers(study: Study) -> Record | None:
-    """The plans, and three of them in two engines; None where the study has no such plan."""
+    """The plans; None where the study has none of SCENES."""
     if not any(covers(study, name) for name in SCENES):
         return None
     every = plans()
     corners = np.array(every[0].capsule.supports)
     curves = tuple(_along(plan) for plan in every)
     times = [plan.duration for plan in every if not plan.segments]
-    runs = open_runs(study, SCENES, METHODS, STEP)
     moved = planned({**CHECK, "to": POSE, "slider": SLIDER[0], "slider_at_end": SLIDER[1]})
     return Record(
         curves=curves,
-        runs=runs,
         supports=np.vstack([corners, corners[:1]]),  # [m], shape (4, 2): a closed loop
         second=plan_numbers(plan_of(SCENES[1])),  # of the second of `scenes`
         slider=SLIDER,
         replaced=plan_numbers(moved),  # from the one place of the slider to the other
         misplaced=math.dist(moved.path.end, SLIDER[1]),  # [m]
         scenes=SCENES,
-        methods=METHODS,
-        step=STEP,
         # the largest error of an exact motion [m] or [rad]
         worst=max(max(along.plan.distance, along.plan.angle) for along in curves),
         slowest=max(times) / min(times),  # longest time over the shortest, towards supports
-        # the largest error of the place in an engine [m]
-        farthest=max((run.end.distance for run in runs), default=None),
     )
 
 
@@ -88,4 +70,4 @@ def _along(plan: Plan) -> Record:
     )
 
 
-LEGS = Analysis("capsule_plan/legs", numbers, requests)
+LEGS = Analysis("capsule_plan/legs", numbers)

@@ -10,7 +10,6 @@ from plumbob.models.tripod_capsule.plan import planned
 from plumbob.reports.analyses.analysis import Record
 
 SYSTEM = "capsule-plan"
-SHOWN = "capsule-plan/near-free"  # drawn where the study has it
 
 
 def plan_of(name: str) -> Plan:
