@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.judge.tightness import Slack, slacks, spread, tightness
+from plumbob.reports.judge.tightness import Slack, slacks, tightness
 from plumbob.reports.view.records import records_of
 from plumbob.reports.view.tables import table
 from plumbob.reports.view.top_tables import tightness_tables
@@ -14,24 +14,19 @@ from plumbob.tests.validation.tightness import loosest
 
 
 def slack(used, scale=2.0):
-    """A made-up one, that allows 1e-6 and rounds to 1e-12."""
-    return Slack("ode/rk4", SCENE, "theta", 1e-3, 1e-6, used, 1e-12, scale, bound_only=False)
+    """A made-up one, that allows 1e-6."""
+    return Slack("ode/rk4", SCENE, "theta", 1e-3, 1e-6, used, used < 1e-11, scale, bound_only=False)
 
 
 def test_what_is_round_off_is_counted_apart():
-    assert slack(9e-12).rounded
-    assert not slack(1.1e-11).rounded
-    assert slack(1e-8).over_use == pytest.approx(100.0)
-    assert slack(1e-8).over_scale == pytest.approx(5e-7)
-    assert slack(1e-8, scale=0.0).over_scale is None
-    assert loosest([slack(1e-12), slack(1e-8), slack(1e-9)], 10) == [slack(1e-9)]
-
-
-def test_a_spread():
-    found = spread([float(i) for i in range(1, 12)])
-    assert found
-    assert (found.median, found.most, found.worst) == (6.0, 10.0, 11.0)
-    assert spread([]) is None
+    every = [slack(1e-12), slack(1e-8), slack(1e-9), slack(1e-8, scale=0.0)]
+    (shown,) = tightness(every)
+    assert (shown.held, shown.rounded) == (4, 1)
+    assert shown.over_use == pytest.approx((100.0, 820.0, 1000.0))
+    assert shown.over_scale == pytest.approx((5e-7,) * 3)
+    assert loosest(every, 10) == [slack(1e-9)]
+    (alone,) = tightness([slack(1e-12, scale=0.0)])
+    assert alone.over_use is alone.over_scale is None
 
 
 def test_no_run_that_passes_uses_more_than_it_is_allowed():

@@ -21,9 +21,14 @@ def loosest(every, count):
     worst = {}
     for slack in every:
         key = slack.scene, slack.method, slack.observable
-        if not slack.rounded and (key not in worst or slack.over_use > worst[key].over_use):
+        if not slack.rounded and (key not in worst or over_use(slack) > over_use(worst[key])):
             worst[key] = slack
-    return sorted(worst.values(), key=lambda slack: -slack.over_use)[:count]
+    return sorted(worst.values(), key=over_use, reverse=True)[:count]
+
+
+def over_use(slack):
+    """What is allowed over what is used."""
+    return slack.allowed / slack.used
 
 
 def main(arguments):
@@ -44,7 +49,7 @@ def main(arguments):
         chosen = (slack for slack in every if slack.bound_only == bound_only)
         for slack in loosest(chosen, int(rest[0]) if rest else 10):
             print(
-                f"{slack.over_use:9.2g} {slack.scene} {slack.method} {slack.observable} "
+                f"{over_use(slack):9.2g} {slack.scene} {slack.method} {slack.observable} "
                 f"{slack.step:.4g}: allowed {slack.allowed:.2g}, {slack.used:.2g}"
             )
     return 0
