@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from plumbob.engines.adapters.ode import integrators
 from plumbob.reports.cli import main
 
@@ -12,18 +14,22 @@ KEYS = {"of", "by", "way", "exact", "computed", "relative_error", "predicted_err
 
 
 def test_json_has_a_record_for_each_way_and_parameter(capsys):
-    given = ["--of", "theta,theta_dot", "--by", "gravity,theta", "--way", "central", "--json"]
-    assert main(["gradient", CONE, "ode/rk4", *given]) == 0
+    given = ["--of", "theta,theta_dot", "--by", "gravity,theta", "--eps", "1e-3", "--json"]
+    assert main(["gradient", CONE, "ode/rk4", "--way", "central", *given]) == 0
     records = json.loads(capsys.readouterr().out)
     assert len(records) == 4
     assert all(set(record) >= KEYS for record in records)
     assert {record["verdict"] for record in records} == {"predicted"}
 
 
-def test_without_options_there_is_a_table(capsys):
-    assert main(["gradient", CONE, "ode/euler"]) == 0
+@pytest.mark.parametrize(
+    "by", [["--by", "platform_rate"], pytest.param([], marks=pytest.mark.long)]
+)
+def test_there_is_a_table_of_all_parameters_if_none_is_named(by, capsys):
+    assert main(["gradient", CONE, "ode/euler", *by]) == 0
     printed = capsys.readouterr().out
     assert "platform_rate" in printed
+    assert ("theta_dot" in printed) == (by == [])
     assert "UNEXPECTED" not in printed
 
 

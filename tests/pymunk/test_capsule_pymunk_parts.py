@@ -21,7 +21,6 @@ from plumbob.engines.adapters.pymunk.capsule_above import (
     friction_limits,
     on_feet,
 )
-from plumbob.engines.adapters.pymunk.slider_drive import driven, velocity_targets
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
 from plumbob.tests.support.random_capsules import CHECK
@@ -68,37 +67,6 @@ def test_feet_and_body_have_the_mass_and_inertia_of_the_capsule(corners, fractio
     assert foot_mass(body) == parts[-1].mass
 
 
-def test_pins_that_close_strain_the_feet_they_pin():
-    # Closing pins strain sticking feet: an unsettled start leaves gaps of 1e-8 m, the pins pull at
-    # them in every step, and the body drifts by 0.1 mm where friction is nearly used up. Pins that
-    # do not close only keep the gaps of the start.
-    scene = find_scene("capsule-hold/0.999")
-    setup = system_of(scene).problem(scene.parameters).setup
-    drifted = {}
-    for turning in (True, False):
-        assembly = on_feet(setup, 1e-3, turning)
-        friction_limits(setup, assembly.friction_joints)
-        assembly.space.iterations = 50
-        for _ in range(10_000):
-            assembly.space.step(1e-3)
-        drifted[turning] = abs(assembly.motion_of_centre[0])
-    assert drifted[True] > 5e-5
-    assert drifted[False] < 1e-6
-
-
-def test_normal_forces_at_the_wrong_feet():
-    # translation needs the moments of friction to balance; with the loads at the wrong supports
-    # they do not, and the body turns
-    setup = CapsuleSetup(CHECK, (0.08, 0.05), velocity=(0.3, 0.1), press=CHECK.gravity)
-    turned = []
-    for order in ((0, 1, 2), (1, 2, 0)):
-        assembly = on_feet(setup, 1e-3, turning=False)
-        a, b, c = (assembly.friction_joints[i] for i in order)
-        friction_limits(setup, (a, b, c))
-        turned.append(abs(step_on(assembly, 1e-3, 150).body.angle))
-    assert turned[0] < 1e-6 < 1e-3 < turned[1]
-
-
 def test_solver_iterations():
     bodies = [replace(CHECK, slider_mass=m) for m in (1.0, 1e2, 1e4)]
     left = [feet_factor(body, foot_mass(body), np.zeros(2)) for body in bodies]
@@ -111,23 +79,6 @@ def test_solver_iterations():
     assert iterations_needed(left[0], 500) == 500
     assert iterations_needed(left[-1], 1) == iterations_needed(1.0, 1) == MOST_ITERATIONS
     assert iterations_needed(0.0, 1) == 1
-
-
-def test_a_turn_without_friction_makes_no_momentum():
-    scene = find_scene("capsule-turn/0.03", {"friction": 1e-12})
-    setup = system_of(scene).problem(scene.parameters).setup
-    step = scene.parameters["half_time"] / 200
-    assembly = on_feet(setup, step, turning=True)
-    limits = friction_limits(setup, assembly.friction_joints)
-    assert setup.plane_velocity is not None
-    targets = velocity_targets(setup.plane_velocity, setup.slider, step)
-    act = driven(assembly, targets, step, limits)
-    assembly.space.iterations = ITERATIONS
-    for n in range(400):
-        act(n * step)
-        assembly.space.step(step)
-    scale = CHECK.slider_mass * abs(complex(*setup.slider)) / scene.parameters["half_time"]
-    assert abs(assembly.momentum) < 1e-10 * scale
 
 
 def test_a_start_in_the_middle_of_a_turn_has_no_jerk():

@@ -11,35 +11,7 @@ import pytest
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.cases import beyond
-from plumbob.tests.support.pymunk_capsule import METHODS, run, verdict
-
-CASES = (  # scene, steps in a half time (or a step [s]), part of the error that the model may add
-    ("capsule-turn/0.3", 200, 0.02),
-    ("capsule-turn/0.1-stop", 100, 0.03),
-    ("capsule-turn/0.001", 50, 0.05),
-    ("capsule-turn/unloaded", 100, 0.03),
-    ("capsule-turn/pivot", 200, 0.2),
-    ("capsule-turn/held", 200, 1.0),
-    ("capsule-coast/spin", 5e-4, 0.03),
-    ("capsule-plan/near-free", 1e-3, 0.03),
-)
-
-
-def step_of(name, parts):
-    """`parts` of a scene's half time, or the step itself."""
-    return scene(name).parameters["half_time"] / parts if parts > 1 else parts
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(("name", "parts", "part"), CASES)
-def test_the_error_of_feet_is_as_predicted(name, parts, part):
-    """Within the error of the step plus the model-error bound, which is much smaller (except where
-    a growing load overcomes friction, and iterations stall)."""
-    found, _ = run(name, "feet", step_of(name, parts))
-    assert verdict(found, "feet") == "predicted"
-    leading = next(iter(found.errors.values()))
-    assert sum(leading.model.values()) <= part * leading.predicted.largest
-    assert leading.largest == pytest.approx(leading.predicted.largest, rel=part)
+from plumbob.tests.support.pymunk_capsule import METHODS, verdict
 
 
 @pytest.mark.long

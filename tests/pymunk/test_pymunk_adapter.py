@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.engines.adapters.pymunk import ENGINE, prepare
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE
 from plumbob.engines.method import Unsupported
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judge
 
 METHODS = {m.name: m for m in ENGINE.methods if "simple-pendulum" in m.systems}
 DEFAULT, TIGHT = METHODS["pymunk/default"], METHODS["pymunk/tight"]
@@ -27,50 +25,6 @@ def run(name, method, step, duration, **settings):
     found, trajectory = measure(case_of(scene), how, step)
     assert trajectory is not None
     return found, trajectory
-
-
-def verdict(found, method):
-    """The verdict on a run."""
-    return judge(found, system_of(find_scene(found.scene)), method).verdict
-
-
-CASES = (
-    "free-small",
-    "free-large",
-    "rotating-slow",
-    "damped-large",
-    "damped-rotating",
-    "forced-large",
-    "forced-chaotic",
-    "overdamped",
-)
-STEPS = {"pymunk/default": 1e-4, "pymunk/tight": 2e-4}
-
-
-@pytest.mark.long(keep=6)
-@pytest.mark.parametrize("name", METHODS)
-@pytest.mark.parametrize("case", CASES)
-def test_errors_are_what_the_joint_makes_them(name, case):
-    # theta, theta_dot and the tension from the joint's impulse, all within their budget; the budget
-    # is the theory's error and its last two terms, so that an increase by a tenth is a failure
-    found, _ = run(case, METHODS[name], STEPS[name], duration=2.0)
-    assert verdict(found, METHODS[name]) == "predicted", found
-    assert set(found.errors) == {"theta", "theta_dot", "tension"}
-    for error in found.errors.values():
-        bound = sum(error.model.values())
-        assert error.largest == pytest.approx(error.predicted.largest, rel=1e-3, abs=bound)
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_the_other_joint_is_not_this_one(name):
-    other = next(method for method in METHODS.values() if method.name != name)
-    wrong = replace(METHODS[name], scheme=other.scheme)
-    found, _ = run("free-large", wrong, STEPS[name], duration=2.0)
-    predicted = found.errors["theta"].predicted
-    assert found.errors["theta"].end != pytest.approx(predicted.end, rel=0.5)
-    assert (
-        verdict(found, wrong) == "off-prediction" or name == "pymunk/tight"
-    )  # whose error is smaller
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -99,26 +53,12 @@ def test_joint_stays_open_while_the_bob_turns(step):
     np.testing.assert_allclose(tight.channels["opening"][1:], opened[1:], rtol=50 * step)
 
 
-@pytest.mark.parametrize("speed", np.linspace(1.26, 1.3, 5).tolist())
-def test_the_sign_changes_where_the_rod_begins_to_pull(speed):
-    # Every step is a sample here; between two of them the rod changes from a push to a pull.
-    scene = find_scene(
-        "simple-pendulum/free-large", {"theta": np.radians(-101), "theta_dot": speed}
-    )
-    _, trajectory = measure(case_of(replace(scene, duration=0.02)), TIGHT, 4e-4)
-    seen = {name: values[1:] for name, values in trajectory.observables.items()}
-    own = tension(1.0, 9.8, seen["theta"], seen["theta_dot"])
-    late = 9.8 * 4e-4 * seen["theta_dot"] * np.sin(seen["theta"])
-    assert seen["tension"][0] < 0.0 < seen["tension"][-1]
-    assert np.abs(seen["tension"] - own - late).max() < 0.05 * np.abs(late).max()
-
-
 @pytest.mark.parametrize("step", [1e-6, 4e-6])
 def test_the_rounding_of_an_opening_is_bounded_and_not_loosely(step):
     found, _ = run("free-large", TIGHT, step, duration=2000 * step)
     error = found.errors["tension"]
     bound = error.model["rounded opening"]
-    assert 0.1 * bound < error.predicted.beyond < bound
+    assert 0.1 * bound < error.predicted.difference < bound
 
 
 @pytest.mark.parametrize("iterations", [1, 10])

@@ -1,134 +1,25 @@
 """Derivatives of motions by differences of 60-digit solutions; it takes some minutes.
 
-`python -m plumbob.tests.sensitivities.recorded` writes recorded.json anew, with three sets of
-parameters of each system drawn at random: an independent method, from the equations of motion in
-other variables, with neither a variational equation nor a chain rule.
+`python -m plumbob.tests.sensitivities.recorded` writes recorded.json anew, for the parameters
+in it, which were drawn at random: an independent method, from the equations of motion in other
+variables, with neither a variational equation nor a chain rule.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import gmpy2
-import numpy as np
 from gmpy2 import mpfr
 
-from plumbob.models.registry import case_of, scene
 from plumbob.tests.smooth_systems.recorded_chains import slope
 from plumbob.tests.support.extrapolation import states
 
 FILE = Path(__file__).with_suffix(".json")
 STEP = mpfr("1e-12")  # of a parameter: a difference's error is its square
-DIGITS, SETS = 17, 3
+DIGITS = 17
 ANGLE = ("theta", "theta_dot")
-Values = Mapping[str, Any]
-DRAWN = {
-    "cone-pendulum": {
-        "density": (500.0, 8000.0),
-        "height": (0.2, 0.5),
-        "apex_angle": (0.4, 1.2),
-        "pivot_x": (0.01, 0.1),
-        "pivot_y": (0.02, 0.15),
-        "pivot_z": (0.01, 0.1),
-        "platform_rate": (2.0, 30.0),
-        "gravity": (5.0, 15.0),
-        "theta": (-1.0, 1.0),
-        "theta_dot": (2.0, 30.0),
-    },
-    "cone-pendulum general": {
-        "mass": (1.0, 5.0),
-        "com_distance": (0.1, 0.2),
-        "inertia_x": (0.26, 0.28),
-        "inertia_y": (0.26, 0.28),
-        "inertia_z": (0.04, 0.06),
-        "inertia_yz": (0.001, 0.009),
-        "pivot_y": (0.02, 0.15),
-        "platform_rate": (2.0, 20.0),
-        "gravity": (5.0, 15.0),
-        "theta": (-1.0, 1.0),
-        "theta_dot": (2.0, 20.0),
-    },
-    "simple-pendulum": {
-        "length": (0.5, 2.0),
-        "gravity": (5.0, 15.0),
-        "damping_rate": (0.02, 0.5),
-        "forcing_amplitude": (0.1, 1.5),
-        "forcing_frequency": (0.5, 3.0),
-        "theta": (-2.0, 2.0),
-        "theta_dot": (-3.0, 3.0),
-        "mass": (0.5, 3.0),
-    },
-    "free-body": {
-        "inertia_x": (1.0, 2.0),
-        "inertia_y": (1.0, 2.0),
-        "inertia_z": (1.0, 2.0),
-        "angular_velocity[0]": (-2.0, 2.0),
-        "angular_velocity[1]": (-2.0, 2.0),
-        "angular_velocity[2]": (-2.0, 2.0),
-    },
-    "capsule-coast": {
-        "body_mass": (0.7, 2.0),
-        "slider_mass": (0.1, 0.5),
-        "inertia": (0.015, 0.04),
-        "supports[0][0]": (0.18, 0.25),
-        "supports[0][1]": (-0.03, 0.03),
-        "supports[1][0]": (-0.15, -0.1),
-        "supports[1][1]": (0.12, 0.18),
-        "supports[2][0]": (-0.15, -0.1),
-        "supports[2][1]": (-0.18, -0.12),
-        "friction": (0.15, 0.6),
-        "gravity": (5.0, 15.0),
-        "slider[0]": (-0.08, 0.08),
-        "slider[1]": (-0.08, 0.08),
-        "velocity_x": (0.2, 0.6),
-        "velocity_y": (0.2, 0.6),
-        "heading_rate": (3.0, 8.0),
-        "heading": (-2.0, 2.0),
-    },
-}
-TURNING = {"gravity": (5.0, 15.0), "angle": (0.0, 2.0), "angular_velocity": (8.0, 14.0)}
-RODS = {"lengths": (0.3, 0.5), "masses": (0.6, 1.0), "angles": (1.5, 2.5)}
-DRAWN = {
-    **DRAWN,
-    "linear-pendulum": DRAWN["simple-pendulum"],
-    "slider-crank": {
-        "crank": (0.15, 0.22),
-        "rod": (0.45, 0.6),
-        **{f"{link}_mass": (0.4, 1.5) for link in ("crank", "rod", "slider")},
-        **TURNING,
-    },
-    "four-bar": {
-        "crank": (0.18, 0.22),
-        "coupler": (0.48, 0.52),
-        "rocker": (0.38, 0.42),
-        "ground": (0.48, 0.52),
-        **{f"{link}_mass": (0.4, 1.5) for link in ("crank", "coupler", "rocker")},
-        **TURNING,
-    },
-    "n-pendulum": {
-        **{f"{name}[{i}]": ends for name, ends in RODS.items() for i in range(3)},
-        **{f"angular_velocities[{i}]": (-2.0, 2.0) for i in range(3)},
-        "gravity": (5.0, 15.0),
-    },
-    "heavy-top": {
-        "mass": (0.3, 0.7),
-        "length": (0.08, 0.12),
-        "inertia_across": (1.5e-3, 2.5e-3),
-        "inertia_axis": (0.8e-3, 1.2e-3),
-        "gravity": (5.0, 15.0),
-        "tilt": (0.4, 0.8),
-        "precession_rate": (0.5, 1.5),
-        "tilt_rate": (-0.5, 0.5),
-        "spin_rate": (150.0, 250.0),
-    },
-}
-LASTING = {
-    **{"cone-pendulum": 0.3, "simple-pendulum": 2.0, "linear-pendulum": 2.0, "free-body": 2.0},
-    **{"slider-crank": 0.5, "four-bar": 0.5, "n-pendulum": 0.4, "heavy-top": 0.3},
-}
 LONGEST = {  # step [s]; else 0.1
     **{"cone-pendulum": 0.02, "capsule-coast": 0.01, "slider-crank": 0.02, "four-bar": 0.02},
     **{"n-pendulum": 0.02, "heavy-top": 0.01},
@@ -371,37 +262,22 @@ EQUATIONS = {
 
 
 def nested(values):
-    """Parameters as `--set` takes them, from numbers with indices."""
+    """Parameters as `--set` takes them, from numbers with indices in their order."""
     found = {}
     for name, value in values.items():
         head, *indices = name.replace("]", "").split("[")
         if not indices:
             found[head] = value
-            continue
-        inner = found.setdefault(head, {})
-        for index in indices[:-1]:
-            inner = inner.setdefault(int(index), {})
-        inner[int(indices[-1])] = value
-    return {name: _tuples(value) for name, value in found.items()}
-
-
-def _tuples(value):
-    if not isinstance(value, dict):
-        return value
-    return tuple(_tuples(value[index]) for index in sorted(value))
+        elif indices[1:] and int(indices[1]):
+            found[head] = (*found[head][:-1], (*found[head][-1], value))
+        else:
+            found[head] = (*found.get(head, ()), (value,) if indices[1:] else value)
+    return found
 
 
 def scene_of(system):
     """The scene whose parameters are replaced."""
     return "capsule-coast/spin" if system == "capsule-coast" else system
-
-
-def _times(system, parameters):
-    if system in LASTING:
-        return [round(part * LASTING[system], 4) for part in (0.3, 0.7, 1.0)]
-    case = case_of(scene(scene_of(system), nested(parameters)))
-    stop = case.problem.motion.events[1].time
-    return [round(part * stop, 4) for part in (0.3, 0.7, 0.95)]
 
 
 def _derived(system, parameters, times):
@@ -427,21 +303,12 @@ def _derived(system, parameters, times):
 
 
 def write():
-    """Draw the parameters and record the derivatives."""
-    rng, table = np.random.default_rng(28), []
+    """Record the derivatives of every set of parameters anew."""
+    table = json.loads(FILE.read_text("utf-8"))
     with gmpy2.context(gmpy2.get_context(), precision=200):
-        for drawn, ranges in DRAWN.items():
-            system = drawn.partition(" ")[0]
-            for _ in range(SETS):
-                parameters = {
-                    name: float(f"{rng.uniform(*ends):.3g}") for name, ends in ranges.items()
-                }
-                times = _times(system, parameters)
-                derived = dict(_derived(system, parameters, times))
-                table.append(
-                    {"system": system, "parameters": parameters, "times": times, "by": derived}
-                )
-                print(drawn, flush=True)
+        for of in table:
+            of["by"] = dict(_derived(of["system"], of["parameters"], of["times"]))
+            print(of["system"], flush=True)
     FILE.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
 
 

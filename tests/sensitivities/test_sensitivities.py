@@ -153,13 +153,6 @@ def test_line_derivatives(number):
             assert not wrong, (name, wrong)
 
 
-def test_the_known_derivative():
-    """The final displacement of the line at 30 degrees by the friction coefficient."""
-    case = case_of(scene("capsule-line/heading-030"))
-    found = exact_gradient(case, ["friction"], np.array([0.15]), ["displacement"])["friction"]
-    assert found.values["displacement"][0] == pytest.approx(0.0196745, abs=5e-9)
-
-
 @pytest.mark.parametrize(
     ("name", "parameter", "side", "reason"),
     [
