@@ -45,12 +45,11 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     """The same for a dataclass whose exact `motion` is certified, and whose loop, where it has one,
     engines close with a `soft` constraint; its energy is conserved, unless `about` has other
     invariants."""
-    about = {"invariants": energy_drift, **about}
+    about = {"invariants": energy_drift, "errors": _smooth_errors, **about}
     return field_system(
         model,
         mjcf,
         reference=lambda problem: problem.motion,
-        errors=_smooth_errors,
         kind=SMOOTH,
         **about,
     )
@@ -63,7 +62,7 @@ def contact_system(model: type[Any], mjcf: Path, theory: str, **about: Any) -> S
         model,
         mjcf,
         reference=lambda problem: problem,
-        errors=partial(_contact_errors, *theory.rsplit(".", 1)),
+        errors=partial(theory_of, *theory.rsplit(".", 1)),
         invariants=lambda problem, observed: {},
         kind=ON_PLANE,
         **about,
@@ -91,7 +90,7 @@ def energy_drift(problem: Any, observed: Mapping[str, Array]) -> Mapping[str, Ar
     return {"energy": (energies - energies[0]) / scale} if scale else {}
 
 
-def _contact_errors(module: str, name: str, problem: Any) -> ErrorTheory:
+def theory_of(module: str, name: str, problem: Any) -> ErrorTheory:
     """Theory of contacts, which asking for a scene does not load."""
     theory: ErrorTheory = getattr(import_module(module), name)(problem)
     return theory

@@ -102,7 +102,9 @@ METHODS = (
     _capsule("elliptic", systems=HELD, contact="elliptic"),
     _capsule("elliptic+noslip", systems=HELD, contact="elliptic+noslip"),
     _capsule(
-        "coulomb", systems=("rolling-ball", "incline", "pinch", "rod-impact"), contact="coulomb"
+        "coulomb",
+        systems=("rolling-ball", "incline", "pinch", "rod-impact", "rolling-disc"),
+        contact="coulomb",
     ),
     _capsule("coulomb+noslip", systems=UNPLANNED, contact="coulomb+noslip"),
     _capsule("coulomb", "implicitfast", UNPLANNED, contact="coulomb"),

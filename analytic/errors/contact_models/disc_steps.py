@@ -1,0 +1,85 @@
+"""Errors of steps on a disc that rolls: schemes on its smooth equations, or Euler's steps of a disc
+with six coordinates on a contact that is a spring and damper, whose friction ends all slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
+from plumbob.analytic.systems.rolling_disc import RollingDisc, masses, moments
+from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+
+ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
+"""Stands for a contact of a spring and damper, with friction that ends a slip within its step."""
+RATE, DAMPING = 0.4, 0.3  # of its spring, per step, and its damping ratio
+FRICTION = 1.0  # of the models
+YIELDS = 9.999e-6  # friction's softness over the inverse mass, by impedance and impratio
+ROUNDED = 20.0  # units in the last place, as of inputs, and a disc of a millionth of its radius
+
+
+def turning(angles: Array) -> Array:
+    """Axes of the precession, the tilt and the spin, in columns, shape (3, 3)."""
+    (a, c), (b, d) = (np.cos(angles[:2]), np.sin(angles[:2]))
+    return np.array([[0.0, a, b * d], [0.0, b, -a * d], [1.0, 0.0, c]])
+
+
+def rolling(disc: RollingDisc, angles: Array, depth: float = 0.0) -> Array:
+    """Velocity of the disc where it touches, `depth` [m] below its middle's distance to the lowest
+    point, by the velocity of its middle and the rates of its angles, shape (3, 6)."""
+    axes = turning(angles)
+    arm = np.cross(axes[:, 1], axes[:, 2]) * disc.radius - [0.0, 0.0, depth]
+    return np.hstack([np.eye(3), np.cross(axes.T, arm).T])
+
+
+def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
+    """Angles and rates after the numbers of steps `marks`, shape (6, n), of a unit mass; empty
+    where the disc slips."""
+    start, square, spring = disc.motion.system.start, disc.radius**2, (RATE / step) ** 2
+    place = np.array([0, 0, disc.radius * np.sin(disc.tilt) - disc.gravity / spring, *start[:3]])
+    rates = np.array([*-rolling(disc, start[:3])[:, 3:] @ start[3:], *start[3:]])
+    states, mobility = [np.concatenate([place[3:], rates[3:]])], np.eye(6)
+    for _ in range(int(marks[-1])):
+        angles = place[3:]
+        low = place[2] - disc.radius * np.sin(angles[1])
+        ends = rolling(disc, angles, low / 2.0)
+        mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
+        push = max(0.0, -spring * low - 2.0 * DAMPING * RATE / step * (ends @ rates)[2]) * step
+        free = np.array(moments(0.0, 0.0, angles, rates[3:])) * step * square
+        impulses = np.array([0.0, 0.0, -disc.gravity * step, *free]) + ends[2] * push
+        rates = rates + mobility @ impulses
+        soft = ends[:2] @ mobility @ ends[:2].T + YIELDS * np.eye(2)
+        held = np.linalg.solve(soft, -ends[:2] @ rates)
+        if not np.hypot(*held) <= FRICTION * push:  # it slips
+            return np.empty((6, 0))
+        rates = rates + mobility @ ends[:2].T @ held
+        place = place + step * rates
+        states.append(np.concatenate([place[3:], rates[3:]]))
+    return np.asarray(np.array(states)[marks].T)
+
+
+@dataclass(frozen=True)
+class DiscErrors(WithoutSeries):
+    """The errors of steps on a disc; empty for schemes and contacts that are not stepped here."""
+
+    disc: RollingDisc
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """See `plumbob.analytic.theory.ErrorTheory`."""
+        if scheme.contact is None:
+            return smooth_errors(self.disc.motion).at_step(scheme, step, times)
+        if scheme.contact != ROLLS or scheme.integrator != EULER:
+            return SteppedErrors({})
+        exact = self.disc.motion.observe(times)
+        states = stepped(self.disc, step, np.rint(times / step).astype(int))
+        if not states.size:
+            return SteppedErrors({})
+        errors = {name: state - exact[name] for name, state in zip(exact, states, strict=True)}
+        doubt = self.disc.motion.uncertainty(times)
+        return SteppedErrors(
+            errors, {n: ROUNDED * (x + ULP * abs(exact[n])) for n, x in doubt.items()}
+        )

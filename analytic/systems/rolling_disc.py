@@ -1,0 +1,101 @@
+"""A thin disc that rolls on a plane without slipping, in Euler's angles.
+
+With the precession f about the vertical, the tilt t of the axis from it, the spin s about the axis,
+w = s' + f' cos t, and h = 1 where the contact holds the disc, 0 where it is free, in units of m R^2
+(Routh 1905, Dynamics of a System of Rigid Bodies, Advanced Part, 244; O'Reilly 1996, Nonlinear Dyn.
+10, 287), T = (1/4 + h) t'^2/2 + f'^2 sin^2 t/8 + (1/2 + h) w^2/2, V = h (g/R) sin t, and
+
+    t'' (1/4 + h) = f'^2 sin t cos t/4 - (1/2 + h) f' w sin t - h (g/R) cos t
+    w' (1/2 + h) = h f' t' sin t,   f'' sin t/4 = w t'/2 - f' t' cos t/2                        (1)
+
+which are not Lagrange's equations: the constraint is no function of the angles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.crank_links import check_constants
+from plumbob.analytic.systems.heavy_top import ANGLES, RATES
+
+
+@dataclass(frozen=True)
+class RollingDisc:
+    """A disc of `radius` [m] under `gravity` [m/s^2], with the `tilt` [rad] of its axis, pi/2 where
+    it is upright, and rates [rad/s] at time 0; raises ParameterError.
+
+    >>> round(RollingDisc(0.1, 9.81, 1.2, 4.0, 0.0, 1.0).steady_spin, 6)
+    -7.564405
+    """
+
+    radius: float
+    gravity: float
+    tilt: float
+    precession_rate: float
+    tilt_rate: float
+    spin_rate: float
+
+    def __post_init__(self) -> None:
+        check_constants(self, ("radius", "gravity"), ("tilt", *RATES))
+        if not 0.0 < self.tilt < np.pi:
+            raise ParameterError("tilt", self.tilt, "between 0 and pi, where the disc lies flat")
+
+    @cached_property
+    def motion(self) -> CertifiedMotion:
+        """The exact motion."""
+        start, rates = (0.0, self.tilt, 0.0), tuple(getattr(self, name) for name in RATES)
+        sizes = {"radius": self.radius, "gravity": self.gravity}
+        return CertifiedMotion(SmoothSystem(ANGLES, RATES, _masses, _moments, sizes, start, rates))
+
+    def potential(self, observed: Mapping[str, Array]) -> Array:
+        """V [1/s^2]."""
+        return np.asarray(self.gravity / self.radius * np.sin(observed["tilt"]))
+
+    @property
+    def steady_spin(self) -> float:
+        """The spin rate [rad/s] with which it keeps the tilt and the precession of the start."""
+        turn, sine, cosine = self.precession_rate, math.sin(self.tilt), math.cos(self.tilt)
+        return (
+            cosine * (turn / 4 - self.gravity / (self.radius * turn * sine)) / 1.5 - turn * cosine
+        )
+
+    @property
+    def wobble(self) -> float:
+        """Square of the rate [rad^2/s^2] of small deviations from rolling upright with the spin of
+        the start, negative where they grow."""
+        return 2.4 * self.spin_rate**2 - 0.8 * self.gravity / self.radius
+
+
+def masses(held: float, q: Any) -> tuple[tuple[Any, ...], ...]:
+    """The matrix of T, in units of m R^2, by the angles `q` [rad]."""
+    cosine, axis = np.cos(q[1]), 0.5 + held
+    turn = np.sin(q[1]) ** 2 / 4 + axis * cosine**2
+    return (turn, 0.0, axis * cosine), (0.0, 0.25 + held, 0.0), (axis * cosine, 0.0, axis)
+
+
+def moments(held: float, pull: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+    """The right-hand side of eq. 1 for that matrix; `pull` is g/R [1/s^2]."""
+    sine, cosine, w = np.sin(q[1]), np.cos(q[1]), v[2] + v[0] * np.cos(q[1])
+    return (
+        sine * v[1] * (w / 2 + 2 * held * v[0] * cosine),
+        sine * v[0] * (v[0] * cosine / 4 - (0.5 + held) * w) - held * pull * cosine,
+        (0.5 + 2 * held) * v[0] * v[1] * sine,
+    )
+
+
+def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
+    return masses(1.0, q)
+
+
+def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+    return moments(1.0, p.gravity / p.radius, q, v)

@@ -1,0 +1,55 @@
+"""The rolling disc in MuJoCo's terms: slides, hinges whose angles are Euler's, and a contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, rolling
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
+from plumbob.engines.adapters.mujoco import contacts
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, read, with_contacts
+from plumbob.engines.adapters.stepping import no_error
+from plumbob.engines.method import Method
+
+model_error = no_error  # its contact is part of the step
+
+
+def scheme(method: Method) -> Scheme:
+    """The scheme of `method` on contacts: soft, or of a convergent profile."""
+    of_contacts = contacts.scheme(method)
+    return of_contacts if of_contacts.contact else replace(of_contacts, contact=ROLLS)
+
+
+def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
+    """Translate a RollingDisc at about the depth that its weight makes."""
+    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    tune, start = with_contacts(spec, profile, step), spec.key("start")
+    if profile.convergent:
+        spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)
+        start.qpos[2] -= problem.gravity * (step / contacts.STIFFNESS) ** 2
+
+    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+        states = np.concatenate([qpos[:, 3:], qvel[:, 3:]], axis=1)
+        return problem.motion.system.observed(states.T), {}
+
+    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe, tune=tune)
+
+
+def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
+    """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
+    spec, radius, system = read(mjcf), problem.radius, problem.motion.system
+    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    disc, start = spec.body("disc"), spec.key("start")
+    disc.inertia = [radius**2 / 4.0, radius**2 / 4.0, radius**2 / 2.0]
+    spec.geom("rim").size = [radius, radius, 1e-6 * radius]
+    spec.geom("disc").size[:2] = [radius, 0.02 * radius]
+    start.qpos = [0.0, 0.0, radius * np.sin(problem.tilt), *system.position]
+    held = rolling(problem, np.array(system.position))[:, 3:] @ system.rate
+    start.qvel = [*-held, *system.rate]
+    return spec

@@ -1,0 +1,68 @@
+"""A thin disc that rolls without slipping: rolling-disc."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from plumbob.analytic.systems.heavy_top import ANGLES
+from plumbob.analytic.systems.rolling_disc import RollingDisc
+from plumbob.models.field_systems import field_values, smooth_system, theory_of
+from plumbob.models.heavy_top import interest
+from plumbob.models.scene import Observable, Scene, step_sizes
+
+
+def facts(disc: RollingDisc) -> Mapping[str, Any]:
+    """The spin rate [rad/s] and the radius [m] of a steady circle with this tilt and precession,
+    and the rate [rad/s] of small wobbles upright with this spin; none where there is none."""
+    turn, spin = disc.precession_rate, disc.steady_spin if disc.precession_rate else None
+    return {
+        "steady_spin": spin,
+        "circle_radius": abs(spin / turn) * disc.radius if spin else None,
+        "wobble_rate": math.sqrt(disc.wobble) if disc.wobble > 0.0 else None,
+    }
+
+
+def _scene(case: str, summary: str, start: tuple[float, ...], **more: Any) -> Scene:
+    return Scene(
+        f"rolling-disc/{case}",
+        summary,
+        field_values(RollingDisc, (0.1, 9.81, *start)),
+        1.0,
+        step_sizes(2e-3, 2e-4),
+        "Routh 1905, Advanced Dynamics of a System of Rigid Bodies, 244; the numbers are ours",
+        **more,
+    )
+
+
+_STEADY = RollingDisc(0.1, 9.81, 1.2, 4.0, 0.0, 0.0).steady_spin
+SYSTEM = smooth_system(
+    RollingDisc,
+    Path(__file__).parent / "rolling_disc.xml",
+    name="rolling-disc",
+    title="Rolling disc",
+    observables=tuple(Observable(name, "rad") for name in ANGLES),
+    scenes=(
+        _scene(
+            "wobbling",
+            "upright and fast enough to stay so, it wobbles",
+            (math.pi / 2, 0.0, 1.0, 30.0),
+            profile="quick",
+        ),
+        _scene("circle", "leaning, round a circle of 0.19 m", (1.2, 4.0, 0.0, _STEADY)),
+        _scene(
+            "falling",
+            "upright and too slow to stay so, it falls and rises again",
+            (math.pi / 2, 0.0, 0.5, 4.0),
+            hard="rolling upright is unstable below 5.7 rad/s",
+        ),
+    ),
+    default="wobbling",
+    errors=partial(theory_of, "plumbob.analytic.errors.contact_models.disc_steps", "DiscErrors"),
+    facts=facts,
+    interest=interest,
+)
+SYSTEMS = (SYSTEM,)
