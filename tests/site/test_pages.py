@@ -96,6 +96,8 @@ def test_every_scene_method_and_number_is_in_a_table(documents):
         assert method.name in said
     for name in ("predicted", "19.655093168750", "13.389704809267", "19.729447983"):
         assert name in said
+    (cone,) = (d for f, d in documents.items() if f.name == "cone-pendulum-rotating-base.html")
+    assert "transition" in cone.cells  # derivatives, way by way
 
 
 def test_foot_says_where_it_comes_from(page):

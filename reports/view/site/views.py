@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import SimpleNamespace
-from typing import get_args
+from typing import Any, get_args
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
@@ -30,13 +30,14 @@ from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.reports.view.site.claims import formed, galleries
 from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
-from plumbob.reports.view.tables import table
+from plumbob.reports.view.tables import table, table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
 View = SimpleNamespace
 """A scene or a system as its page shows it, by the names that a template reads."""
 OF_ENGINES = "engines"  # the section of what holds for engines, whatever the system, and its page
+DERIVATIVES = "engines/gradients"  # the analysis that has those of every scene
 
 
 def in_order(study: Study, system: SystemRecord) -> list[Scene]:
@@ -84,6 +85,7 @@ def scene_view(
     tables_below = (
         top_tables.scene_recommendations(record.recommendations),
         scene_tables.orders(convergence, methods),
+        table_or_none("gradients", records=_derivatives(study, scene.name)),
         trimming(study, scene),
         scene_tables.summary(observables, convergence, methods),
         scene_tables.cost(convergence, costs, methods),
@@ -128,6 +130,14 @@ def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Tabl
         return ()
     digits = hard_cases.table(study, [(scene, ranges)])
     return (digits,) if digits else ()
+
+
+def _derivatives(study: Study, scene: str) -> list[Any]:
+    """Those of what a scene's runs end with, way by way."""
+    judged = [
+        a.numbers["records"] for a in study.analyses if a.template == DERIVATIVES and a.numbers
+    ]
+    return [of for records in judged for of in records if of["scene"] == scene]
 
 
 def _by_engine(methods: Sequence[str]) -> tuple[str, ...]:

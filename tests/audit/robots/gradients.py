@@ -1,0 +1,113 @@
+"""Derivatives that an audit certifies of robots, held against another eps and another method.
+
+    python -m plumbob.tests.audit.robots.gradients [NAME ...]
+
+Prints a row for a half cheetah that falls and one on the ground, a cart-pole, and an arm with a
+motor in each joint: how well the gradient of the last pose is certified, the errors of three ways
+at the file's own step, the horizon, and how far two other computations are from it, of the
+certificate: DOP853 with another tolerance and eps, and differences of the file's own RK4 at small
+steps. Exits 1 where one is outside.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from functools import partial
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
+from plumbob.engines.audit.allowance import Allowance
+from plumbob.engines.audit.controls import script
+from plumbob.engines.audit.gradient import TIGHT, _moved, _refined, gradients
+from plumbob.engines.audit.reference import certified
+from plumbob.engines.own_motion import AS_IT_STANDS, Start
+from plumbob.tests.audit.robots.robot_files import folder
+
+ANOTHER = ("DOP853", TIGHT / 10.0, 1.3e-3)
+SMALL, COARSER, EPS = 256, 4, 1e-3  # steps in one of the file's own, how many times as many, eps
+MOST = 2.0  # certificates: each of two computations may be one off
+BUDGET = 1200.0  # [s] of processor time
+WAYS = "transition", "central", "forward"
+HEAD = "robot", "numbers", "certified", *WAYS, "horizon", "apart", "apart from small steps"
+
+
+def arm():
+    """The Panda of dm-robotics-panda with a motor in each joint, its pins without dry friction."""
+    spec = importlib.util.find_spec("dm_robotics.panda")
+    assert spec is not None
+    assert spec.origin is not None
+    panda = mujoco.MjSpec.from_file(str(Path(spec.origin).parent / "assets/panda/panda.xml"))
+    for joint in panda.joints:
+        joint.frictionloss, joint.damping = 0.0, np.abs(joint.damping)
+        motor = panda.add_actuator(name=joint.name, target=joint.name)
+        motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        motor.ctrllimited, motor.ctrlrange = True, [-0.5, 0.5]
+    return panda.compile()
+
+
+def from_file(package, name):
+    return mujoco.MjModel.from_xml_path(str(folder(package) / f"{name}.xml"))
+
+
+HIGH = Start(qpos=(0.0, 1.0, *[0.0] * 7))
+READY = Start(qpos=(0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785))
+CHEETAH = partial(from_file, "gymnasium", "half_cheetah")
+ROBOTS = {  # its model, its start, and how long [s]
+    "half_cheetah in the air": (CHEETAH, HIGH, 0.4),
+    "half_cheetah": (CHEETAH, AS_IT_STANDS, 0.4),
+    "cartpole": (partial(from_file, "dm_control", "cartpole"), AS_IT_STANDS, 1.0),
+    "panda": (arm, READY, 0.2),
+}
+
+
+def by_small_steps(own, motion, number, parts):
+    """Eq. 1 at the end, of the file's own RK4 at so many steps in one of its own."""
+
+    def difference(eps):
+        nudged = (_moved(own, motion, number, by) for by in (eps, -eps))
+        ends = (own.stepped(script, "rk4", parts).states[-1:] for script in nudged)
+        return own.coordinates(*ends)[0] / (2.0 * eps)
+
+    return (4.0 * difference(EPS / 2.0) - difference(EPS)) / 3.0
+
+
+def row(name):
+    """The gradient of a robot as cells, and whether both computations confirm it."""
+    build, start, duration = ROBOTS[name]
+    own, allowance = own_model(build(), name, start), Allowance(BUDGET)
+    motion = script(own, "sines", duration)
+    reference = certified(own, motion, allowance)
+    found = gradients(own, motion, reference, len(motion.controls), allowance)
+    numbers = np.flatnonzero(found.known)
+    other, fine, coarse = (np.full_like(found.exact[-1], np.nan) for _ in range(3))
+    for number in numbers:
+        other[:, number] = _refined(own, motion, number, ANOTHER, allowance)[0][-1]
+        fine[:, number] = by_small_steps(own, motion, number, SMALL)
+        coarse[:, number] = by_small_steps(own, motion, number, SMALL // COARSER)
+    size, known = found.norm(found.exact[-1]), float(found.certificate[-1])
+    pairs = (other, found.exact[-1]), (fine, found.exact[-1]), (fine, coarse)
+    apart, small, left = (float(found.norm(one - two) / size) for one, two in pairs)
+    ways = [f"{found.errors(w)[-1]:.2g}" if w.computed is not None else w.why for w in found.ways]
+    horizon = f"{found.horizon:.2g} s" if found.horizon else found.why
+    confirmed = apart <= MOST * known and small <= MOST * known + left
+    cells = [name, f"{numbers.size} of {len(found.by)}", f"{known:.1e}", *ways, horizon]
+    return [*cells, f"{apart:.1e}", f"{small:.1e} ± {left:.1e}"], confirmed
+
+
+def main(names):
+    """Print the table of some robots, or all; returns an exit code."""
+    print(f"| {' | '.join(HEAD)} |\n|{'---|' * len(HEAD)}", flush=True)
+    outside = 0
+    for name in names or ROBOTS:
+        cells, confirmed = row(name)
+        outside += not confirmed
+        print(f"| {' | '.join(cells)} |{'' if confirmed else ' OUTSIDE'}", flush=True)
+    return int(bool(outside))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
