@@ -18,7 +18,6 @@ from plumbob.engines.study.cost import reference_step
 from plumbob.tests.support.benchmark_runs import in_turn
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import COAST
-from plumbob.tests.support.smoothed_friction import smoothed_motion
 
 MOST = 70_000  # reference steps, a turn manoeuvre to rest: a tenth of a second
 
@@ -53,16 +52,6 @@ def test_a_residual_motion_is_quicker(hold):
     hold("exact spin over an empty step", in_steps(_coasted), most=0.5 * MOST)
 
 
-def test_smoothed_friction_costs_many_times_as_much(hold):
-    rest = COAST.motion().rest_time
-    turns = in_turn(
-        lambda: cost(lambda: smoothed_motion(COAST.capsule, COAST.path, COAST.state, rest, 1e-8)),
-        lambda: cost(_coasted),
-        3,
-    )
-    hold("smoothed friction over the exact spin", turns, least=5)
-
-
 def test_evaluating_a_motion_is_cheap(hold):
     motion = three_point_motion(CHECK, turn_of(CHECK, 0.12, 0.1).path)
     times = np.linspace(0.0, motion.rest_time, 10_000)
@@ -87,16 +76,3 @@ def test_repeated_turns_cost_the_same_each_and_stay_exact(hold):
         3,
     )
     hold("fifty exact turns over five", turns, most=15)
-
-
-def test_what_is_kept_is_not_timed(hold):
-    """The cost of a motion that is worked out is far above that of one that is kept."""
-    turns = in_turn(lambda: cost(_coasted), lambda: _kept(_coasted), 5)
-    hold("exact spin over one that is kept", turns, least=10)
-
-
-def _kept(action):
-    action()
-    begin = time.thread_time()
-    action()
-    return time.thread_time() - begin

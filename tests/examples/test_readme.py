@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
 from plumbob.tests.contracts.tree import LAYERS, files
 from plumbob.tests.support.page_document import resolve, words
@@ -126,30 +125,3 @@ def test_commands_within_sentences_can_be_read(name, folder):
     for command in PLAIN.findall((ROOT / name).read_text("utf-8")):
         if not ABRIDGED.search(command):
             resolve(" ".join(command.split()), folder)
-
-
-@pytest.mark.parametrize(
-    "broken",
-    [
-        "plumbob recomend cone-pendulum --error 1e-6",
-        "plumbob recommend cone-pendulum --eror 1e-6",
-        "plumbob recommend cone-pendulum --error small",
-        "plumbob run cone-pendulum mujoco/rk5 --step 1e-3",
-        "plumbob run cone-pendulums mujoco/rk4 --step 1e-3",
-        "plumbob run capsule-line/heading-030 --like other.xml",
-        "plumbob validate --scenes cone-pendulum/none --methods ode/rk4",
-        "plumbob validate --methods mujoco/none",
-        "plumbob solve cone-pendulum --set colour=1",
-    ],
-)
-def test_a_broken_command_is_seen(broken, folder):
-    with pytest.raises((SystemExit, ParameterError, AssertionError)):
-        resolve(broken, folder)
-
-
-def test_a_command_that_fails_is_seen(folder, capsys):
-    """A step left out, as README.md once had it, passes every look-up but not the run."""
-    command = "plumbob plan --to 0.3 0.1 3.14 --method mujoco/euler+coulomb"
-    resolve(command, folder)
-    assert main(words(command)) == 2
-    assert capsys.readouterr().err

@@ -77,14 +77,6 @@ def test_each_term_takes_its_order_off_the_error(name):
         assert p + 1 - 0.3 < fall < p + 2 + 0.3
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_coefficient_wrong_by_a_thousandth_shows(sign):
-    # the sensitivity test of the one above: then the first term's order is left
-    term = coefficients(RK4_ADDED_RATES)[2] * (1.0 + sign * 1e-3)
-    coarse, fine = (at_end("mujoco/rk4", h) - term * h**2 for h in (0.02, 0.01))
-    assert np.log2(np.abs(coarse).max() / np.abs(fine).max()) < 2.3
-
-
 def test_why_mujoco_s_rk4_is_of_second_order():
     # Its angular velocity is that of the classical method. The turn of a step is exp(h W), W the
     # mean of the stages' angular velocities, where the exact one is exp(h W + h^3/12 w x w' + ...)

@@ -87,13 +87,6 @@ def test_the_range_never_shrinks():
         assert (ratio[seen & ~within & (np.abs(b) > 0.1 * c)] > 1.0).all()
 
 
-def test_a_wrong_sign_of_the_weight_at_the_top_would_show():
-    """The proof needs V(pi) = +c: a potential without that shrinks the range."""
-    rest = uniformity.from_below(TrigonometricPotential(0.0, 0.0, 36.0), 0.9, np.array(20.0))
-    light = uniformity.from_below(TrigonometricPotential(0.0, 0.0, 35.9), 0.9, np.array(20.0))
-    assert light.spread < rest.spread
-
-
 def test_no_rotation_no_measure():
     found = uniformity.from_below(floats(TURNING), STEEL.inertia_x, np.array([3.0, 37.0]))
     assert np.isnan(found.deviation[0])

@@ -36,6 +36,7 @@ def passed(bars, angle):
     return links.passed(places, masses, (a, b, c), g, (begin, angle), rate)
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("bars", [BARS, DRAG_LINK], ids=["crank-rocker", "drag-link"])
 def test_40_digits(bars):
     error, doubt = links.error_at(0.1, bars, passed)

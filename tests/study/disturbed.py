@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import sqlite3
 import subprocess
@@ -18,7 +17,6 @@ from plumbob.engines.study.store import FILE, load
 
 SCENE = "linear-pendulum/overdamped"
 FATAL = "ode/leapfrog"  # the method that `fatal` does not survive
-STARVED = "mujoco/euler"  # the method for which `starved` leaves no memory
 METHODS = "ode/rk4,ode/leapfrog,mujoco/euler"
 ENDS = 2.0  # [s] after which an interrupted study has ended
 LOADED = 10.0  # times that on a machine with other work
@@ -132,38 +130,15 @@ def figures(out):
     }
 
 
-def is_whole(out):
-    """Whether the store of a folder has a study that was measured to its end."""
-    return (out / FILE).exists() and load(out / FILE) is not None
-
-
 def rows(out, table):
     """How many rows a table of a folder's store has."""
     with closing(sqlite3.connect(f"file:{out / FILE}?mode=ro", uri=True)) as opened:
         return int(opened.execute(f"select count(*) from {table}").fetchone()[0])
 
 
-def run_to_its_end(out, jobs, first=""):
-    """Exit code and stderr of the study."""
-    process = begun(out, jobs, first)
-    err, _ = ended(process)
-    assert not group(process.pid)
-    return process.returncode, err
-
-
 def fatal(scene, method, most, seed):
     """The convergence study of a pair, for a worker; with one method it ends its process."""
     if method.name == FATAL:
         signal.raise_signal(signal.SIGKILL)
-    found = convergence_study(scene, method, most)
-    return TaskResult(found, pair=(scene.name, method.name))
-
-
-def starved(scene, method, most, seed):
-    """The convergence study of a pair, for a worker; with one method its process may address no
-    more than it does already."""
-    if method.name == STARVED:
-        pages = Path("/proc/self/statm").read_text("ascii").split()[0]
-        resource.setrlimit(resource.RLIMIT_AS, (int(pages) * resource.getpagesize(),) * 2)
     found = convergence_study(scene, method, most)
     return TaskResult(found, pair=(scene.name, method.name))

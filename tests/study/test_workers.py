@@ -7,14 +7,13 @@ import multiprocessing
 import os
 import signal
 import sys
-from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor
 from multiprocessing.connection import Connection
 
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines import workers as module
-from plumbob.engines.workers import Lost, Task, Workers, results
+from plumbob.engines.workers import Lost, Task, Workers
 
 FATAL = {
     "killed": (signal.raise_signal, (signal.SIGKILL,), 60.0, "ended by SIGKILL, 2 times"),
@@ -84,18 +83,6 @@ def test_workers_that_are_killed_while_they_load_cost_nothing():
         }
 
 
-def test_a_worker_has_its_next_task_before_the_last_result_is_handed_over():
-    begun = []
-    tasks = [Task(number, abs, (-number,), 60.0) for number in (1, 2, 3)]
-    with Workers(1) as workers:
-        seen = [
-            (task.key, len(begun))
-            for task, _ in workers.results(tasks, lambda task: begun.append(task.key))
-        ]
-        assert seen == [(1, 2), (2, 3), (3, 3)]
-        assert len(multiprocessing.active_children()) > 0  # for what comes after
-
-
 def test_tasks_are_for_the_worker_that_knows_their_group():
     def pids(workers, names):
         tasks = [Task((name, k), os.getpid, (), 60.0, name) for k, name in enumerate(names)]
@@ -121,31 +108,11 @@ def test_no_worker_is_idle_while_another_is_busy(tmp_path):
     assert _worked_out(tasks, jobs=2) == ({1: None, 2: 2, 3: None}, {})
 
 
-def test_workers_that_begin_early_do_the_work_then():
-    others = set(multiprocessing.active_children())
-    with Workers(2) as workers:
-        workers.begin(5, "json")
-        early = set(multiprocessing.active_children()) - others
-        assert len(early) == 2
-        tasks = [Task(number, os.getpid, (), 60.0) for number in range(4)]
-        found = {pid for _, pid in workers.results(tasks)}
-        assert found <= {process.pid for process in early}
-
-
 def test_workers_are_an_executor():
     with Workers(2) as workers:
         futures = [workers.submit(abs, number) for number in (-1, -2, -3)]
         assert [future.result() for future in futures] == [1, 2, 3]
         assert isinstance(workers.submit(signal.raise_signal, 9).exception(), BrokenExecutor)
-
-
-def test_another_executor_has_few_tasks_at_a_time():
-    begun = []
-    tasks = [Task(number, abs, (-number,), 60.0) for number in range(100)]
-    with ThreadPoolExecutor(1) as executor:
-        for task, result in results(tasks, executor, lambda task: begun.append(task.key), 2):
-            assert result == task.key
-            assert len(begun) <= int(str(task.key)) + 2 + 2 * module.AHEAD
 
 
 def test_what_a_task_raises_is_raised_and_ends_the_others():
