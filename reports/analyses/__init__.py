@@ -22,7 +22,6 @@ from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.reports.analyses import page_numbers
 from plumbob.reports.analyses.analysis import Section, analysed
 from plumbob.reports.analyses.replay.runs import requests as replay_requests
-from plumbob.reports.judge.smallest_change import parameters_of
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.records import SCENE, STUDY
 from plumbob.reports.view.site.views import OF_ENGINES
@@ -30,7 +29,6 @@ from plumbob.reports.view.trimming import requests as trimming_requests
 
 MANY = 8  # scenes: fewer are analysed before another process is ready
 LIMIT = 600.0  # [s]: a part of the analyses that takes longer hangs
-MOST = 1000  # parameters of a scene: the analyses of a system come first
 Part = tuple[str, str]  # "system" or "scene", and its name
 
 
@@ -92,15 +90,13 @@ def _analysed(study: Study, part: Part, judged: Judgements) -> tuple[Analysed, .
 def _side_by_side(
     study: Study, parts: Sequence[Part], judged: Judgements, workers: Workers
 ) -> dict[Part, tuple[Analysed, ...]]:
-    """The analyses of each part, without those whose process died; of scenes those with many
-    parameters first: each is changed, and the exact motion found anew."""
-    changes = {("scene", scene.name): len(parameters_of(scene)) for scene in study.scenes}
+    """The analyses of each part, without those whose process died."""
     with tempfile.TemporaryDirectory(prefix="plumbob-") as folder:
         file = Path(folder) / "study.pickle"
         file.write_bytes(pickle.dumps((study, judged), pickle.HIGHEST_PROTOCOL))
         tasks = [
             Task(part, _by_a_worker, (str(file), part), LIMIT, part[1].partition("/")[0])
-            for part in sorted(parts, key=lambda part: -changes.get(part, MOST))
+            for part in parts
         ]
         results = workers.results(tasks)
         return {task.key: of for task, of in results if not isinstance(of, Lost)}

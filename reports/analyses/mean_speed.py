@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from functools import cache
 
-import numpy as np
-
 from plumbob.analytic.systems.manoeuvres import mean_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
@@ -22,8 +20,6 @@ SCENE, STEP, COUNT = SCENES[1], 1e-3, 5
 METHODS = ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side", "pymunk/feet")
 STROKE, PUSH = 0.2, 10.0  # [m], and w1 over f g/mu
 CHECKED = 0.0817786125  # [m]: the stroke of the check manoeuvre
-BRAKES = (1.0, 0.5, 0.1)  # w2 over f g/mu
-PUSHES = tuple(np.geomspace(1.001, 100.0, 120).tolist())  # w1 over f g/mu
 
 
 @cache
@@ -72,14 +68,6 @@ def numbers(study: Study) -> Record | None:
         longest=high - low,  # [m]: the longest stroke
         paused=many.mean_speed,  # with a pause to the next step
         runs=tuple(_reached(study, many)),
-        over_push=[
-            Record(
-                brake=brake,  # w2 over f g/mu
-                speeds=_speeds(brake),
-            )
-            for brake in BRAKES
-        ],
-        pushes=PUSHES,
         stroke=STROKE,  # [m]
         check_stroke=CHECKED,  # [m]
         push=PUSH,
@@ -96,14 +84,6 @@ def _reached(study: Study, exact: RepeatedLine) -> list[Record]:
             speed = abs(float(run.observables["displacement"][-1] / run.times[-1]))
             rows.append(Record(method=method, speed=speed, error=speed / exact.mean_speed - 1))
     return rows
-
-
-def _speeds(brake: float) -> tuple[float, ...]:
-    body = capsule(CHECK)
-    holding = body.holding_acceleration
-    return tuple(
-        mean_speed.mean_speed(body, push * holding, brake * holding, STROKE) for push in PUSHES
-    )
 
 
 MEAN_SPEED = Analysis("capsule_train/mean_speed", numbers, requests)

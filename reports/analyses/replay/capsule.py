@@ -15,8 +15,6 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.quantities import AT_REST
 from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import (
-    MARGIN,
-    Box,
     Chart,
     Picture,
     around,
@@ -28,6 +26,8 @@ from plumbob.reports.analyses.replay.samples import Channels
 Complex = npt.NDArray[np.complex128]
 ANGLES = frozenset({"x", "y", "heading", "qx", "qy"})  # held to a fraction of a pixel
 LOADS = ("n1", "n2", "n3")
+PAIRS = (("x", "y"), ("velocity_x", "velocity_y"))
+PAD = 0.42  # of the body's size
 ARROW = 0.7  # of the body's size: the friction of a foot that bears all of the weight
 FINE = 1601  # samples of the exact motion, for what the charts have to show
 STILL = 1e-9  # [rad]: a heading that departs by less is not mentioned
@@ -85,7 +85,7 @@ def capsule(case: Case, seconds: float) -> Picture:
     return Picture(
         "capsule",
         text + BESIDE,
-        _box(corners, size),
+        (*_span(corners.real, size), *_span(corners.imag, size)),
         geometry,
         _charts(case, exact, seconds),
         ANGLES,
@@ -103,18 +103,17 @@ def motion(case: Case, times: Array) -> Channels:
     heading [rad] and its rate [rad/s], place and acceleration of the slider in the body [m, m/s^2],
     normal forces [N]."""
     observed, setup = case.reference.observe(times), case.problem.setup
-    place, heading = _pose(setup, observed)
-    speed, rate = _velocity(setup, observed)
+    place, speed = _in_world(setup, observed)
     where, _, driven = case.problem.motion.path.kinematics(times)
     return {
         "x": place.real,
         "y": place.imag,
-        "heading": heading,
+        "heading": observed["heading"],
         "qx": where[:, 0],
         "qy": where[:, 1],
         "vx": speed.real,
         "vy": speed.imag,
-        "rate": rate,
+        "rate": observed.get("heading_rate", np.zeros_like(times)),
         "wx": driven[:, 0],
         "wy": driven[:, 1],
         **{name: observed[f"normal_force_{i + 1}"] for i, name in enumerate(LOADS)},
@@ -125,59 +124,51 @@ def deviations(case: Case, run: Trajectory) -> Channels:
     """The differences of a run from the exact pose, and from the slider's place where it observes
     that, at its own times."""
     setup, exact = case.problem.setup, case.reference.observe(run.times)
-    observed = {**exact, **run.observables}
-    (place, heading), (wanted, facing) = _pose(setup, observed), _pose(setup, exact)
-    differences = {
-        "x": (place - wanted).real,
-        "y": (place - wanted).imag,
-        "heading": heading - facing,
+    apart = {name: run.observables.get(name, of) - of for name, of in exact.items()}
+    place, _ = _in_world(setup, apart)
+    ahead = apart.get("stroke", np.zeros_like(run.times)) * np.exp(1j * setup.direction)
+    return {
+        "x": place.real,
+        "y": place.imag,
+        "heading": apart["heading"],
+        "qx": ahead.real,
+        "qy": ahead.imag,
     }
-    if "stroke" in exact:
-        ahead = (observed["stroke"] - exact["stroke"]) * np.exp(1j * setup.direction)
-        differences |= {"qx": ahead.real, "qy": ahead.imag}
-    return differences
 
 
-def _pose(setup: CapsuleSetup, observed: Mapping[str, Array]) -> tuple[Complex, Array]:
-    """Place of C in the world as x + iy [m], and heading [rad], from observables."""
+def _in_world(setup: CapsuleSetup, observed: Channels) -> tuple[Complex, Complex]:
+    """Place [m] and velocity [m/s] of C in the world, as x + iy, from observables."""
     if "displacement" in observed:
         line = np.exp(1j * (setup.heading + setup.direction))
-        place = (observed["displacement"] + 1j * observed["sideways"]) * line
-    else:
-        place = (observed["x"] + 1j * observed["y"]) * np.exp(1j * setup.heading)
-    return np.asarray(place), observed["heading"]
-
-
-def _velocity(setup: CapsuleSetup, observed: Mapping[str, Array]) -> tuple[Complex, Array]:
-    """Velocity of C in the world [m/s] and turning rate [rad/s], from observables."""
-    if "velocity" in observed:
-        line = np.exp(1j * (setup.heading + setup.direction))
-        return np.asarray(observed["velocity"] * line), np.zeros_like(observed["velocity"])
-    speed = (observed["velocity_x"] + 1j * observed["velocity_y"]) * np.exp(1j * setup.heading)
-    return np.asarray(speed), observed["heading_rate"]
+        place = observed["displacement"] + 1j * observed["sideways"]
+        return np.asarray(place * line), np.asarray(observed["velocity"] * line)
+    facing = np.exp(1j * setup.heading)
+    place, speed = (observed[x] + 1j * observed[y] for x, y in PAIRS)
+    return np.asarray(place * facing), np.asarray(speed * facing)
 
 
 def _charts(case: Case, shown: Channels, seconds: float) -> tuple[Chart, ...]:
     """The path of C, what the scene is about over time, and the normal forces."""
-    scales = {q.observable: q.scale for q in case.system.quantities(case)}
-    turning = {"heading", "body_angle"} & scales.keys()
-    least = min((scales[name] for name in scales if name not in turning), default=AT_REST)
-    half = 0.5 * (1.0 + 2.0 * MARGIN) * (max(np.ptp(shown["x"]), np.ptp(shown["y"])) or 2.0 * least)
+    about = {q.observable for q in case.system.quantities(case)}
+    half = 0.58 * (max(np.ptp(shown["x"]), np.ptp(shown["y"])) or 2.0 * AT_REST)
     x, y = (0.5 * float(shown[name].min() + shown[name].max()) for name in "xy")
     box = (x - half, x + half, y - half, y + half)
-    charts = [Chart("path of C: y [m] over x [m]", "x", ("y",), box, equal=True)]
     over = (0.0, seconds)
-    if turning:
-        charts.append(Chart("heading [rad]", "t", ("heading",), (*over, *around(shown["heading"]))))
+    if {"heading", "body_angle"} & about:
+        label, name, values = "heading [rad]", "heading", shown["heading"]
     else:
         along = case.problem.setup.heading + case.problem.setup.direction
-        gone = shown["x"] * math.cos(along) + shown["y"] * math.sin(along)
-        span = around(gone) if np.ptp(gone) else (-least, least)
-        charts.append(Chart("displacement of C [m]", "t", ("displacement",), (*over, *span)))
-    if any(np.ptp(shown[name]) for name in LOADS):
-        span = around(*(shown[name] for name in LOADS))
+        values = shown["x"] * math.cos(along) + shown["y"] * math.sin(along)
+        label, name = "displacement of C [m]", "displacement"
+    least = 0.0 if np.ptp(values) else 2.0 * AT_REST
+    charts = [
+        Chart("path of C: y [m] over x [m]", "x", ("y",), box, equal=True),
+        Chart(label, "t", (name,), (*over, *around(values, least=least))),
+    ]
+    loads = [shown[name] for name in LOADS]
+    if any(map(np.ptp, loads)):
         label = "normal forces N₁, N₂, N₃ [N]"
-        charts.append(Chart(label, "t", LOADS, (*over, *span), exact_alone=True))
+        charts.append(Chart(label, "t", LOADS, (*over, *around(*loads)), exact_alone=True))
     return tuple(charts)
 
 
@@ -194,15 +185,9 @@ def _phases(case: Case, seconds: float) -> list[tuple[float, float, str]]:
     return phases
 
 
-def _box(corners: Complex, size: float) -> Box:
-    """The box of the picture: the body wherever it goes, with a margin for arrows and labels."""
-    pad = 0.42 * size
-    return (
-        float(corners.real.min()) - pad,
-        float(corners.real.max()) + pad,
-        float(corners.imag.min()) - pad,
-        float(corners.imag.max()) + pad,
-    )
+def _span(places: Array, size: float) -> tuple[float, float]:
+    """What the picture shows: the body wherever it goes, with a margin for arrows and labels."""
+    return float(places.min()) - PAD * size, float(places.max()) + PAD * size
 
 
 def _apart(errors: Channels, size: float) -> Array:
@@ -212,6 +197,5 @@ def _apart(errors: Channels, size: float) -> Array:
 
 def _largest(errors: Channels) -> str:
     turned = float(np.abs(errors["heading"]).max())
-    return metres(float(np.hypot(errors["x"], errors["y"]).max())) + (
-        f", {radians(turned)}" if turned > STILL else ""
-    )
+    place = metres(float(np.hypot(errors["x"], errors["y"]).max()))
+    return f"{place}, {radians(turned)}" if turned > STILL else place

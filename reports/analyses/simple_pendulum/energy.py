@@ -24,37 +24,25 @@ SYMPLECTIC, RK4 = ("mujoco/euler", "ode/leapfrog"), "ode/rk4"
 METHODS = (*SYMPLECTIC, RK4, *JOINTED)
 STEP = 5e-3  # [s]: at a tenth of it RK4's drift, a 10^5th, would be below round-off
 STEPS = MappingProxyType({"quick": 10_000, "full": 1_000_000})
-LOSS_STEPS, ITERATIONS = (4e-3, 2e-3, 1e-3), (1, 10, 50)
+LOSS_STEPS = (4e-3, 2e-3, 1e-3)
 LOSS_SPAN = 8.5  # [s]: three periods and a little
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """Runs over many steps, and short ones with as many iterations of the joint's solver."""
-    losses = [_loss_run(m, h, n) for m in JOINTED for h in LOSS_STEPS for n in ITERATIONS]
-    return (*_long_runs(plan.profile), *losses)
+    """Runs over many steps, and short ones of joints."""
+    return (*_long_runs(plan.profile), *_short_runs())
 
 
 def _long_runs(profile: str) -> Sequence[ExtraRun]:
     return runs((SCENE,), METHODS, (STEP,), STEP * STEPS[profile])
 
 
-def _loss_run(method: str, step: float, iterations: int) -> ExtraRun:
-    return ExtraRun(SCENE, method, step, LOSS_SPAN, settings=(("iterations", iterations),))
+def _short_runs() -> Sequence[ExtraRun]:
+    return runs((SCENE,), JOINTED, LOSS_STEPS, LOSS_SPAN)
 
 
 def numbers(study: Study) -> Record:
     """The drifts over many steps, and what joints lose over a few periods."""
-    losses = [
-        Record(
-            method=method,
-            step=step,  # [s]
-            # by ITERATIONS; None without pymunk
-            rates=[_loss(study, _loss_run(method, step, count)) for count in ITERATIONS],
-            predicted=predicted_loss(method, step),
-        )
-        for method in JOINTED
-        for step in LOSS_STEPS
-    ]
     recorded = recordings(study, _long_runs(study.profile))
     drifts = {request.method: drift(request.method, run) for request, run in recorded.items()}
     return Record(
@@ -63,9 +51,16 @@ def numbers(study: Study) -> Record:
         other=RK4,
         drifts=drifts,
         bounded=[name for name, of in drifts.items() if of.fate == "bounded"],
-        losses=losses,
+        losses=[
+            Record(
+                method=request.method,
+                step=request.step,  # [s]
+                rate=loss_rate(run),
+                predicted=predicted_loss(request.method, request.step),
+            )
+            for request, run in recordings(study, _short_runs()).items()
+        ],
         methods=METHODS,
-        iterations=ITERATIONS,
     )
 
 
@@ -108,11 +103,6 @@ def _motion() -> PendulumMotion:
     motion = case(SCENE).problem.elliptic
     assert isinstance(motion, PendulumMotion)  # no damping and no force
     return motion
-
-
-def _loss(study: Study, request: ExtraRun) -> float | None:
-    run = study.answer(request)
-    return None if run is None else loss_rate(run)
 
 
 def loss_rate(run: Trajectory) -> float:
