@@ -173,6 +173,15 @@ class RunsFiles:
 
 
 @dataclass(frozen=True)
+class Batches:
+    """Case, method, step [s], number of worlds that run beside each other -> the device, and a
+    function that takes so many steps of all of them and returns the wall time [s]; raises
+    Unsupported and ParameterError."""
+
+    of: Callable[[Case, Method, float, int], tuple[str, Callable[[int], float]]]
+
+
+@dataclass(frozen=True)
 class StepsOfFiles:
     """Text of a model file whose contacts go with the step -> the text for another step [s]."""
 

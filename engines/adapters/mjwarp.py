@@ -4,14 +4,15 @@ they are first called; a step is recorded as a graph, which takes a hundredth of
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from plumbob.engines.abilities import RunsFiles, later
+from plumbob.engines.abilities import Batches, RunsFiles, later
 from plumbob.engines.adapters.ported import (
     EULER_STEP,
     PORTED,
@@ -94,13 +95,19 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return stepped(case, step, partial(_started, *compiled(case, method, step)))
 
 
-def _started(translation: Any, model: Any) -> Built:
-    """A scene at its start."""
+def _port(translation: Any, model: Any, worlds: int = 1) -> WarpPort:
+    """Worlds at the start of a scene."""
     import mujoco
 
-    port, start = WarpPort(model), mujoco.MjData(model)
+    port, start = WarpPort(model, worlds), mujoco.MjData(model)
     start.qpos[:], start.qvel[:] = translation.qpos, translation.qvel
     port.load(start)
+    return port
+
+
+def _started(translation: Any, model: Any) -> Built:
+    """A scene at its start."""
+    port = _port(translation, model)
 
     def advance(first: int, last: int) -> None:
         port.steps(last - first)
@@ -112,6 +119,23 @@ def _started(translation: Any, model: Any) -> Built:
     return Built(advance, read, translation.limits)
 
 
+def batch(
+    case: Case, method: Method, step: float, worlds: int
+) -> tuple[str, Callable[[int], float]]:
+    """So many worlds from the start on."""
+    import warp
+
+    port = _port(*compiled(case, method, step), worlds)
+
+    def seconds(steps: int) -> float:
+        begin = time.perf_counter()
+        port.steps(steps)
+        warp.synchronize()
+        return time.perf_counter() - begin
+
+    return warp.get_device().name, seconds
+
+
 ENGINE = Engine(
     "mjwarp",
     "mujoco_warp",
@@ -119,5 +143,8 @@ ENGINE = Engine(
     prepare,
     model_error,
     optional=True,
-    abilities=(RunsFiles(partial(later(PORTED), WarpPort), 2.0**-24, integrators=True),),
+    abilities=(
+        RunsFiles(partial(later(PORTED), WarpPort), 2.0**-24, integrators=True),
+        Batches(batch),
+    ),
 )

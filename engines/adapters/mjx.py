@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
-from plumbob.engines.abilities import OwnDerivative, RunsFiles, later
+from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, later
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.adapters.ported import (
@@ -202,6 +202,25 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return simulation
 
 
+def batch(
+    case: Case, method: Method, step: float, worlds: int
+) -> tuple[str, Callable[[int], float]]:
+    """So many worlds from the start on, by JAX's vmap."""
+    import jax
+
+    simulation = cast(MjxSimulation, prepare(case, method, step))
+    take = jax.jit(jax.vmap(_loop(), (None, 0, None, None, None)))
+    with _precision(simulation.precise):
+        model, start, controls = simulation.numbers(simulation.precise)
+        states = jax.tree.map(lambda x: jax.numpy.broadcast_to(x, (worlds, *x.shape)), start)
+
+    def seconds(steps: int) -> float:
+        with _precision(simulation.precise):
+            return _seconds(take, model, states, controls, 0, steps)
+
+    return jax.devices()[0].device_kind, seconds
+
+
 def derivatives(way: str, number: Number, method: Method, step: float) -> Mapping[str, float]:
     """Derivatives of the observables by JAX, forward or backward (`way`) through all steps, of a
     number in the start, the controls or the model; raises Unsupported."""
@@ -297,5 +316,6 @@ ENGINE = Engine(
     abilities=(
         *(OwnDerivative(way, partial(derivatives, way), 1e-15) for way in ("jacfwd", "jacrev")),
         RunsFiles(partial(later(PORTED), MjxPort), 2.0**-24, integrators=True),
+        Batches(batch),
     ),
 )

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
+from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.abilities import Batches
 from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Timed
@@ -17,6 +19,7 @@ from plumbob.models.scene import Case
 
 Key = tuple[str, str]  # scene, method
 LEAST = 200  # steps that are timed
+ROUND = 0.2  # [s], about, of a batch
 BESIDE = 100  # reference steps before and after each timing
 # Ratios about the median that are enough where they differ by no more: on a machine that others
 # use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
@@ -135,6 +138,35 @@ def in_turns(
         for key, values in ratios.items()
         if values
     }, unit
+
+
+@dataclass(frozen=True)
+class BatchCost:
+    """Cost of a step of one of so many worlds that run beside each other [ns of wall time]: the
+    least of a few rounds, after what is compiled."""
+
+    worlds: int
+    ns_per_world_step: float
+    device: str
+
+
+def batch_costs(
+    case: Case, method: Method, step: float, worlds: Sequence[int]
+) -> tuple[BatchCost, ...]:
+    """Cost by the number of worlds; raises ParameterError where the engine has no batches."""
+    able = engine_of(method).ability(Batches)
+    if not worlds:
+        return ()
+    if able is None:
+        raise ParameterError("worlds", method.name, "a method of an engine with batches")
+    rows = []
+    for count in worlds:
+        device, seconds = able.of(case, method, step, count)
+        seconds(1)
+        steps = max(1, round(ROUND / seconds(1)))
+        taken = min(seconds(steps) for _ in range(ENOUGH))
+        rows.append(BatchCost(count, 1e9 * taken / (steps * count), device))
+    return tuple(rows)
 
 
 def _whole_run(piece: TimedSteps, ns_per_step: float, known: Stepping) -> float:

@@ -9,7 +9,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method, Stepping
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.cost import Cost, costs
+from plumbob.engines.study.cost import BatchCost, Cost, batch_costs, costs
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
@@ -40,7 +40,9 @@ def command(chosen: argparse.Namespace) -> int:
         with values.representable(changed, chosen):
             run, cost, unit = _measured(case, method, step)
         judgement = judge(run, case.system, method, about)
-        records.append(record(method, run, judgement, None, cost))
+        worlds = _batches(chosen.worlds, case, method, step)
+        beside = {"worlds": [row.__dict__ for row in worlds]} if worlds else {}
+        records.append({**record(method, run, judgement, None, cost), **beside})
         codes.append(_code(scene, method, run, judgement))
         if not chosen.json:
             shown = lines(
@@ -52,12 +54,19 @@ def command(chosen: argparse.Namespace) -> int:
                 cost=cost,
                 unit=unit,
                 factor=records[-1]["real_time_factor"],
+                worlds=worlds,
             )
             print(*shown, sep="\n")
     if chosen.json:
         answer = records[0] if len(records) == 1 else records
         values.print_json(answer)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
+
+
+def _batches(worlds: str | None, case: Case, method: Method, step: float) -> tuple[BatchCost, ...]:
+    """Cost by the numbers of worlds that are asked for; raises ParameterError."""
+    counts = [values.count("worlds", part) for part in worlds.split(",")] if worlds else []
+    return batch_costs(case, method, step, counts)
 
 
 def _step(chosen: argparse.Namespace, method: Method) -> float:

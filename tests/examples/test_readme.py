@@ -43,6 +43,9 @@ NOT_RUN = {
     "plumbob recommend 'capsule-line/heading-*' --error 1e-3": (
         "24 scenes: minutes; test_recommend_command.py asks for a smaller family"
     ),
+    "plumbob run simple-pendulum/free-large mjwarp/default --step 0.01 --worlds 1,512,8192": (
+        "a package that may be missing: tests/peers/test_smooth_peers.py"
+    ),
     "plumbob audit my.xml": "seconds of every core: tests/audit does it on small models",
     "plumbob audit my.xml theirs --jobs 2": "seconds a model: test_several_audits.py has its own",
     "plumbob audit half_cheetah.xml --ctrl sines": "a file of another package",
