@@ -386,14 +386,15 @@ def _timed(own: OwnDerivative, engine: Engine, runs: _Runs, name: str) -> tuple[
 
 
 def _near(runs: _Runs, record: Gradient) -> Difference:
-    """The derivative of the predicted error, with what two differences of it leave open."""
+    """The derivative of the predicted error, with what two differences of it leave open, and the
+    error of the same difference of the exact answer: beside a barrier all of it."""
     value, size = runs.number.value, NEAR * runs.number.size
     near, wider = (
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
     )
     apart = abs((near.slope or 0.0) - (wider.slope or 0.0))
-    return replace(near, remainder=near.remainder + apart)
+    return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
 
 
 def _asked(own: OwnDerivative, number: Number, method: Method, step: float, name: str) -> float:

@@ -16,9 +16,10 @@ from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.gradient import Gradients, GradientSearch, best_eps, gradients
 from plumbob.engines.study.order import fit_order
+from plumbob.models.gradient import numbers
 from plumbob.models.registry import case_of, scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.analyses.engines.gradients import BESIDE, SAMPLE
+from plumbob.reports.analyses.engines.gradients import BESIDE, SAMPLE, with_each_pair
 from plumbob.reports.analyses.engines.gradients import requests as sampled
 from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
@@ -168,3 +169,12 @@ def test_the_full_profile_asks_for_what_there_is():
     for search in searches:
         search.check(case_of(scene(search.scene)))
         assert (search.step is None) <= (search.method in {m for _, m, *_ in SAMPLE} | SOLVERS)
+
+
+def test_a_start_is_the_one_that_a_scene_gives():
+    """Next to the top that is a distance from it in place of the angle."""
+    plan = StudyPlan("full", find_scenes("simple-pendulum/near-*", "full"), find_methods("ode/rk4"))
+    searches = with_each_pair(sampled)(plan)
+    assert {"gravity", "theta_dot"} <= {search.by for search in searches}
+    for search in searches:
+        next(numbers(case_of(scene(search.scene)), search.by))

@@ -68,12 +68,20 @@ def test_the_product_of_transitions_is_of_first_order(at):
         (CONE, "pymunk/torque", "theta", "gravity", "transition", "pymunk has no way called"),
         (SWING, "mujoco/euler", "tension", "theta", "transition", "gives theta, theta_dot alone"),
         (SWING, "ode/rk4", "theta", "damping_rate", "variational", "damping_rate = -"),
+        ("projectile", "ode/rk4", "z", "gravity", "variational", "beside one degree of freedom"),
     ],
 )
 def test_what_a_way_cannot_do_has_a_reason(name, how, of, by, way, why):
     judged = judged_way(name, how, of, by, way, at=0.1)
     assert judged.verdict == "unsupported"
     assert why in judged.why
+
+
+def test_beside_a_barrier_the_prediction_is_of_no_use():
+    """A difference of the start that is larger than its distance crosses it."""
+    name = "cone-pendulum/above-barrier-1e-9"
+    judged = judged_way(name, "mujoco/euler", "theta", "theta", "transition")
+    assert judged.verdict == "pre-asymptotic"
 
 
 @pytest.mark.parametrize(

@@ -37,6 +37,8 @@ def forward(number: Number, method: Method, step: float) -> Mapping[str, float]:
     equations = Neighbours(problems, moved).each(lambda problem: build(problem, method))
     if isinstance(equations.here, TurningEquation):
         raise Unsupported("the step of an attitude is a turn, which eq. 1 does not hold of")
+    if np.ndim(equations.here.position):
+        raise Unsupported("eq. 1 is stepped beside one degree of freedom")
     run = of_equation(_with_sensitivity(equations), method, step, number.case.scene.duration).run()
     if run.diverged_at is not None:
         raise Unsupported(f"lost after {run.diverged_at:.3g} s")

@@ -109,8 +109,10 @@ def _interest(scene: Scene) -> tuple[str, ...]:
 
 
 def _parameters(scene: Scene) -> list[str]:
-    named = [name for name in BY if scene.parameters.get(name)]
-    return [*named[:1], *system_of(scene).start[:1]]
+    named, start = [name for name in BY if scene.parameters.get(name)], system_of(scene).start
+    # A start may be given otherwise, as by its distance from the top.
+    there = [name for name in start if name in scene.parameters] or start
+    return [*named[:1], *there[:1]]
 
 
 GRADIENTS = Analysis(
