@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
 from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
 from plumbob.analytic.reference import Array, Reference, answering
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
-from plumbob.analytic.theory import SteppedErrors, reaches
+from plumbob.analytic.theory import reaches
 from plumbob.engines.abilities import SchemeOfCase, SecondRun
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
@@ -112,19 +112,19 @@ def measure(
     engine = engine_of(method)
     blank = Measurement(case.scene.name, method.name, step, "unsupported")
     if not installed(engine):
-        return _with(blank, status="missing", reason=f"{engine.package} is missing"), None
+        return replace(blank, status="missing", reason=f"{engine.package} is missing"), None
     if not meant(method, case.scene):
-        return _with(blank, reason=f"{method.name} is not meant for {case.scene.name}"), None
+        return replace(blank, reason=f"{method.name} is not meant for {case.scene.name}"), None
     try:
         simulation = engine.prepare(case, method, step)
         model = engine.model_error(case, method, step) if theory else {}
     except Unsupported as why:
-        return _with(blank, reason=str(why)), None
+        return replace(blank, reason=str(why)), None
     begin = time.thread_time()
     run = simulation.run()
     seconds = min(run.seconds, time.thread_time() - begin)  # the second is with what reads samples
     if why_lost := lost(run):
-        return _with(
+        return replace(
             blank,
             status="diverged",
             reason=why_lost,
@@ -134,14 +134,14 @@ def measure(
             warnings=run.warnings,
         ), run
     if short := not_asked_for(case, method, step, run):
-        return _with(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
+        return replace(blank, status="cut-short", reason=f"the run is cut short: {short}"), run
     if theory:
         errors = _errors(case, method, step, run, model)
         drifts = invariant_drifts(case, run)
     else:
         errors, drifts = _differences(case, run), {}
     scheme = scheme_of(case, method)
-    return _with(
+    return replace(
         blank,
         status="done",
         errors=errors,
@@ -199,21 +199,14 @@ def _errors(
     model: Mapping[str, Mapping[str, float]],
 ) -> Mapping[str, ObservedError]:
     forces = {o.name for o in case.system.observables if o.force}
-    times, scheme = run.times.tobytes(), scheme_of(case, method)
-    truth, doubt = exactly(Same(case.reference), times)
+    scheme = scheme_of(case, method)
+    truth, doubt = exactly(Same(case.reference), run.times.tobytes())
     doubt = {name: scheme.unit * error for name, error in doubt.items()}
     names = [o.name for o in case.system.observables if o.name in run.observables]
     errors = {name: run.observables[name] - truth[name] for name in names}
-    predicted = _by_series(case, scheme, step, run, errors, doubt)
-    stepped = SteppedErrors({})
-    if method.control == "step" and not (
-        predicted and all(reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
-    ):
-        stepped = as_stepped(Same(case.errors), scheme, step, times)
-    roundings = {name: scheme.unit * error for name, error in (stepped.uncertainty or {}).items()}
-    controlled: Mapping[str, Controlled] = {}
-    if scheme.integrator == ADAPTIVE:
-        controlled = _controlled(case.reference, run, errors, doubt, confirming(case, method))
+    predicted = _predictions(case, method, step, run, errors, doubt)
+    second = confirming(case, method) if scheme.integrator == ADAPTIVE else None
+    controlled = {} if second is None else _controlled(case.reference, run, errors, doubt, second)
     return {
         name: ObservedError(
             largest=float(np.abs(error).max()),
@@ -221,11 +214,7 @@ def _errors(
             uncertainty=float(doubt[name].max()),
             scale=float(np.abs(truth[name]).max()),
             model=dict(model.get(name, {})),
-            predicted=_at_step(
-                stepped.errors[name], error, doubt[name], roundings.get(name), run.steps
-            )
-            if name in stepped.errors
-            else predicted.get(name),
+            predicted=predicted.get(name),
             controlled=controlled.get(name),
             start=0.0 if name in forces else abs(float(error[0])),
         )
@@ -233,23 +222,37 @@ def _errors(
     }
 
 
-def _by_series(
+def _predictions(
     case: Case,
-    scheme: Scheme,
+    method: Method,
     step: float,
     run: Trajectory,
     errors: Mapping[str, Array],
     doubt: Mapping[str, Array],
 ) -> Mapping[str, Prediction]:
-    """The errors that the theory's series predict, beside those measured."""
+    """Predictions of the errors at the samples, shape (n,) each, beside those measured: of theory's
+    series in the step and, where that does not reach, of what the scheme does at this very step, of
+    which rounding alone is left open."""
+    scheme, times, predicted = scheme_of(case, method), run.times.tobytes(), {}
     powers, total, nonlinear = expected(
-        Same(case.reference), Same(case.errors), scheme, step, run.times.tobytes()
+        Same(case.reference), Same(case.errors), scheme, step, times
     )
-    return {
-        name: _series(name, error, doubt[name], run.steps, total, powers, nonlinear)
-        for name, error in errors.items()
-        if name in total
-    }
+    for name in errors.keys() & total.keys():
+        courses = [powers[p][name] for p in sorted(powers)]
+        left = by_series(courses) + by_rounding(doubt[name], run.steps)
+        terms = {p: float(np.abs(parts[name]).max()) for p, parts in powers.items()}
+        predicted[name] = _held(total[name], errors[name], left, terms, nonlinear)
+    reaching = (reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
+    if method.control != "step" or (predicted and all(reaching)):
+        return predicted
+    stepped = as_stepped(Same(case.errors), scheme, step, times)
+    own = {name: scheme.unit * error for name, error in (stepped.uncertainty or {}).items()}
+    for name in errors.keys() & stepped.errors.keys():
+        left = by_rounding(own.get(name, doubt[name]), run.steps)
+        held = _held(stepped.errors[name], errors[name], left, {}, 0.0)
+        unsure = float(own[name].max()) if name in own else None
+        predicted[name] = replace(held, uncertainty=unsure)
+    return predicted
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:
@@ -286,46 +289,16 @@ def _controlled(
     run: Trajectory,
     errors: Mapping[str, Array],
     doubt: Mapping[str, Array],
-    second: Trajectory | None,
+    second: Trajectory,
 ) -> Mapping[str, Controlled]:
     """The errors of a solver in each observable, as the second run shows."""
-    if second is None:
-        return {}
-    truth, found = exact.observe(second.times), {}
+    truth, controlled = exact.observe(second.times), {}
     for name, error in errors.items():
         theirs = np.interp(run.times, second.times, second.observables[name] - truth[name])
         own = by_second_run(error, theirs)
-        bound = own + by_rounding(doubt[name], run.steps)
-        beyond = np.maximum(np.abs(error) - bound, 0.0)
-        found[name] = Controlled(float(own.max()), float(beyond.max()))
-    return found
-
-
-def _series(
-    name: str,
-    error: Array,
-    doubt: Array,
-    steps: int,
-    total: Mapping[str, Array],
-    powers: Mapping[int, Mapping[str, Array]],
-    nonlinear: float,
-) -> Prediction:
-    """The prediction of a series in the step of an error at the samples, shape (n,)."""
-    courses = [powers[p][name] for p in sorted(powers)]
-    left = by_series(courses) + by_rounding(doubt, steps)
-    terms = {p: float(np.abs(terms[name]).max()) for p, terms in powers.items()}
-    return _held(total[name], error, left, terms, nonlinear)
-
-
-def _at_step(
-    predicted: Array, error: Array, doubt: Array, own: Array | None, steps: int
-) -> Prediction:
-    """Prediction of an error at the samples, shape (n,), for this very step: rounding alone
-    is left open; `doubt` is the uncertainty of the exact answer, `own` that of the stepped motion,
-    where it has one."""
-    left = by_rounding(doubt if own is None else own, steps)
-    found = _held(predicted, error, left, {}, 0.0)
-    return found if own is None else replace(found, uncertainty=float(own.max()))
+        beyond = np.abs(error) - own - by_rounding(doubt[name], run.steps)
+        controlled[name] = Controlled(float(own.max()), max(float(beyond.max()), 0.0))
+    return controlled
 
 
 def _held(
@@ -341,10 +314,6 @@ def _held(
         float(left.max()),
         float(np.maximum(difference - left, 0.0).max()),
     )
-
-
-def _with(blank: Measurement, **values: Any) -> Measurement:
-    return replace(blank, **values)
 
 
 def floor(error: ObservedError, steps: int) -> float:
