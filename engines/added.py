@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.schemes import Scheme
 from plumbob.engines.known_limits import Limits, declared_by
 from plumbob.engines.method import (
     LIMITS,
@@ -31,76 +31,75 @@ def wrong(engine: Any, name: str) -> str:
     """The reason why an object is no engine of this name; empty where it is one."""
     if not isinstance(engine, Engine):
         return f"{type(engine).__name__} in place of a plumbob Engine"
+    if why := mistyped(engine):
+        return why
     if engine.name != name:
         return f"the engine is called {engine.name!r}, its entry point {name!r}"
     if not engine.methods:
         return "it has no methods"
-    for method in engine.methods:
-        if why := _wrong_method(method, name):
-            return why
-    for part in ("prepare", "model_error"):
-        if not callable(getattr(engine, part)):
-            return f"its {part} is no function"
-    if not (isinstance(engine.package, str) and engine.package):
-        return "its package is no name of a package"
-    if not isinstance(engine.abilities, tuple):
-        return f"abilities is {type(engine.abilities).__name__}, not a tuple"
-    return wrong_limits(engine)
+    several = (_wrong_method(method, name) for method in engine.methods)
+    return next(filter(None, several), "") or wrong_limits(engine)
+
+
+def mistyped(record: Any) -> str:
+    """The first field of a dataclass whose value is of another kind than it says."""
+    for name, kind in get_type_hints(type(record)).items():
+        if not _is_of(value := getattr(record, name), kind):
+            return f"{name} of its {type(record).__name__} is {value!r}"
+    return ""
+
+
+def _is_of(value: Any, kind: Any) -> bool:
+    of, parts = get_origin(kind) or kind, get_args(kind)
+    if of in (Union, UnionType):
+        return any(_is_of(value, part) for part in parts)
+    if of is Literal:
+        return value in parts
+    if of is tuple and isinstance(value, tuple):
+        return all(_is_of(each, parts[0]) for each in value)
+    return of is Any or isinstance(value, (int, float) if of is float else of)
 
 
 def wrong_limits(engine: Engine) -> str:
     """The reason why an engine's limits, in its file or in Python, are none; empty where they
     are."""
-    if not isinstance(engine.known_limits, tuple):
-        return f"known_limits is {type(engine.known_limits).__name__}, not a tuple of KnownLimit"
     try:
         limits = declared_by(engine)
     except Exception as error:  # whatever stands in that file
         return f"its file of limits: {one_line(error)}"
-    for entry in limits.not_read:
-        if not isinstance(entry.observables, tuple):
-            return f"observables that it does not give are {entry.observables!r}, not a list"
     names = [method.name for method in engine.methods]
     several = (_wrong_limit(limit, names, limits) for limit in limits.known_limits)
-    return next(filter(None, several), "")
+    return next(filter(None, (*map(mistyped, limits.not_read), *several)), "")
 
 
-def _wrong_limit(limit: Any, methods: Sequence[str], limits: Limits) -> str:
-    if not isinstance(limit, KnownLimit):
-        return f"{type(limit).__name__} in place of a plumbob KnownLimit"
+def _wrong_limit(limit: KnownLimit, methods: Sequence[str], limits: Limits) -> str:
+    if why := mistyped(limit):
+        return why
     of = [name for name in methods if fits(name, limit.methods)]
     if not of:
         return f"a known limit is of {limit.methods!r}, which is none of its methods"
-    if limit.verdict not in LIMITS:
-        return f"{of[0]}: a known limit is {limit.verdict!r}, not one of {', '.join(LIMITS)}"
-    if limit.other not in (None, "predicted", *LIMITS):
-        return f"{of[0]}: another verdict is {limit.other!r}, not one of {', '.join(LIMITS)}"
-    if not (isinstance(limit.reason, str) and limit.reason.strip()):
+    both = ((limit.verdict, LIMITS), (limit.other, (None, "predicted", *LIMITS)))
+    for verdict, allowed in both:
+        if verdict not in allowed:
+            return f"{of[0]}: a known limit is {verdict!r}, not one of {', '.join(LIMITS)}"
+    if not limit.reason.strip():
         return f"{of[0]}: a known limit has no reason"
-    if limit.verdict in ("unsupported", "converges") or any(m in of for _, m in limits.sizes):
-        return ""
-    numeric = isinstance(limit.size, (int, float)) and math.isfinite(limit.size)
-    if not (numeric and limit.size > 0.0):
+    sized = limit.verdict in ("unsupported", "converges") or any(m in of for _, m in limits.sizes)
+    if not (sized or 0.0 < limit.size < math.inf):
         return f"{of[0]}: the size of a known limit is {limit.size!r}, not above 0"
     return ""
 
 
-def _wrong_method(method: Any, engine: str) -> str:
-    if not isinstance(method, Method):
-        return f"{type(method).__name__} in place of a plumbob Method"
+def _wrong_method(method: Method, engine: str) -> str:
+    if why := mistyped(method):
+        return why
     if not method.name.startswith(f"{engine}/") or method.name.count("/") != 1:
         return f"the method {method.name!r} is not called {engine}/..."
-    if not isinstance(method.scheme, Scheme):
-        return f"{method.name}: its scheme is {type(method.scheme).__name__}, not a Scheme"
-    if method.control not in ("step", "tolerance"):
-        return f"{method.name}: control is {method.control!r}, not 'step' or 'tolerance'"
-    if method.control == "tolerance" and not method.step_sizes:
-        return f"{method.name}: no step_sizes, its tolerances from loose to tight"
-    fixed = method.control == "step"
-    if fixed and not (isinstance(method.order, int) and method.order > 0):
+    if method.control == "tolerance":
+        why = "no step_sizes, its tolerances from loose to tight"
+        return "" if method.step_sizes else f"{method.name}: {why}"
+    if method.order is None or method.order < 1:
         return f"{method.name}: its order is {method.order!r}, not 1 or greater"
-    if not isinstance(method.systems, tuple):
-        return f"{method.name}: systems is {type(method.systems).__name__}, not a tuple of patterns"
     return ""
 
 

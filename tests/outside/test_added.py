@@ -190,7 +190,7 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(limits, fact
     [
         (None, "FileNotFoundError"),
         (FILE, "the size of a known limit is 0.0"),
-        (SHOWN.replace('["tension"]', '"tension"'), "are 'tension', not a list"),
+        (SHOWN.replace('["tension"]', '"tension"'), "observables of its NotRead is 'tension'"),
         (f"{FILE}sizes = 3", "unexpected keyword argument 'sizes'"),
         ("known_limits = 3", "its file of limits: TypeError"),
         ("known_limits", "its file of limits: TOMLDecodeError"),
