@@ -35,20 +35,22 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     along[degree] = 1.0
     inertia, unit = _inertia(model, data, along), _unit(model, joint, degree)
     heavier = tuple(
-        ("dof_armature", (int(k),), model.dof_armature[k] + _rounded(inertia)) for k in degrees
+        ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia)) for k in degrees
     )
-    armature = Change(f"armature {heavier[0][2]:.2g}", heavier)
+    on = f" on {inertia:.2g} {unit}"
     return Place(
         _name(model.joint(joint), "joint", joint),
         (
-            *_of_joint(model, joint, degrees, f"{inertia:.2g} {unit}"),
+            *_weaker(model, "stiffness", "jnt_stiffness", (joint,), on),
+            *_weaker(model, "damping", "dof_damping", degrees, on),
             *_actuators(model, data, degrees, unit),
             *_tendons(model),
             *_limits(model, data, joint),
             *_contacts(model, data, int(model.jnt_bodyid[joint])),
-            *_fluid(model),
+            *_weaker(model, "density of the fluid", "density"),
+            *_weaker(model, "viscosity of the fluid", "viscosity"),
         ),
-        (armature, *_implicit_damping(model)),
+        (Change(f"armature {heavier[0][2]:.2g}", heavier), *_implicit_damping(model)),
     )
 
 
@@ -75,18 +77,22 @@ def _rounded(value: float) -> float:
     return float(f"{value:.0e}")
 
 
-def _scaled(model: Any, name: str, field: str, at: Sequence[int]) -> Change:
-    values = getattr(model, field).flat
-    return Change(name, tuple((field, (int(k),), WEAKER * values[int(k)]) for k in at))
-
-
-def _of_joint(model: Any, joint: int, degrees: Sequence[int], on: str) -> Iterator[Element]:
-    if (stiffness := float(model.jnt_stiffness.flat[joint])) != 0.0:
-        name = f"stiffness {stiffness:.4g} on {on}"
-        yield Element(name, _scaled(model, name, "jnt_stiffness", (joint,)))
-    if (damping := float(model.dof_damping.flat[degrees[0]])) != 0.0:
-        name = f"damping {damping:.4g} on {on}"
-        yield Element(name, _scaled(model, name, "dof_damping", degrees))
+def _weaker(
+    model: Any,
+    what: str,
+    field: str,
+    at: Sequence[int] = (),
+    on: str = "",
+    remedy: Change | None = None,
+) -> Iterator[Element]:
+    """An element with less of the numbers `at` places of a field, or of an option, where it has
+    any."""
+    values = np.ravel(getattr(model if at else model.opt, field))[list(at) or [0]]
+    if values[0] != 0.0:
+        name = f"{what} {abs(values[0]):.4g}{on}"
+        places: list[tuple[int, ...]] = [(k,) for k in at] or [()]
+        sets = zip([field] * len(places), places, (WEAKER * values).tolist(), strict=True)
+        yield Element(name, Change(name, tuple(sets)), remedy)
 
 
 def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
@@ -94,14 +100,13 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
     for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
         who, inertia = _name(model.actuator(i), "actuator", i), _inertia(model, data, moments[i])
         stiffness, damping = (-float(model.actuator_biasprm[i, k]) for k in (1, 2))
-        at = i * model.actuator_biasprm.shape[1]
+        first = i * model.actuator_biasprm.shape[1]
         critical = _rounded(2.0 * math.sqrt(max(stiffness, 0.0) * inertia))
         wanted = critical if critical > damping else _rounded(damping / 2.0)
-        remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (at + 2,), -wanted),))
-        for k, (what, value) in enumerate((("kp", stiffness), ("kv", damping)), start=1):
-            if value != 0.0:
-                name = f"{who} {what} {value:.4g} on {inertia:.2g} {unit}"
-                yield Element(name, _scaled(model, name, "actuator_biasprm", (at + k,)), remedy)
+        remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (first + 2,), -wanted),))
+        for k, what in enumerate(("kp", "kv"), start=first + 1):
+            on = f" on {inertia:.2g} {unit}"
+            yield from _weaker(model, f"{who} {what}", "actuator_biasprm", (k,), on, remedy)
 
 
 def _moments(model: Any, data: Any) -> Array:
@@ -114,13 +119,12 @@ def _moments(model: Any, data: Any) -> Array:
 
 
 def _tendons(model: Any) -> Iterator[Element]:
-    for field, what in (("tendon_stiffness", "stiffness"), ("tendon_damping", "damping")):
-        values = np.asarray(getattr(model, field))
-        values = values.reshape(model.ntendon, -1)[:, 0] if model.ntendon else values
-        width = getattr(model, field).size // max(1, model.ntendon)
-        for i in np.flatnonzero(values):
-            name = f"{_name(model.tendon(i), 'tendon', int(i))} {what} {values[i]:.4g}"
-            yield Element(name, _scaled(model, name, field, (int(i) * width,)))
+    for i in range(model.ntendon):
+        name = _name(model.tendon(i), "tendon", i)
+        for what in ("stiffness", "damping"):
+            field = f"tendon_{what}"  # a number each, or the coefficients of a polynomial
+            first = i * getattr(model, field).size // model.ntendon
+            yield from _weaker(model, f"{name} {what}", field, (first,))
 
 
 def _limits(model: Any, data: Any, joint: int) -> Iterator[Element]:
@@ -144,22 +148,16 @@ def _contacts(model: Any, data: Any, body: int) -> Iterator[Element]:
 
 def _softer(model: Any, name: str, rows: Sequence[tuple[str, int]]) -> Element:
     """A constraint whose `solref` gets a longer time constant, or a smaller stiffness."""
-    sets, constant = [], 0.0
+    sets = list[tuple[str, tuple[int, ...], float]]()
     for field, i in rows:
-        constant, damping = (float(value) for value in getattr(model, field)[i])
+        constant, damping = getattr(model, field)[i].tolist()
         if constant > 0.0:
             sets.append((field, (2 * i,), LONGER * constant))
         else:
             sets += [(field, (2 * i,), constant / LONGER**2), (field, (2 * i + 1,), damping / 2.0)]
-    softer = Change(f"solref {sets[-1][2]:.2g}" if constant > 0.0 else "solref", tuple(sets))
+    direct = f" {sets[-1][2]:.2g}" if constant > 0.0 else ""
+    softer = Change(f"solref{direct}", tuple(sets))
     return Element(name, softer, softer)
-
-
-def _fluid(model: Any) -> Iterator[Element]:
-    for field in ("density", "viscosity"):
-        if value := getattr(model.opt, field):
-            name = f"{field} of the fluid"
-            yield Element(name, Change(name, ((field, (), WEAKER * value),)))
 
 
 def _implicit_damping(model: Any) -> Iterator[Change]:
