@@ -6,10 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import repeat
 
-import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco import trimming as trimming_
 from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of
@@ -146,12 +144,3 @@ def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name):
     method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
     found = trimming(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
     assert found.identical
-
-
-def test_a_slow_turn_changes_no_saving(monkeypatch):
-    seconds = np.array([[5.0, 4.0, 3.0], [20.0, 16.0, 12.0], [5.0, 4.0, 3.0], [10.0, 8.0, 6.0]])
-    monkeypatch.setattr(trimming_, "_timed_in_turn", lambda *_: (seconds, np.zeros((3, 2))))
-    found = trimming(case_of(SCENE), find_method("mujoco/euler"), 1e-4, steps=1000)
-    assert found.saved == pytest.approx(0.4, rel=1e-12)
-    assert found.ns_flags / found.ns_default == pytest.approx(0.8, rel=1e-12)
-    assert found.ns_default == pytest.approx(7.5e6)  # the median turn's

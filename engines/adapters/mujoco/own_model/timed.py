@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.method import Stepping
 
 WARM = 10  # steps before the time counts: the solver and the cache are then warm
@@ -22,10 +23,7 @@ class TimedPeriods:
 
     def __init__(self, model: Any, data: Any, starts: Array, controls: Array, steps: int) -> None:
         self.model, self.data, self.steps, self.controls = model, data, steps, controls
-        nq, nv = model.nq, model.nv
-        self.starts = [
-            None if np.isnan(s).any() else (s[:nq], s[nq : nq + nv], s[nq + nv :]) for s in starts
-        ]
+        self.starts: list[Any] = [None if np.isnan(start).any() else start for start in starts]
 
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the periods."""
@@ -36,8 +34,16 @@ class TimedPeriods:
             data.ctrl[:] = control
             if start is not None:
                 spent += time.thread_time() - begin
-                data.qpos[:], data.qvel[:], data.act[:] = start
+                put(data, start)
                 mujoco.mj_step(model, data, WARM)
                 begin = time.thread_time()
             mujoco.mj_step(model, data, self.steps)
         return Stepping(count * self.steps, spent + time.thread_time() - begin)
+
+    def end(self) -> Array:
+        """Positions and velocities that the steps from the first state end with."""
+        mujoco.mj_resetData(self.model, self.data)
+        put(self.data, self.starts[0])
+        self.data.ctrl[:] = self.controls[0]
+        mujoco.mj_step(self.model, self.data, self.steps)
+        return np.concatenate([self.data.qpos, self.data.qvel])
