@@ -10,8 +10,8 @@ import numpy as np
 
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.simulation import compiled
+from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder

@@ -33,8 +33,8 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     rate_after,
 )
 from plumbob.engines.adapters.mujoco.own_model.terms import layout, of_gravity, suspects
-from plumbob.engines.adapters.mujoco.own_model.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.terms import MujocoTerms, put
+from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
 from plumbob.engines.own_motion import (
