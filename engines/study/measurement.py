@@ -15,7 +15,7 @@ from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
 from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
 from plumbob.analytic.reference import Array, Reference, answering
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
-from plumbob.analytic.theory import reaches
+from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.abilities import SchemeOfCase, SecondRun
 from plumbob.engines.method import Method, Unsupported, meant
 from plumbob.engines.registry import engine_of, installed
@@ -233,26 +233,41 @@ def _predictions(
     """Predictions of the errors at the samples, shape (n,) each, beside those measured: of theory's
     series in the step and, where that does not reach, of what the scheme does at this very step, of
     which rounding alone is left open."""
-    scheme, times, predicted = scheme_of(case, method), run.times.tobytes(), {}
+    scheme, times = scheme_of(case, method), run.times.tobytes()
     powers, total, nonlinear = expected(
         Same(case.reference), Same(case.errors), scheme, step, times
     )
+    predicted = {}
     for name in errors.keys() & total.keys():
-        courses = [powers[p][name] for p in sorted(powers)]
-        left = by_series(courses) + by_rounding(doubt[name], run.steps)
-        terms = {p: float(np.abs(parts[name]).max()) for p, parts in powers.items()}
+        series = {power: parts[name] for power, parts in sorted(powers.items())}
+        left = by_series(list(series.values())) + by_rounding(doubt[name], run.steps)
+        terms = {power: float(np.abs(parts).max()) for power, parts in series.items()}
         predicted[name] = _held(total[name], errors[name], left, terms, nonlinear)
     reaching = (reaches(p.terms, p.largest, p.nonlinearity) for p in predicted.values())
-    if method.control != "step" or (predicted and all(reaching)):
-        return predicted
-    stepped = as_stepped(Same(case.errors), scheme, step, times)
-    own = {name: scheme.unit * error for name, error in (stepped.uncertainty or {}).items()}
-    for name in errors.keys() & stepped.errors.keys():
-        left = by_rounding(own.get(name, doubt[name]), run.steps)
-        held = _held(stepped.errors[name], errors[name], left, {}, 0.0)
-        unsure = float(own[name].max()) if name in own else None
-        predicted[name] = replace(held, uncertainty=unsure)
+    if method.control == "step" and not (predicted and all(reaching)):
+        stepped = as_stepped(Same(case.errors), scheme, step, times)
+        predicted |= _at_step(stepped, errors, doubt, scheme.unit, run.steps)
     return predicted
+
+
+def _at_step(
+    stepped: SteppedErrors,
+    errors: Mapping[str, Array],
+    doubt: Mapping[str, Array],
+    unit: float,
+    steps: int,
+) -> Mapping[str, Prediction]:
+    """Predictions for this very step, of which rounding alone is left open: `doubt` is the
+    uncertainty of the exact answer, which that of the stepped motion replaces where it is known."""
+    own = {name: unit * error for name, error in (stepped.uncertainty or {}).items()}
+    return {
+        name: replace(
+            _held(error, errors[name], by_rounding(own.get(name, doubt[name]), steps), {}, 0.0),
+            uncertainty=float(own[name].max()) if name in own else None,
+        )
+        for name, error in stepped.errors.items()
+        if name in errors
+    }
 
 
 def confirming(case: Case, method: Method) -> Trajectory | None:

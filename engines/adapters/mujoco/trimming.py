@@ -31,24 +31,27 @@ def trimming(
     complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
     parts = tuple(_parts_left_out(complete, translation.spec))
     models = _versions(translation, translation.whole or complete, trimmed, method, step)
-    timed, ends = dict[Key, TimedSteps](), []
-    for k, model in enumerate(models):
-        data, control = mujoco.MjData(model), np.zeros((1, model.nu))
-        if translation.control is not None:
-            control[:, : trimmed.nu] = translation.control(np.zeros(1))
-        start = np.concatenate([translation.qpos, translation.qvel])[None]
-        periods = TimedPeriods(model, data, start, control, steps)
-        timed[str(k), ""] = TimedSteps(periods, 1.0)
-        ends.append(periods.end())
-    default, flags, as_run = (cost.ns_per_step for cost in in_turns(timed, repeats)[0].values())
+    timed = [_from_the_start(model, translation, steps) for model in models]
+    pieces: dict[Key, TimedSteps] = {(str(k), ""): TimedSteps(t, 1.0) for k, t in enumerate(timed)}
+    costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
+    ends = np.array([each.end() for each in timed])
     return Trimming(
-        default,
-        flags,
-        as_run,
-        identical=all(np.array_equal(end, ends[0]) for end in ends),
-        stages_off=tuple(_stages_off(trimmed)),
-        parts_left_out=parts,
+        costs[0],
+        costs[1],
+        costs[2],
+        bool((ends == ends[0]).all()),
+        tuple(_stages_off(trimmed)),
+        parts,
     )
+
+
+def _from_the_start(model: mujoco.MjModel, translation: Translation, steps: int) -> TimedPeriods:
+    """So many steps of a model from the scene's start."""
+    start, control = np.concatenate([translation.qpos, translation.qvel]), np.zeros(model.nu)
+    if translation.control is not None:
+        values = translation.control(np.zeros(1))[0]
+        control[: values.size] = values
+    return TimedPeriods(model, mujoco.MjData(model), start[None], control[None], steps)
 
 
 def _versions(
