@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeVar
 
 from plumbob.analytic.reference import Array
@@ -41,30 +40,3 @@ def _halves(a: Number) -> tuple[Number, Number]:
     shifted = SPLITTER * a
     high = shifted - (shifted - a)
     return high, a - high
-
-
-@dataclass(frozen=True)
-class CompensatedState:
-    """A position and its rate with the rounding errors of their sums (compensated summation)."""
-
-    position: float
-    rate: float
-    position_low: float = 0.0
-    rate_low: float = 0.0
-
-    def advanced(self, step: float, gain: float, rate_gain: float) -> CompensatedState:
-        """The state after `step`: the rate changes by `rate_gain`, the position by rate times step
-        plus `gain`."""
-        drift, drift_low = two_product(self.rate, step)
-        position, carry = two_sum(self.position, drift)
-        correction = carry + drift_low + self.position_low + self.rate_low * step + gain
-        position, position_low = two_sum(position, correction)
-        rate, carry = two_sum(self.rate, rate_gain)
-        rate, rate_low = two_sum(rate, carry + self.rate_low)
-        return CompensatedState(position, rate, position_low, rate_low)
-
-    def shifted(self, high: float, low: float) -> CompensatedState:
-        """The state with its position moved by `high` plus `low`."""
-        position, carry = two_sum(self.position, high)
-        position, position_low = two_sum(position, carry + self.position_low + low)
-        return CompensatedState(position, self.rate, position_low, self.rate_low)

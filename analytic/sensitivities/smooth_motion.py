@@ -21,7 +21,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
-from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow
+from plumbob.analytic.numerics.linear_flow import LinearFlow
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity, stacked

@@ -23,9 +23,9 @@ from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion
-from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class SimplePendulum:
     def motion(self) -> Reference:
         """The exact motion; with the tension of the rod unless linear."""
         rounded = self.started
-        angle: Reference = self.elliptic or UnendingMotion(
+        angle: Reference = self.elliptic or DrivenMotion(
             self.rotor, rounded.theta, rounded.theta_dot
         )
         if self.linear:

@@ -38,7 +38,7 @@ def errors(case, scheme, steps, samples=100):
     step = case.duration / steps
     found = run(case.rotor, case.theta, case.theta_dot, step, steps, scheme)
     times = np.linspace(0.0, case.duration, steps + 1)[:: steps // samples]
-    exact = DrivenMotion(case.rotor, case.theta, case.theta_dot, case.duration).observe(times)
+    exact = DrivenMotion(case.rotor, case.theta, case.theta_dot).observe(times)
     return (
         step,
         times,

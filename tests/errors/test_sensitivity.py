@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import fields, replace
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
+from plumbob.analytic.numerics.rotor.variational import sensitivity
 from plumbob.tests.support.linear_response import (
     condition,
     parameter_sensitivity,
@@ -52,16 +51,6 @@ def test_sensitivities_are_central_differences(name):
         assert derivative == pytest.approx(
             (above - below) / 2e-5, rel=1e-5, abs=1e-5 * np.abs(derivative).max()
         )
-
-
-@pytest.mark.long
-def test_chaos_has_a_horizon():
-    case = CASES["forced-chaotic"]
-    exact = motion(replace(case, duration=200.0))
-    horizons = [exact.horizon(tolerance) for tolerance in (1e-12, 1e-9, 1e-6)]
-    assert horizons == sorted(horizons)
-    assert 20.0 < horizons[0] < horizons[1] < 150.0
-    assert motion(CASES["damped-large"]).horizon(1e-12) == math.inf
 
 
 def test_condition_adds_up_what_each_input_does():

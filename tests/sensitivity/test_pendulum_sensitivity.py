@@ -8,8 +8,8 @@ import pytest
 
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import RodErrors
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
-from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
@@ -23,7 +23,7 @@ def early(case, time):
     problem = case.problem
     rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)
     start = (problem.theta, problem.theta_dot)
-    angle, errors = UnendingMotion(rotor, *start), RotorErrors(rotor, *start)
+    angle, errors = DrivenMotion(rotor, *start), RotorErrors(rotor, *start)
     if problem.linear:
         return replace(case, reference=angle, errors=errors)
     rod = RodMotion(angle, rotor, problem.length, problem.gravity)

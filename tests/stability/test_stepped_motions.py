@@ -17,7 +17,7 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import EVERY, RATIO
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models import free_body, simple_pendulum
 from plumbob.models.registry import case_of
@@ -102,7 +102,7 @@ def test_by_an_equilibrium_eigenvalues_set_the_limit(swing, scheme, wanted):
 
 def test_an_inverted_pendulum_at_rest_is_not_called_unstable():
     rotor = DrivenRotor(sin=-9.8)
-    limits = pendulum_stability(rotor, (0.0, 0.0), UnendingMotion(rotor, 0.0, 0.0), math.inf)
+    limits = pendulum_stability(rotor, (0.0, 0.0), DrivenMotion(rotor, 0.0, 0.0), math.inf)
     assert limits.equilibrium
     assert limits.growth(2.0) == pytest.approx(math.exp(2.0 * math.sqrt(9.8)), rel=0.2)
     assert math.isinf(limits.limits(Scheme(EULER))[0].step)

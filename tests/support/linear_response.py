@@ -5,18 +5,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
-from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import TangentFlow, weighted_response
+from plumbob.analytic.numerics.rotor.variational import sensitivity, tangent_flow
+
+
+def partials_of(rotor, t, x, v):
+    """Partial derivative of the acceleration by each coefficient, keyed by the field's name."""
+    phase = rotor.forcing_frequency * t + rotor.forcing_phase
+    swing = rotor.forcing_amplitude * np.cos(phase)
+    return {
+        "sin2": np.sin(2 * x),
+        "cos": np.cos(x),
+        "sin": -np.sin(x),
+        "damping_rate": -v,
+        "forcing_amplitude": np.sin(phase),
+        "forcing_frequency": t * swing,
+        "forcing_phase": swing,
+        "stiffness": -x,
+    }
 
 
 def parameter_sensitivity(rotor, theta, theta_dot, times):
     """Derivatives of (theta, theta_dot) at `times` [s], shape (n,), by each coefficient of the
     rotor, by the field's name, shape (n, 2). Raises ParameterError."""
-    flow = TangentFlow(
-        rotor, integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
-    )
-    partials = rotor.partials(flow.times, *flow.states)
+    flow = tangent_flow(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    partials = partials_of(rotor, flow.times, *flow.states)
     forcing = np.zeros((*flow.times.shape, 2, len(partials)))
     forcing[:, :, 1, :] = np.stack(list(partials.values()), axis=-1)
     values = flow.respond(np.zeros((2, len(partials))), forcing).at(times)
@@ -27,10 +39,11 @@ def condition(rotor, theta, theta_dot, times):
     """Condition of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,): their change for a
     relative change of one in every input, summed in magnitude; times the machine epsilon, the
     effect of inputs rounded to double. Raises ParameterError."""
-    orbit = integrate(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
-    weighted = weighted_response(TangentFlow(rotor, orbit))
-    x, v = orbit.at(times)
-    total = np.abs(weighted.at(times)).sum(axis=2)
+    flow = tangent_flow(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    by_number = parameter_sensitivity(rotor, theta, theta_dot, times)
+    start = np.abs(sensitivity(rotor, theta, theta_dot, times)) @ np.abs([theta, theta_dot])
+    total = start + sum(abs(getattr(rotor, n)) * np.abs(rows) for n, rows in by_number.items())
+    x, v = flow.orbit.at(times)
     return {
         "theta": total[:, 0] + np.abs(times * v),
         "theta_dot": total[:, 1] + np.abs(times * rotor.acceleration(times, x, v)),

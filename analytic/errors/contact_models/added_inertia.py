@@ -30,8 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import TangentFlow
+from plumbob.analytic.numerics.rotor.variational import TangentFlow, tangent_flow
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, ROUNDOFF, load_slopes
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -90,8 +89,7 @@ def platform_error(problem: Any, duration: float, armature: float) -> tuple[floa
     `armature` [kg m^2] brings, to first order in its inverse (module docstring)."""
     load, rate = PlatformLoad.of(problem), problem.platform_rate
     start = problem.theta + problem.tilt  # the rotor's angle
-    swing = integrate(problem.motion.rotor, start, problem.theta_dot, duration)
-    flow = TangentFlow(problem.motion.rotor, swing)
+    flow = tangent_flow(problem.motion.rotor, start, problem.theta_dot, duration)
     states = flow.states
     theta, theta_dot = states[0] - problem.tilt, states[1]
     inertia_slope, coupling = load.inertia_slope(theta), load.coupling(theta)
@@ -108,9 +106,8 @@ def platform_error(problem: Any, duration: float, armature: float) -> tuple[floa
 def _largest_response(flow: TangentFlow, push: Array) -> Array:
     """Of theta and theta_dot to an acceleration `push` [rad/s^2] at the nodes."""
     forcing = np.stack([np.zeros_like(push), push], axis=-1)[..., None]
-    response = flow.respond(np.zeros((2, 1)), forcing)
-    reached = np.concatenate([response.starts, response.end[None]])[:, :, 0]
-    return np.asarray(np.max(np.abs(reached), axis=0))
+    reached = flow.respond(np.zeros((2, 1)), forcing).at_nodes()[..., 0]
+    return np.asarray(np.abs(reached).max(axis=(0, 1)))
 
 
 @lru_cache(maxsize=64)  # the same for every method and step of a scene

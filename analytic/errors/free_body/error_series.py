@@ -30,7 +30,7 @@ from plumbob.analytic.errors.free_body.steps import (
 )
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
-from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow, Response
+from plumbob.analytic.numerics.linear_flow import LinearFlow, Response
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.free_body.problem import FreeBody

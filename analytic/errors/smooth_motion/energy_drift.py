@@ -16,8 +16,7 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
 from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import STAGES, TangentFlow
+from plumbob.analytic.numerics.rotor.variational import STAGES, tangent_flow
 from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
@@ -37,7 +36,7 @@ def energy_drift_rate(
         raise ParameterError("rotor", rotor, "without damping and forcing")
     if (rotor_scheme := rotor_step(scheme)) is None:
         return {}
-    flow = TangentFlow(rotor, integrate(rotor, theta, theta_dot, period))
+    flow = tangent_flow(rotor, theta, theta_dot, period)
     last = 2 * rotor_scheme.order
     start = [constant(values, last) for values in flow.states]
     gained = _energy(rotor, *rotor_scheme.advance(rotor, flow.times, *start))

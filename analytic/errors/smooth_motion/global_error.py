@@ -31,14 +31,13 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     simplest,
 )
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
+from plumbob.analytic.numerics.linear_flow import Response, together
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.linear_flow import Response, together
-from plumbob.analytic.numerics.rotor.taylor_series import integrate
-from plumbob.analytic.numerics.rotor.variational import TangentFlow
+from plumbob.analytic.numerics.rotor.variational import tangent_flow
 from plumbob.analytic.numerics.truncated_series import constant
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import Scheme
-from plumbob.analytic.systems.pendulums.unending_motion import UnendingMotion
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 LONGER = 1.1  # the motion is followed to a power of this, further than the last time [s]
@@ -64,11 +63,6 @@ def leading_error(
     return {p: {"theta": angles[i], "theta_dot": rates[i]} for i, p in enumerate(orders)}
 
 
-@lru_cache(maxsize=4)  # the same for all schemes of one motion
-def _flow(rotor: DrivenRotor, theta: float, theta_dot: float, until: float) -> TangentFlow:
-    return TangentFlow(rotor, integrate(rotor, theta, theta_dot, until))
-
-
 @dataclass(frozen=True)
 class RotorErrors:
     """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
@@ -83,7 +77,7 @@ class RotorErrors:
     @cached_property
     def exact(self) -> Reference:
         """The exact motion."""
-        return self.known or UnendingMotion(self.rotor, self.theta, self.theta_dot)
+        return self.known or DrivenMotion(self.rotor, self.theta, self.theta_dot)
 
     def simplest(self, scheme: Scheme) -> Scheme:
         """A scheme with the same errors, the same for all schemes that have them."""
@@ -105,7 +99,7 @@ def _expansion(
 ) -> tuple[Sequence[int], Response]:
     """Orders of the first `terms` coefficients of the scheme's error that are not zero until a time
     [s], and these as the columns of one response."""
-    flow = _flow(rotor, theta, theta_dot, until)
+    flow = tangent_flow(rotor, theta, theta_dot, until)
     first, stride = scheme.order_on(rotor), 2 if scheme.symmetric else 1
     orders = range(first, first + stride * terms, stride)
     state = [constant(values, orders[-1] + 1) for values in flow.states]

@@ -25,7 +25,7 @@ from plumbob.analytic.errors.stability.long_runs import PeriodicMotion, kinetic_
 from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED, PendulumKinds
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, first_failures
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.sensitivity import sensitivity
+from plumbob.analytic.numerics.rotor.variational import sensitivity
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, EULER, LEAPFROG, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit

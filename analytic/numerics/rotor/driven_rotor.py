@@ -10,7 +10,6 @@ Simples): ps = g/L. Linear oscillator: k alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -86,27 +85,6 @@ class DrivenRotor:
             - self.sin * np.cos(theta)
             - self.stiffness
         )
-
-    def partials(
-        self, times: npt.ArrayLike, theta: npt.ArrayLike, theta_dot: npt.ArrayLike
-    ) -> Mapping[str, Array]:
-        """Partial derivative of the acceleration by each coefficient, keyed by the field's name;
-        arguments as `acceleration`."""
-        t, x, v = np.broadcast_arrays(
-            *(np.asarray(values, dtype=float) for values in (times, theta, theta_dot))
-        )
-        phase = self.forcing_frequency * t + self.forcing_phase
-        swing = self.forcing_amplitude * np.cos(phase)
-        return {
-            "sin2": np.sin(2 * x),
-            "cos": np.cos(x),
-            "sin": -np.sin(x),
-            "damping_rate": -v,
-            "forcing_amplitude": np.sin(phase),
-            "forcing_frequency": t * swing,
-            "forcing_phase": swing,
-            "stiffness": -x,
-        }
 
     def energy(self, theta: npt.ArrayLike, theta_dot: npt.ArrayLike) -> Array:
         """Energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V; a constant of the motion

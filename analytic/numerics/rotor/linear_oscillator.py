@@ -59,6 +59,14 @@ class LinearOscillator:
         return x + (turn * answer).imag, v + (turn * answer_dot).imag
 
 
+def linear_oscillator(rotor: DrivenRotor) -> LinearOscillator | None:
+    """The equation of a rotor as a linear oscillator; None where it is not one."""
+    if not rotor.linear:
+        return None
+    names = (field.name for field in fields(LinearOscillator))
+    return LinearOscillator(**{name: getattr(rotor, name) for name in names})
+
+
 @dataclass(frozen=True)
 class _Roots:
     """Roots of z^2 + xi z + k: middle +- split, split real or imaginary, with their roundings."""

@@ -7,17 +7,17 @@ coefficient (q = the partial derivative of the acceleration), by a scheme's erro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from plumbob.analytic.numerics.collocation import gauss_collocation
+from plumbob.analytic.numerics.linear_flow import LinearFlow, Response
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.linear_flow import LinearFlow, Response
-from plumbob.analytic.numerics.rotor.taylor_series import Orbit
+from plumbob.analytic.numerics.rotor.orbit import Orbit, integrate
 from plumbob.analytic.reference import Array
 
-STAGES = 10  # on the steps of the Taylor series: the response is accurate to about 1e-9, relatively
+STAGES = 10  # on the steps of an orbit: the response is accurate to about 1e-9, relatively
 
 
 @dataclass(frozen=True)
@@ -63,16 +63,17 @@ class TangentFlow:
         return self._linear.respond(start, forcing)
 
 
-def weighted_response(flow: TangentFlow) -> Response:
-    """Responses to a relative change of one in each input: theta(0), theta_dot(0), and each
-    coefficient that is not zero."""
-    x, v = flow.orbit.theta[0], flow.orbit.theta_dot[0]
-    partials = flow.rotor.partials(flow.times, *flow.states)
-    inputs = {name: getattr(flow.rotor, name) for name in partials}
-    scaled = [value * partials[name] for name, value in inputs.items() if value != 0.0]
-    forcing = np.zeros((*flow.times.shape, 2, 2 + len(scaled)))
-    for column, source in enumerate(scaled, start=2):
-        forcing[:, :, 1, column] = source
-    start = np.zeros((2, forcing.shape[-1]))
-    start[0, 0], start[1, 1] = x, v
-    return flow.respond(start, forcing)
+@lru_cache(maxsize=4)  # the same for all schemes of one motion
+def tangent_flow(
+    rotor: DrivenRotor, theta: float, theta_dot: float, duration: float
+) -> TangentFlow:
+    """The linearisation along the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] for
+    `duration` [s]. Raises ParameterError."""
+    return TangentFlow(rotor, integrate(rotor, theta, theta_dot, duration))
+
+
+def sensitivity(rotor: DrivenRotor, theta: float, theta_dot: float, times: Array) -> Array:
+    """Derivatives of (theta, theta_dot) at `times` [s] by the start, shape (n, 2, 2).
+    Raises ParameterError."""
+    flow = tangent_flow(rotor, theta, theta_dot, float(np.max(times, initial=0.0)) or 1.0)
+    return flow.respond(np.eye(2), np.zeros((*flow.times.shape, 2, 2))).at(times)

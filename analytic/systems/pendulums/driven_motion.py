@@ -1,120 +1,94 @@
-"""The exact motion of a driven rotor with an error bar from two independent methods."""
+"""A driven rotor's exact motion: in closed form where it is linear, else certified."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.rotor import gauss_collocation
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
-from plumbob.analytic.numerics.rotor.taylor_series import Orbit, integrate
-from plumbob.analytic.numerics.rotor.variational import TangentFlow, weighted_response
-from plumbob.analytic.parameters import finite, positive
+from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator, linear_oscillator
+from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.variational import tangent_flow
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
+
+OFF = 2.0**-20  # of an input, by whose change its effect is found
 
 
 @dataclass(frozen=True)
 class DrivenMotion:
-    """Motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] for `duration` [s]; a `Reference`.
-    By the closed form when the equation is linear, by Taylor series when not. Raises
-    ParameterError. Results are computed when first needed."""
+    """Motion of `rotor` from `theta` [rad] and `theta_dot` [rad/s]; a `Reference`. Raises
+    ParameterError."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
-    duration: float
 
     def __post_init__(self) -> None:
         finite("theta", self.theta), finite("theta_dot", self.theta_dot)
-        positive("duration", self.duration)
-
-    @cached_property
-    def orbit(self) -> Orbit:
-        """The motion by Taylor series."""
-        return integrate(self.rotor, self.theta, self.theta_dot, self.duration)
-
-    @cached_property
-    def flow(self) -> TangentFlow:
-        """The linearisation along the motion."""
-        return TangentFlow(self.rotor, self.orbit)
 
     @cached_property
     def closed_form(self) -> LinearOscillator | None:
-        """The equation as a linear oscillator; None when it is not one."""
-        r = self.rotor
-        if not r.linear:
-            return None
-        return LinearOscillator(
-            r.stiffness,
-            r.damping_rate,
-            r.forcing_amplitude,
-            r.forcing_frequency,
-            r.forcing_phase,
-        )
+        """The closed form; None where there is none."""
+        return linear_oscillator(self.rotor)
+
+    @cached_property
+    def certified(self) -> CertifiedMotion:
+        """The motion by two independent methods."""
+        return CertifiedMotion(smooth_system(self.rotor, self.theta, self.theta_dot))
 
     def observe(self, times: Array) -> Mapping[str, Array]:
-        """Theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), from 0 to the duration.
-        Raises ParameterError."""
+        """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
-            theta, theta_dot = self.orbit.at(times)
-        else:
-            self.orbit.locate(times)
-            theta, theta_dot = self.closed_form.motion(self.theta, self.theta_dot, times)
+            return self.certified.observe(times)
+        theta, theta_dot = self.closed_form.motion(self.theta, self.theta_dot, times)
         return {"theta": theta, "theta_dot": theta_dot}
 
-    @cached_property
-    def disagreement(self) -> tuple[Array, Mapping[str, Array]]:
-        """Times [s], shape (n,), and the largest difference of the two methods up to each: Taylor
-        series against Gauss collocation, or the closed form against Taylor series."""
-        if self.closed_form is None:
-            second = gauss_collocation.integrate(
-                self.rotor, self.theta, self.theta_dot, self.duration
-            )
-            times, theta, theta_dot = second.times, second.theta, second.theta_dot
-        else:
-            times, theta, theta_dot = self.orbit.breakpoints, self.orbit.theta, self.orbit.theta_dot
-        first = self.observe(times)
-        gaps = {"theta": first["theta"] - theta, "theta_dot": first["theta_dot"] - theta_dot}
-        return times, {name: np.maximum.accumulate(np.abs(gap)) for name, gap in gaps.items()}
-
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """The larger of the methods' disagreement and the effect of inputs rounded to double, for
-        theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,). Raises ParameterError."""
-        nodes, gaps = self.disagreement
-        at = np.minimum(np.searchsorted(nodes, times), len(nodes) - 1)
-        step = self.orbit.locate(times)
-        return {
-            name: np.maximum(gaps[name][at], ULP * self.condition[name][step])
-            for name in ("theta", "theta_dot")
+        """Effect of rounded inputs, and of a closed form's rounded result or else the two methods'
+        difference, shape (n,)."""
+        if self.closed_form is None:
+            return self.certified.uncertainty(times)
+        known = self.observe(times)
+        theta, rate = known["theta"], known["theta_dot"]
+        slope = self.rotor.acceleration(times, theta, rate)
+        moved = {
+            "theta": np.abs(theta) + np.abs(times * rate),
+            "theta_dot": np.abs(rate) + np.abs(times * slope),
         }
+        for other in self._neighbours():
+            for name, values in other.observe(times).items():
+                moved[name] += np.abs(values - known[name]) / OFF
+        return {name: ULP * np.maximum.accumulate(size) for name, size in moved.items()}
 
-    @cached_property
-    def condition(self) -> Mapping[str, Array]:
-        """Change of theta and theta_dot for a relative change of one in every input, summed in
-        magnitude: the largest within each step, shape (steps,)."""
-        response = weighted_response(self.flow)
-        ends = np.concatenate([response.starts[1:], response.end[None]])[:, None]
-        values = np.concatenate([response.starts[:, None], response.at_nodes(), ends], axis=1)
-        edges = self.orbit.breakpoints
-        times = np.column_stack([edges[:-1], self.flow.times, edges[1:]])
-        x, v = self.orbit.at(times)
-        a = self.rotor.acceleration(times, x, v)
-        total = np.abs(values).sum(axis=-1)
-        # a rounded time shifts the state along the motion, and the result is rounded as well
-        theta = total[..., 0] + np.abs(times * v) + np.abs(x)
-        theta_dot = total[..., 1] + np.abs(times * a) + np.abs(v)
-        return {"theta": theta.max(axis=1), "theta_dot": theta_dot.max(axis=1)}
+    def _neighbours(self) -> list[DrivenMotion]:
+        """The motion with each input larger by a part OFF."""
+        coefficients = {name: value for name, value in vars(self.rotor).items() if value}
+        further = [replace(self.rotor, **{n: v * (1 + OFF)}) for n, v in coefficients.items()]
+        return [
+            replace(self, theta=self.theta * (1 + OFF)),
+            replace(self, theta_dot=self.theta_dot * (1 + OFF)),
+            *(replace(self, rotor=rotor) for rotor in further),
+        ]
 
-    def horizon(self, tolerance: float) -> float:
-        """Time [s] up to which double precision determines theta to `tolerance` [rad]; infinite
-        where that is the end. Raises ParameterError."""
-        positive("tolerance", tolerance)
-        edges = self.orbit.breakpoints
-        beyond = np.flatnonzero(self.uncertainty(edges)["theta"] > tolerance)
-        return float(edges[beyond[0]]) if beyond.size else math.inf
+    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
+        """The second-order response to errors of theta and theta_dot, shape (n,), over the errors:
+        w'' = J w + a_theta_theta theta_error^2 / 2 along the motion, from rest."""
+        largest = float(np.abs(errors["theta"]).max())
+        if largest == 0.0 or self.closed_form is not None:
+            return 0.0
+        rotor = self.rotor
+        flow = tangent_flow(rotor, self.theta, self.theta_dot, float(times.max()) or 1.0)
+        theta = flow.states[0]
+        bend = rotor.sin * np.sin(theta) - rotor.cos * np.cos(theta)
+        bend -= 4 * rotor.sin2 * np.sin(2 * theta)
+        error = np.interp(flow.times, times, errors["theta"])
+        forcing = np.zeros((*theta.shape, 2, 1))
+        forcing[..., 1, 0] = bend * error**2 / 2
+        second = flow.respond(np.zeros((2, 1)), forcing).at(times)[:, 0, 0]
+        return float(np.abs(second).max()) / largest
