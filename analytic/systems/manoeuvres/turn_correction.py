@@ -7,9 +7,8 @@ the equation numbers used here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +19,8 @@ from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.smooth_segment import state_at
 
-CONVERGED = 1e-14  # of the quadrature, relative
-FINEST_STEP = 2.0**-7  # of the tanh-sinh rule: where a discontinuity between marks would stop it
+CONVERGED = 1e-13  # of the quadrature, relative
+PIECES = 1000  # of it, at most
 SLOW = 1e-6  # its square is about the turn of the coasting body [rad], which the limit neglects
 
 
@@ -100,10 +99,17 @@ def turn_correction(
     """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), and of tau in the
     velocities at 2 tau, for a slider that moves by `slider_angle` Z tau^2 [rad] from `start` [rad]
     on the circle of `radius` [m]."""
+    from scipy.integrate import quad_vec
+
     body_angle = -inertia_ratio(capsule, radius) * slider_angle
-    push, drift, spin, turned = _integral(
-        partial(_accelerations, capsule, radius, slider_angle, start),
-        _marks(capsule, slider_angle, start),
+
+    def integrand(phase: float) -> Any:
+        return _accelerations(capsule, radius, slider_angle, start, np.array([phase]))[:, 0]
+
+    # The slider's acceleration is reversed at 1.
+    push, drift, spin, turned = map(
+        complex,
+        quad_vec(integrand, 0.0, 2.0, epsabs=0.0, epsrel=CONVERGED, points=(1.0,), limit=PIECES)[0],
     )
     end = radius * np.exp(1j * (start + slider_angle))
     facing = complex(np.exp(1j * body_angle))
@@ -134,38 +140,6 @@ def _accelerations(
     spin_up = moment / circle_inertia(capsule, radius)
     left = 2.0 - phases
     return np.stack([push, left * push, spin_up + 0j, left * spin_up])
-
-
-def _marks(capsule: Capsule, slider_angle: float, start: float) -> list[float]:
-    """Times over tau at which the direction of friction changes fastest, r pointing away from a
-    support, and at which the slider's acceleration is reversed."""
-    marks, reach = {0.0, 1.0, 2.0}, abs(slider_angle)
-    for x, y in capsule.supports:
-        first = math.copysign(1.0, slider_angle) * (math.atan2(y, x) + math.pi - start)
-        for angle in np.arange(first % (2 * math.pi), reach, 2 * math.pi):
-            done = float(angle) / reach
-            late = 2.0 - math.sqrt(2.0 * (1.0 - done))
-            marks.add(math.sqrt(2.0 * done) if done < 0.5 else late)
-    return sorted(marks)
-
-
-def _integral(function: Callable[[Array], Complex], marks: list[float]) -> list[complex]:
-    """Integrals of the rows of `function` from the first mark to the last by the tanh-sinh rule
-    from mark to mark, which converges even where derivatives are singular at a mark."""
-    edges = np.array(marks)
-    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
-    step, before = 0.25, np.full(4, np.inf + 0j)
-    while True:
-        t = np.arange(-4.0, 4.0 + 0.5 * step, step)
-        bend = 0.5 * math.pi * np.sinh(t)
-        weights = step * 0.5 * math.pi * np.cosh(t) / np.cosh(bend) ** 2
-        places = (middle[:, None] + half[:, None] * np.tanh(bend)).ravel()
-        values = function(places) * (half[:, None] * weights).ravel()
-        total = values.sum(axis=1)
-        settled = np.all(np.abs(total - before) <= CONVERGED * np.abs(values).sum(axis=1))
-        if settled or step <= FINEST_STEP:
-            return [complex(value) for value in total]
-        step, before = 0.5 * step, total
 
 
 def residual_limit(
