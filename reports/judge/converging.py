@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.measurement import Measurement, rounding, worst
@@ -33,81 +34,61 @@ class Convergence:
     reason: str
 
 
-@dataclass(frozen=True)
-class _Point:
-    """A run: its step [s], its error and its round-off level, relative to the quantity's scale, and
-    its error at the end, signed."""
-
-    step: float
-    error: float
-    floor: float
-    end: float
-
-
 def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> Convergence:
     """Judge the runs of a method without theory, coarse to fine, by their relative errors."""
-    points = [_point(m, quantities) for m in runs if m.status == "done"]
-    octaves = _octaves([p for p in points if p is not None])
-    above = [p for p in octaves if p.error > ROUND_OFFS * p.floor]
+    rows = [row for m in runs if m.status == "done" and (row := _row(m, quantities))]
+    steps, errors, floors, ends = np.reshape(rows, (-1, 4)).T
+    resolved = errors > ROUND_OFFS * floors
+    octaves = _octaves(steps, errors)
+    above = octaves[resolved[octaves]]
     if len(octaves) < OCTAVES:
         return Convergence(None, f"{len(octaves)} octaves of steps, and {OCTAVES} are needed")
-    least = f"the smallest error resolved is {min(p.error for p in octaves):.2g}, relative"
-    if len(above) < len(octaves) and not above:
+    least = f"the smallest error resolved is {errors[octaves].min():.2g}, relative"
+    if not len(above):
         return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}")
-    if octaves[-1] in above and _stalled(octaves):
-        times = octaves[-1].error / octaves[-1].floor
-        why = f"the relative error stays at {octaves[-1].error:.3g}, "
+    last, before = octaves[-1], octaves[-3]
+    if resolved[last] and errors[last] >= STALLED * errors[before]:
+        times = errors[last] / floors[last]
+        why = f"the relative error stays at {errors[last]:.3g}, "
         return Convergence("not-converging", f"{why}{times:.2g} times the round-off level")
     if len(above) < OCTAVES:
         return Convergence(None, f"{len(above)} octaves above the round-off level; {least}")
-    slope = _slope(above)
+    slope = _slope(steps[above].tolist(), errors[above].tolist())
     if slope is None:
         return Convergence(None, f"the error does not fall as a power of the step; {least}")
-    fine = [p for p in points if p is not None and p.error > ROUND_OFFS * p.floor]
-    left = _extrapolated(fine[-3 * PER_OCTAVE :], max(1, round(slope[0])))
-    if left is not None and left > LEFT * fine[-1].error:
+    fine = np.flatnonzero(resolved)[-3 * PER_OCTAVE :]
+    left = _extrapolated(steps[fine], ends[fine], max(1, round(slope[0])))
+    if left is not None and left > LEFT * errors[fine[-1]]:
         why = f"the error is smooth in the step, and leads to {left:.2g} and not to zero"
         return Convergence("not-converging", f"{why}; {least}")
     low, high = slope[1:]
     return Convergence("converges", f"of order {slope[0]:.2f} ({low:.2f} to {high:.2f}); {least}")
 
 
-def _point(run: Measurement, quantities: Sequence[Quantity]) -> _Point | None:
+def _row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
+    """A run's step [s]; relative to the quantity's scale its error, its round-off level, and its
+    error at the end, signed. Empty where it leaves the quantity out."""
     quantity, relative = worst(run, quantities)
     if math.isnan(relative):
-        return None
-    error = run.errors[quantity.observable]
-    return _Point(
-        run.step,
-        relative,
-        rounding(error, run.steps) / quantity.scale,
-        error.end / quantity.scale,
-    )
+        return ()
+    error, scale = run.errors[quantity.observable], quantity.scale
+    return run.step, relative, rounding(error, run.steps) / scale, error.end / scale
 
 
-def _octaves(points: Sequence[_Point]) -> list[_Point]:
-    """The run with the largest error of each octave of steps, below the coarsest, that has enough
-    of them; coarse to fine."""
-    if not points:
-        return []
-    finest = min(p.step for p in points)
-    held: dict[int, list[_Point]] = {}
-    for p in points:
-        held.setdefault(math.floor(math.log2(p.step / finest) + 1e-9), []).append(p)
-    full = [group for _, group in sorted(held.items(), reverse=True) if len(group) >= PER_OCTAVE]
-    return [max(group, key=lambda p: p.error) for group in full]
+def _octaves(steps: Array, errors: Array) -> npt.NDArray[np.intp]:
+    """Places of the runs with the largest error of each octave of steps, below the coarsest, that
+    has enough of them; coarse to fine."""
+    octave = np.floor(np.log2(steps / steps.min(initial=np.inf)) + 1e-9)
+    groups = [np.flatnonzero(octave == k) for k in np.unique(octave)[::-1]]
+    full = [group[errors[group].argmax()] for group in groups if len(group) >= PER_OCTAVE]
+    return np.array(full, dtype=np.intp)
 
 
-def _stalled(octaves: Sequence[_Point]) -> bool:
-    return octaves[-1].error >= STALLED * octaves[-3].error
-
-
-def _slope(octaves: Sequence[_Point]) -> tuple[float, float, float] | None:
+def _slope(steps: list[float], errors: list[float]) -> tuple[float, float, float] | None:
     """Slope of the envelope with its 95 % confidence interval, over the finest octaves, four or
     more, over which the interval lies above the slowest; the finest four have to fall as fast."""
-    steps, errors = [p.step for p in octaves], [p.error for p in octaves]
     none = [0.0] * len(steps)
-    for most in range(OCTAVES, len(octaves) + 1):
+    for most in range(OCTAVES, len(steps) + 1):
         fit = fit_order(steps, errors, none, most)
         if fit is None or (most == OCTAVES and not fit.slope > SLOWEST):
             return None
@@ -116,11 +97,10 @@ def _slope(octaves: Sequence[_Point]) -> tuple[float, float, float] | None:
     return None
 
 
-def _extrapolated(points: Sequence[_Point], order: int) -> float | None:
+def _extrapolated(steps: Array, ends: Array, order: int) -> float | None:
     """The magnitude of the error at the end, extrapolated to a step of zero by a series that begins
     with this order; None where the error is not smooth in the step."""
-    ends: Array = np.array([p.end for p in points])
-    x = np.array([p.step for p in points]) / points[0].step
+    x = steps / steps[0]
     terms = np.stack([np.ones_like(x), x**order, x ** (order + 1)], axis=1)
     weights = 1.0 / np.abs(x**order)
     coefficients = np.linalg.lstsq(terms * weights[:, None], ends * weights, rcond=None)[0]

@@ -268,7 +268,6 @@ def states(name, time):
     case, scene = case_of(find_scene(name)), find_scene(name)
     first = shown_runs(StudyPlan("quick", (scene,), plan().methods), scene)[0]
     run = recorded().answer(first.run)
-    assert run
     names = ("theta", "theta_dot")
     seen, now = case.reference.observe(run.times), case.reference.observe(np.array([time]))
     apart = [np.interp(time, run.times, run.observables[n] - seen[n]) for n in names]

@@ -85,7 +85,6 @@ def test_the_errors_are_those_of_the_audit():
 
 def test_solids_reach_as_far_as_the_geoms():
     model = audit().model
-    assert model is not None
     centres = model.effective.body_ipos
     solids = [solid for solid in model.solids if solid.body]
     for solid, (middle, half, least) in zip(solids, HALVES, strict=True):
@@ -130,7 +129,6 @@ def _apart(figure):
     plan = json.loads(canvas.get_attribute("data-plan") or "")["picture"]
     data = json.loads(shown().data)
     time, model = FRACTION * data["seconds"], audit().model
-    assert model is not None
     states, _ = audit().states
     times = audit().script.times
     places = model.positions(states)[:, data["geometry"]["worst"]]

@@ -55,11 +55,6 @@ def column(table, head):
     return {name: float(text) for name, text in shown.items() if text != "–"}
 
 
-def known(found):
-    assert found
-    return found
-
-
 @pytest.mark.parametrize("analysis", FINDINGS, ids=lambda analysis: analysis.template)
 def test_a_finding_on_lines_is_written_where_engines_are_missing(analysis):
     planned = measured(LINE, METHODS)
@@ -193,7 +188,6 @@ def test_stiction_in_the_quick_profile_is_that_of_its_own_step():
 
 def findings_of(system, given):
     own = section(system)
-    assert own
     return formed_of(own, declared(given, own.requests))
 
 
@@ -210,7 +204,6 @@ def test_drift_of_stiction():
 def test_repeated_manoeuvres():
     ran = study("capsule-train/ten", 1e-3)
     found = capsule_train.numbers(ran)
-    assert found
     totals = {total.method: total for total in found.totals}
     reduced = totals["mujoco/euler+reduced"]
     assert reduced.error == pytest.approx(reduced.predicted, rel=0.01)
@@ -255,14 +248,12 @@ def test_what_sizes_an_actuator():
 def test_the_exact_condition_for_contact_and_beyond():
     ran = declared(study(LINE, 1e-3), tipping.requests)
     numbers = tipping.numbers(ran)
-    assert numbers
     assert numbers.reach == pytest.approx(4.33, abs=5e-3)
     motions = (numbers.check, numbers.edge, numbers.outside)
     inside = [(motion.com_inside, motion.slider_inside) for motion in motions]
     assert inside == [(True, True), (True, False), (False, True)]
     assert min(motion.lowest for motion in motions) > 0.0
     tipped, line = ran.answer(tipping.TIPPED), problem(tipping.EDGE).motion
-    assert tipped
     lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
     # below zero statics asks for a pull, which a plane that only pushes cannot give
     places = (line.start + tipping.BEYOND + line.strokes(tipped.times))[:, None] * line.unit
@@ -286,7 +277,6 @@ def test_the_reference_refuses_what_tips():
 def test_engines_at_the_fastest_manoeuvres():
     ran = declared(measured("capsule-train/ten", mean_speed.METHODS, 1e-3), mean_speed.requests)
     found = mean_speed.numbers(ran)
-    assert found
     assert found.limit == pytest.approx(0.054, abs=5e-4)
     assert found.checked < found.pushed < found.limit < found.most
     assert [run.method for run in found.runs] == [*mean_speed.METHODS]

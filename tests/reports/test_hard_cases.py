@@ -46,8 +46,6 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it():
     study = quick()
     hard = [scene for scene in study.scenes if scene.hard]
     table, alone = (cases(study, of) for of in (hard, [find_scene(SADDLE)]))
-    assert table
-    assert alone
     assert (*table.heads[:3], table.heads[-1]) == alone.heads
     names = [row[0].text for row in table.rows]
     assert [name for name in names if "/" in name and name.startswith("cone-")] == [
@@ -78,7 +76,6 @@ def limited(step):
     study = replace(study, extras={StepPrediction(SWING, EULER): prediction})
     ranges = step_ranges(study, scene)
     table = cases(study, [scene])
-    assert table
     (row,) = [row for row in table.rows if row[0].text == EULER]
     (of,) = [of for of in ranges if of.method == EULER]
     return of, " ".join(cell.text for cell in row)
@@ -122,6 +119,5 @@ def test_the_first_screen_says_the_stored_limit(step, monkeypatch):
     prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
     study = replace(quick(), extras={StepPrediction(SWING, EULER): prediction})
     shown = of_index.largest_step(study)
-    assert shown
     assert shown.default.text == f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
     assert f"{step:g}; 0.002" in [cell.text for cell in shown.table.rows[0]]

@@ -268,8 +268,6 @@ def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravi
         return bob.readings(run)
 
     found, coarse = read(bob.ACCELEROMETER.method), read("mujoco/euler")
-    assert found
-    assert coarse
     assert found.gap < 1e-8  # the error of theta is 3e-10 rad, and (dθ/dt)² is up to 29.4 /s²
     assert found.along == pytest.approx(2 * 9.8 * 1.5, rel=1e-5)  # energy, from -120 deg to hanging
     assert found.reads_across < 1e-12

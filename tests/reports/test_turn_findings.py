@@ -25,11 +25,6 @@ def study(scene, methods, *steps):
     return declared(measured(scene, methods, *steps), requests)
 
 
-def known(found):
-    assert found
-    return found
-
-
 def test_second_order_of_the_formula():
     found = exact_motion.second_order(nothing())
     assert (found.stop, found.rest) == pytest.approx((1.1202033, 1.9032533), abs=1e-7)
@@ -49,7 +44,6 @@ def test_second_order_of_the_formula():
 def test_angle_and_the_required_accuracy():
     given = study("capsule-turn/0.3", (EULER,))
     found = body_angle.angles(given)
-    assert found
     good = {(e.epsilon, e.method): e.largest <= found.asked for e in found.errors}
     for epsilon in (0.3, 0.03):
         assert good[epsilon, "mujoco/rk4+coulomb"]
