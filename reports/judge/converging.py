@@ -46,23 +46,30 @@ def convergence(runs: Sequence[Measurement], quantities: Sequence[Quantity]) -> 
     least = f"the smallest error resolved is {errors[octaves].min():.2g}, relative"
     if not len(above):
         return Convergence("converges", f"within {ROUND_OFFS:g} round-offs at every step; {least}")
-    last, before = octaves[-1], octaves[-3]
-    if resolved[last] and errors[last] >= STALLED * errors[before]:
-        times = errors[last] / floors[last]
+    last = octaves[-1]
+    if resolved[last] and errors[last] >= STALLED * errors[octaves[-3]]:
         why = f"the relative error stays at {errors[last]:.3g}, "
-        return Convergence("not-converging", f"{why}{times:.2g} times the round-off level")
+        times = f"{errors[last] / floors[last]:.2g} times the round-off level"
+        return Convergence("not-converging", why + times)
     if len(above) < OCTAVES:
         return Convergence(None, f"{len(above)} octaves above the round-off level; {least}")
     slope = _slope(steps[above].tolist(), errors[above].tolist())
     if slope is None:
         return Convergence(None, f"the error does not fall as a power of the step; {least}")
-    fine = np.flatnonzero(resolved)[-3 * PER_OCTAVE :]
+    return _falling(steps[resolved], errors[resolved], ends[resolved], slope, least)
+
+
+def _falling(
+    steps: Array, errors: Array, ends: Array, slope: tuple[float, float, float], least: str
+) -> Convergence:
+    """Whether errors above round-off that fall do so to zero."""
+    fine = slice(-3 * PER_OCTAVE, None)
     left = _extrapolated(steps[fine], ends[fine], max(1, round(slope[0])))
-    if left is not None and left > LEFT * errors[fine[-1]]:
+    if left > LEFT * errors[-1]:
         why = f"the error is smooth in the step, and leads to {left:.2g} and not to zero"
         return Convergence("not-converging", f"{why}; {least}")
-    low, high = slope[1:]
-    return Convergence("converges", f"of order {slope[0]:.2f} ({low:.2f} to {high:.2f}); {least}")
+    order = "of order {:.2f} ({:.2f} to {:.2f})".format(*slope)
+    return Convergence("converges", f"{order}; {least}")
 
 
 def _row(run: Measurement, quantities: Sequence[Quantity]) -> tuple[float, ...]:
@@ -97,14 +104,14 @@ def _slope(steps: list[float], errors: list[float]) -> tuple[float, float, float
     return None
 
 
-def _extrapolated(steps: Array, ends: Array, order: int) -> float | None:
+def _extrapolated(steps: Array, ends: Array, order: int) -> float:
     """The magnitude of the error at the end, extrapolated to a step of zero by a series that begins
-    with this order; None where the error is not smooth in the step."""
+    with this order; 0 where the error is not smooth in the step."""
     x = steps / steps[0]
     terms = np.stack([np.ones_like(x), x**order, x ** (order + 1)], axis=1)
     weights = 1.0 / np.abs(x**order)
     coefficients = np.linalg.lstsq(terms * weights[:, None], ends * weights, rcond=None)[0]
     left = np.abs(terms @ coefficients - ends) * weights
     if left.max() > SMOOTH * float(np.abs(ends * weights).min()):
-        return None
+        return 0.0
     return float(abs(coefficients[0]))

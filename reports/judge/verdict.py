@@ -218,12 +218,24 @@ def _of_runs(
         return Judgement("not-converging", failed.tolerances if failed else {}, flat)
     if failed:
         return failed
-    passed = [pair for pair in listed if pair[1].verdict == "predicted"]
-    if passed:  # the finest stands for all
-        finest, run = passed[-1]
-        why = _claims_too_much(found, names, unjudged) or too_wide(finest, quantities)
-        return Judgement("off-prediction", run.tolerances, why) if why else run
-    return runs[-1] if runs else Judgement("unsupported", {}, NO_STEP_FITS)
+    if not runs:
+        return Judgement("unsupported", {}, NO_STEP_FITS)
+    return _finest(listed, names, quantities, unjudged) or runs[-1]
+
+
+def _finest(
+    listed: Sequence[tuple[Measurement, Judgement]],
+    names: Sequence[str],
+    quantities: Sequence[Quantity],
+    unjudged: Mapping[str, str],
+) -> Judgement | None:
+    """The finest run that passes, which stands for all, or why it may not; None where none does."""
+    for finest, run in reversed(listed):
+        if run.verdict == "predicted":
+            too_much = _claims_too_much([m for m, _ in listed], names, unjudged)
+            why = too_much or too_wide(finest, quantities)
+            return Judgement("off-prediction", run.tolerances, why) if why else run
+    return None
 
 
 def _flat(found: Sequence[Measurement], leading: str) -> str:

@@ -38,6 +38,8 @@ WORDS: Mapping[Role, str] = MappingProxyType(
         "other": "",
     }
 )
+TRUTH = Layer("exact", "exact answer", "")
+COMPANION = Layer("companion", "linear pendulum", "exact, the same start")
 Drawn = tuple[Layer, Samples]  # a motion, or a run's deviations from it, with how it is drawn
 SMALLER = " but for the step"  # that of the recommended settings beside them
 SPEEDS = tuple(
@@ -72,12 +74,8 @@ def replay(study: Study, scene: Scene) -> Replay:
         if shown.role == "default" and shown.run.step != DEFAULT_STEP:
             words += SMALLER
         runs.append(deviating(picture, run, slot, name, words))
-    beside: list[Drawn] = []
-    if other := companion(scene):
-        layer = Layer("companion", "linear pendulum", "exact, the same start")
-        beside.append((layer, _drawn(other, seconds)[1]))
-    truth = Layer("exact", "exact answer", ""), exact
-    return assembled(scene.name, scene.duration, picture, truth, runs, beside, lacking)
+    beside = [(COMPANION, _drawn(other, seconds)[1])] if (other := companion(scene)) else []
+    return assembled(scene.name, scene.duration, picture, (TRUTH, exact), runs, beside, lacking)
 
 
 def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: str) -> Drawn:
