@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import (
     Arc,
     Segment,
-    direction_to,
     lowest_normal_forces,
     normal_force_uncertainty,
     normal_forces,
@@ -49,18 +46,6 @@ def test_friction_balances_about_every_line_through_c(capsule, heading, along, a
     slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
     reach = 2.0 * capsule.friction  # the longest arm [m], and f
     np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
-
-
-def test_the_moment_would_show_a_wrong_load():
-    """Sensitivity: with two supports' loads swapped, the moments at 50 degrees do not balance."""
-    x, y = math.cos(math.radians(50.0)), math.sin(math.radians(50.0))
-    one, two, three = CHECK.supports
-    balanced, off = (
-        normal_forces(capsule, 0.05 * np.array([[x, y]]))[0] @ np.asarray(CHECK.supports) @ [y, -x]
-        for capsule in (CHECK, replace(CHECK, supports=(two, one, three)))
-    )
-    assert abs(CHECK.friction * balanced) < 1e-15
-    assert abs(CHECK.friction * off) > 1e-3
 
 
 @given(capsules(), st.floats(0.1, 5.0), angles, angles)
@@ -101,11 +86,3 @@ def test_edge_of_the_triangle():
     (breach,) = validity(CHECK, beyond)
     assert breach.name == "normal_force_1"
     assert breach.value < 0.0
-
-
-def test_direction_to_a_support():
-    assert direction_to(CHECK, 1) == 0.0
-    assert math.tan(direction_to(CHECK, 2)) == pytest.approx(-1.5, rel=1e-15)
-    for support in (0, 4):
-        with pytest.raises(ParameterError, match="support"):
-            direction_to(CHECK, support)

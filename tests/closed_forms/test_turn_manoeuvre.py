@@ -67,14 +67,6 @@ def test_the_parameters_are_the_sources():
     assert {name: getattr(turn, name) for name in wanted} == pytest.approx(wanted, rel=1e-14)
 
 
-def test_the_second_order_is_the_one_seen():
-    """1.12020 epsilon^2 at 2 tau and 1.90 epsilon^2 at rest."""
-    turn = turn_of(CHECK, 0.12, 0.1)
-    squared = turn.characteristic_time**2
-    assert squared * turn.correction.at_stop.heading == pytest.approx(1.12020, abs=5e-6)
-    assert squared * turn.correction.at_rest.heading == pytest.approx(1.90, abs=5e-3)
-
-
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(len(TURNS)))
 def test_the_error_of_the_corrected_pose_is_of_higher_order(number):
@@ -143,17 +135,6 @@ def test_friction_stays_below_its_bound(radius, angle, sense):
     assert abs(force[0]) <= CHECK.friction * CHECK.weight * (1 + 1e-14)
 
 
-def test_a_mirrored_turn_is_mirrored():
-    """The check triangle is its own mirror image."""
-    turns = [turn_of(CHECK, 0.12, 0.1, sign * 0.7, -sign * 0.4) for sign in (-1.0, 1.0)]
-    mirror = np.array([1.0, -1.0, -1.0])
-    left, right = (np.array(exact(turn)) for turn in turns)
-    np.testing.assert_allclose(left, right * mirror, rtol=0, atol=1e-13)
-    for place in ("at_stop", "at_rest"):
-        left, right = (numbers(getattr(turn.correction, place)) for turn in turns)
-        np.testing.assert_allclose(left, right * mirror, rtol=1e-9, atol=1e-9)
-
-
 def left_at_stop(turn):
     """(v_x, v_y, omega) of the exact motion at 2 tau over tau, shape (3,)."""
     at = three_point_motion(turn.capsule, turn.path).at(np.array([2 * turn.half_time]))
@@ -179,9 +160,3 @@ def test_the_velocities_left_at_the_stop(number):
     worse = replace(turn, capsule=replace(turn.capsule, friction=turn.capsule.friction * 1.01))
     wrong = worse.correction.left_at_stop.heading / turn.correction.left_at_stop.heading - 1.0
     assert abs(wrong) > 5 * errors[-1]
-
-
-def test_the_rate_left_by_the_check_manoeuvre():
-    turn = turn_of(CHECK, 0.12, 0.1)
-    assert turn.half_time * left_at_stop(turn)[2] == pytest.approx(0.655, abs=5e-4)
-    assert turn.rates_at_stop.heading == pytest.approx(0.68439, abs=5e-6)

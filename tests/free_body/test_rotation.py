@@ -15,7 +15,7 @@ from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalInt
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, composed
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.tests.free_body.recorded import FILE
 from plumbob.tests.support.extrapolation import recorded
 
@@ -47,12 +47,6 @@ def test_45_digits_over_up_to_a_thousand_periods(name):
     scale = np.array([[body.fastest]] * 3 + [[1.0]] * 4)
     assert (error <= np.maximum(1e-13 * (1.0 + body.fastest * at) * scale, conditioned)).all()
     assert (error <= conditioned + 4 * ULP * scale).all()  # what the reference itself claims
-
-
-def test_the_table_notices_a_digit():
-    # the sensitivity test of the one above: a moment changed by 2e-13, relatively
-    body, at, error = errors("about the smallest", 1e-12)
-    assert (error > 1e-13 * (1.0 + body.fastest * at)).any()
 
 
 @pytest.mark.parametrize("name", ["about the smallest", "1e-6 off the separatrix"])
@@ -93,25 +87,6 @@ def test_what_is_conserved_is(body, time):
     assert np.abs(length - 1.0).max() <= 8 * ULP
 
 
-@given(bodies())
-@settings(max_examples=40, deadline=None)
-def test_it_begins_as_given_and_turns_as_its_rate_says(body):
-    start = seen(body, [0.0])[:, 0]
-    np.testing.assert_allclose(start[:3], body.angular_velocity, 0, 8 * ULP * (body.fastest or 1.0))
-    np.testing.assert_allclose(start[3:], [1.0, 0.0, 0.0, 0.0], 0, 8 * ULP)
-    h = 1e-4 / (body.fastest or 1.0)  # central differences: h^2/6 of a third derivative
-    before, after = seen(body, [7.0 - h]), seen(body, [7.0 + h])
-    here = seen(body, [7.0])
-    slope = (after - before) / (2 * h)
-    rates, attitude = here[:3], here[3:]
-    half = np.concatenate([np.zeros((1, 1)), rates / 2])
-    bound = 1e-7 * (body.fastest or 1.0)
-    np.testing.assert_allclose(slope[3:], composed(attitude, half), 0, bound)
-    inertia = np.array(body.inertia)[:, None]
-    torque = np.cross(inertia * rates, rates, axis=0) / inertia
-    np.testing.assert_allclose(slope[:3], torque, 0, 1e-6 * body.fastest**2 + 1e-12)
-
-
 BODY = FreeBody(1.0, 2.0, 2.5, (1.0, 0.3, 0.2))
 TIMES = np.array([0.3, 2.0, 17.0, 400.0])
 
@@ -135,14 +110,6 @@ def test_only_ratios_matter_and_twice_as_fast_takes_half_the_time(heavier, faste
     scaled, first = seen(body, TIMES / faster), seen(BODY, TIMES)
     np.testing.assert_allclose(scaled[:3], faster * first[:3], 1e-12, 1e-12 * faster)
     np.testing.assert_allclose(scaled[3:], first[3:], 0, 1e-12)
-
-
-def test_two_motions_in_a_row_are_one():
-    there = seen(BODY, [5.0])[:, 0]
-    later = seen(replace(BODY, angular_velocity=tuple(there[:3])), [12.0])
-    whole = seen(BODY, [17.0])
-    np.testing.assert_allclose(later[:3], whole[:3], 0, 1e-13)
-    np.testing.assert_allclose(composed(there[3:, None], later[3:]), whole[3:], 0, 1e-13)
 
 
 def test_a_steady_rotation_needs_no_functions():

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.cone_pendulum import ARMATURE_RATIO, load_inertia
-from plumbob.tests.support.cone_scene import DEFAULT, MJCF, THETA
+from plumbob.tests.support.cone_scene import DEFAULT, MJCF
 
-FOLDER = MJCF.parent
 DENSITY, HEIGHT, HALF_ANGLE = 8000.0, 0.3, math.radians(15.0)
 
 
@@ -80,15 +79,3 @@ def test_cone_is_drawn_where_it_is():
     assert corners[:, 2].max() == pytest.approx(0.0, abs=1e-6)
     assert corners[:, 2].min() == pytest.approx(-HEIGHT, rel=1e-6)
     assert corners[:, 0].max() == pytest.approx(HEIGHT * math.tan(HALF_ANGLE), rel=1e-6)
-
-
-@pytest.mark.parametrize("file", ["cone_pendulum.xml", "scene.xml"])
-def test_loaded_on_its_own_it_swings_as_it_should(file):
-    # the error of 5000 steps of RK4 is 1.1e-12 rad here, their round-off included; four times that
-    model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
-    mujoco.mj_step(model, data, nstep=5000)
-    assert data.qpos[1] == pytest.approx(THETA, abs=4e-12)
-    assert data.qvel[0] == 26.0
-    assert not any(warning.number for warning in data.warning)

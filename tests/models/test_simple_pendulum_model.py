@@ -7,8 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
-from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.engines.adapters.hinged_body import POINT
@@ -17,7 +15,6 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of, systems
 
 MJCF = systems()["simple-pendulum"].mjcf
-FOLDER = MJCF.parent
 
 
 def problem(name="simple-pendulum", **changes):
@@ -65,22 +62,3 @@ def test_every_parameter_reaches_the_model():
         mujoco.mj_forward(model, data)
         wanted = float(problem(name, **given).rotor.acceleration(0.9, 0.4, -0.7))
         assert data.qacc[0] == pytest.approx(wanted, rel=1e-14)  # a dozen operations
-
-
-@pytest.mark.parametrize("file", ["simple_pendulum.xml", "scene.xml"])
-def test_loaded_on_its_own_it_swings_as_it_should(file):
-    # 5000 steps of RK4 at 1e-3 s, with the error that theory predicts, 9e-12 rad, to round-off
-    model = mujoco.MjModel.from_xml_path(str(FOLDER / file))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
-    mujoco.mj_step(model, data, nstep=5000)
-    given = problem()
-    times = np.array([5000 * model.opt.timestep])
-    exact = given.motion.observe(times)
-    predicted = simple_pendulum_errors(given).series(Scheme(RK4), times)
-    wanted = exact["theta"][0] + sum(e["theta"][0] * 1e-3**p for p, e in predicted.items())
-    assert data.qpos[0] == pytest.approx(wanted, abs=1e-12)
-    mujoco.mj_forward(model, data)
-    assert data.sensordata[2] == pytest.approx(exact["tension"][0], abs=2e-10)
-    assert data.xipos[1][0] == pytest.approx(np.sin(wanted), abs=2e-12)
-    assert not any(warning.number for warning in data.warning)

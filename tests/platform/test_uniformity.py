@@ -40,20 +40,6 @@ def floats(pendulum):
 
 
 @pytest.mark.parametrize("point", KNOWN)
-def test_measures_at_a_few_points(point):
-    pendulum = posed(*point)
-    by_motion = uniformity.of_motion(pendulum.motion)
-    by_angle = uniformity.from_below(floats(pendulum), STEEL.inertia_x, np.array(point[2]))
-    # a range is missed by at most what a parabola loses within half a sample; a part of the time
-    # by a sample at each of four edges
-    for found, fine in ((by_motion, 2e-4), (by_angle, 4 / uniformity.ANGLES)):
-        spread, deviation, near = KNOWN[point]
-        assert float(found.spread) == pytest.approx(spread, rel=1e-5)
-        assert float(found.deviation) == pytest.approx(deviation, rel=2e-6)
-        assert float(found.near) == pytest.approx(near, abs=max(fine, 6e-4))
-
-
-@pytest.mark.parametrize("point", KNOWN)
 def test_deviation_against_40_digits(point):
     """The mean speed is 2 pi/T and its mean square 2 pi I/(inertia T), in 40 digits."""
     pendulum = posed(*point)

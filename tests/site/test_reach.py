@@ -123,55 +123,6 @@ def test_the_dark_theme_changes_colours_alone():
             assert sizes == [], (name, sizes)
 
 
-# Names links from the middle of the index's longest table, empties the last of them, and adds
-# rules to the page.
-SEEDED = """([names, text]) => {
-  const lines = [...document.querySelectorAll("table")].map((one) => [...one.tBodies[0].rows])
-    .sort((one, other) => one.length - other.length).at(-1);
-  const half = lines.slice(Math.floor(lines.length / 2));
-  const links = half.flatMap((one) => [...one.querySelectorAll("a")]);
-  names.forEach((name, k) => { links[k].id = name; });
-  links[names.length - 1].replaceChildren();
-  document.head.append(Object.assign(document.createElement("style"), {textContent: text}));
-  setTimeout(() => { throw new Error("broken"); });
-}"""
-SEEDS = """
-@media (prefers-color-scheme: dark) { #dark { color: #333 !important; background: #222; } }
-@media (prefers-color-scheme: light) { #light { color: #bbb !important; background: #fff; } }
-@media (max-width: 500px) { #phone { color: #ccc !important; background: #aaa; } }
-@media (max-width: 500px) { h1 { width: 600px; } }
-@media (min-width: 500px) { .lead { width: 90px; white-space: nowrap; overflow: hidden; } }
-"""
-SEEN = [
-    f"{PHONE}: 6.. wide",
-    f"{DESK}: cut: lead",
-    *(
-        f"{width}, {scheme}: {rule} .*: #{name}"
-        for width, scheme, rule, name in (
-            (DESK, "light", "color-contrast", "light"),
-            (DESK, "light", "link-name", "empty"),
-            (DESK, "dark", "color-contrast", "dark"),
-            (PHONE, "light", "color-contrast", r"light \| #phone"),
-            (PHONE, "light", "link-name", "empty"),
-            (PHONE, "dark", "color-contrast", r"dark \| #phone"),
-        )
-    ),
-]
-
-
-@pytest.mark.long
-def test_sensitivity_of_the_looks(index, browser):
-    """What is wrong in one theme or at one width alone, of one line among dozens that are alike but
-    for it, is seen there and nowhere else; so are a link without words and an error in a script."""
-    with visited(browser, index) as visit:
-        visit.ask(SEEDED, [["light", "dark", "phone", "empty"], SEEDS])
-        found = _faults(visit)
-        assert len(found) == len(SEEN), found
-        for one, pattern in zip(found, SEEN, strict=True):
-            assert re.fullmatch(pattern, one), (one, pattern)
-        assert any("broken" in line for line in visit.console)
-
-
 @pytest.mark.long
 def test_a_page_that_stands_alone(browser, tmp_path):
     """What `plumbob solve --figures` writes is made of the same parts."""

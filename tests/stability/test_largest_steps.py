@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.adaptive_cost import stability_interval, stiffness_cost
+from plumbob.analytic.errors.stability.adaptive_cost import stiffness_cost
 from plumbob.analytic.errors.stability.largest_step import excess, largest_step
 from plumbob.analytic.errors.stability.linear_steps import (
     LinearSystem,
@@ -18,7 +18,7 @@ from plumbob.analytic.errors.stability.linear_steps import (
     step_matrices,
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.schemes import EULER, LEAPFROG, LINEARLY_IMPLICIT, RK4, Scheme
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.tableau import CLASSICAL, order_5, order_8
 
 PLAIN = (
@@ -87,17 +87,6 @@ def test_the_stability_function_by_its_definition_in_40_digits(tableau, z):
     assert found == pytest.approx(wanted, rel=1e-13)  # 12 stages, 4.8 at most a weight: 100 ulp
 
 
-def test_the_limits_of_rk4_on_both_axes_in_40_digits():
-    with mpmath.workdps(40):
-        real = mpmath.findroot(lambda z: 1 + z / 2 + z**2 / 6 + z**3 / 24, -2.785)
-        imaginary = mpmath.findroot(lambda y: -(y**6) / 72 + y**8 / 576, 2.828)
-    assert -float(real) == pytest.approx(REAL_AXIS, rel=1e-15)
-    assert float(imaginary) == pytest.approx(2.0 * math.sqrt(2.0), rel=1e-15)
-    # a grid of 0.005
-    assert stability_interval(CLASSICAL, -1.0) == pytest.approx(REAL_AXIS, abs=6e-3)
-    assert stability_interval(CLASSICAL, 1.0j) == pytest.approx(2.8284, abs=6e-3)
-
-
 @pytest.mark.parametrize("scheme", PLAIN, ids=str)
 def test_step_matrices_are_the_derivatives_of_the_steps_taken_elsewhere(scheme):
     rotor = DrivenRotor(stiffness=7.0, damping_rate=0.9)
@@ -137,16 +126,6 @@ def test_a_stiff_mode_is_seen_beside_a_growing_one():
     stiffness = np.diag([-9.8, 1e4])
     system = LinearSystem(np.eye(2), np.zeros((2, 2)), stiffness)
     assert limit(Scheme(EULER), system) == pytest.approx(0.02, rel=1e-6)
-
-
-def test_linearly_implicit_euler_is_euler_with_implicit_damping_here():
-    system, steps = oscillator(0.7), np.array([0.2])
-    both = (
-        step_matrices(system, Scheme(LINEARLY_IMPLICIT)),
-        step_matrices(system, Scheme(EULER, implicit_damping=True)),
-    )
-    first, second = (matrices(steps) for matrices in both if matrices is not None)
-    np.testing.assert_array_equal(first, second)
 
 
 def test_what_stiffness_costs_a_solver_that_chooses_its_steps():

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule, lowest_normal_forces
@@ -23,7 +23,7 @@ from plumbob.analytic.systems.planner.tracks import Track, curve
 from plumbob.analytic.systems.slider_path import ArcPiece, StraightPiece, arc, straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.models.registry import scene
-from plumbob.models.tripod_capsule.plan import BESIDE, CURVES, problem
+from plumbob.models.tripod_capsule.plan import BESIDE, problem
 from plumbob.reports.commands.plan import described
 from plumbob.tests.support.random_capsules import CHECK
 
@@ -42,7 +42,6 @@ LATER_PAIRS = (((1, 2), "longer"), ((3, 1), "longer"))
 REACHED = 1e-11
 # A scalene triangle, without symmetry about C-A1.
 SCALENE = Capsule(1.3, 0.4, 0.03, ((0.22, 0.03), (-0.09, 0.17), (-0.12, -0.14)), 0.25, 9.81)
-FAR = Limits(acceleration=4000.0, stroke=1.0, radius=0.15)
 
 
 @pytest.fixture(name="quick")
@@ -173,15 +172,6 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
     assert (inner.any(), outer.any()) == ((True, False) if arc == "shorter" else (False, True))
 
 
-@pytest.mark.parametrize(("case", "legs", "arc", "lasting", "profile"), CURVES)
-def test_scenes_of_other_curves_last_until_the_body_rests(case, legs, arc, lasting, profile):
-    given = scene(f"capsule-plan/beside-curve-{case}")
-    made = problem(given.parameters).motion
-    assert (made.legs, made.arc, made.goal) == (legs, arc, BESIDE)
-    assert max(made.error) <= REACHED
-    assert made.duration <= given.duration == lasting < made.duration + 0.2
-
-
 @given(st.floats(1.2, 70.0), st.floats(0.05, 0.9))
 def test_no_push_within_the_limits_is_quicker(push, pull):
     limits, threshold = Limits(), CHECK.holding_acceleration
@@ -232,23 +222,6 @@ def test_slow_motions_reach_the_friction_limit_and_no_more(body):
     assert 0.7 < across / body.holding_acceleration < 0.9
 
 
-@pytest.mark.long
-@settings(max_examples=3)
-@given(
-    st.sampled_from([CHECK, SCALENE]),
-    st.sampled_from(["free", "curve"]),
-    st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-2.0, 2.0)),
-    st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-4.0, 4.0)),
-    st.sampled_from([(0.0, 0.0), (0.15, 0.0)]),
-)
-def test_any_pose_from_any_pose(body, track, step, begin, slider):
-    if body is SCALENE:
-        slider = (0.0, 0.0)  # the other position is not on its curve
-    start = RestPose(begin[0], begin[1], begin[2], slider)
-    goal = RestPose(begin[0] + step[0], begin[1] + step[1], begin[2] + step[2])
-    assert max(plan(body, goal, FAR, track, start).error) <= REACHED
-
-
 @pytest.mark.parametrize("turns", [-3, 0, 1])
 def test_headings_are_alike_up_to_whole_turns(turns):
     there = RestPose(1.0, 2.0, 3.0 + 2.0 * math.pi * turns)
@@ -269,18 +242,3 @@ def test_a_pose_already_taken_needs_no_manoeuvre():
     made = plan(CHECK, RestPose(0.0, 0.0, 2.0 * math.pi))
     assert (made.duration, made.manoeuvres) == (0.0, ())
     assert made.error == (0.0, 0.0)
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    "body",
-    [
-        replace(CHECK, friction=0.3 * (1 + 1e-4)),
-        replace(CHECK, inertia=0.02 * (1 + 1e-4)),
-        replace(CHECK, supports=((0.2 * (1 + 1e-4), 0.0), *CHECK.supports[1:])),
-    ],
-)
-def test_sensitivity_to_the_body(body):
-    made = planned("near", "free")
-    assert max(made.error) <= REACHED
-    assert max(replace(made, capsule=body).error) > 1e-6

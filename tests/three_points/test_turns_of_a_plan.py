@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
@@ -14,39 +11,6 @@ from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPo
 from plumbob.analytic.systems.planner.tracks import ROUND, Track
 from plumbob.analytic.systems.planner.turns import computed_turn, turns_to
 from plumbob.tests.support.random_capsules import CHECK
-
-REACHED = 1e-11  # the plan is exact: the errors of the reference remain
-HEAVY = 1e3  # m/M
-# m/M: the largest |w| [m/s^2], and a heading [rad] of a few turns.
-RATIOS = {
-    1e-3: (2e4, 1e-4),
-    1e-2: (1e4, 2e-3),
-    0.1: (1e3, 0.02),
-    1.0: (1e3, 0.1),
-    10.0: (1e3, 0.1),
-    100.0: (1e3, 0.02),
-    HEAVY: (1e3, 0.005),
-}
-
-
-@pytest.mark.long
-def test_a_pose_is_reached_whatever_the_mass_ratio(request):
-    """With `--profile full` at all of these, and where a slider a thousand times as heavy as the
-    body turns it the wrong way from some places: the turns then are all from one place."""
-    full = request.config.getoption("--profile") == "full"
-    for ratio, (acceleration, heading) in RATIOS.items():
-        if full or ratio == HEAVY:
-            limits = Limits(acceleration=acceleration, radius=0.05)
-            made = plan(replace(CHECK, slider_mass=ratio), RestPose(0.0, 0.0, heading), limits)
-            assert max(made.error) <= REACHED, ratio
-    if full:
-        body = replace(CHECK, slider_mass=HEAVY)
-        made = plan(body, RestPose(0.01, 0.01, 0.1), Limits(radius=0.05))
-        assert max(made.error) <= REACHED
-        begins = {one.parameters["angle"] for one in made.manoeuvres if one.kind == "turn"}
-        assert made.turns > len(begins) == 1
-        headings = made.motion.at(np.append(0.0, made.ends)).heading
-        assert np.diff(headings).min() > -1e-3
 
 
 @pytest.mark.long

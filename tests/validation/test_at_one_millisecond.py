@@ -1,10 +1,9 @@
-"""Every number that the index has beside "1 ms" is what a run at 1 ms gives, and a number that says
-another step is what a run at that step gives."""
+"""Every number of the index's matrices is what a run gives at 1 ms, or at the step beside it."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from html import unescape
 
@@ -17,29 +16,17 @@ from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.measurement import measure, relative_error
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import pairs
-from plumbob.models.registry import case_of, scenes, systems
+from plumbob.models.registry import case_of, scenes
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.capsule_line import headings
 from plumbob.reports.view import notation
-from plumbob.reports.view.site import first_screen, views, writing
-from plumbob.tests.support.declared import declared, nothing
+from plumbob.reports.view.site import views, writing
 from plumbob.tests.support.studies import recorded
 
 STEP = 1e-3  # [s]
 EQUAL = 0.01  # of a number, before it is rounded to its two digits
 # Relative: some fifty units in the last place, which another process need not repeat.
 ROUNDING = 1e-14
-MATRIX, LARGEST = ": relative error at 1 ms", "Largest relative error at 1 ms"
-COST = ("cost of a step, relative", "ns per step", "real-time factor at 1 ms")
-Table = tuple[str, list[list[str]]]  # its caption or summary, and the text of its cells
-
-
-@dataclass(frozen=True)
-class Tables:
-    """The tables of a page, and its paragraphs."""
-
-    found: list[Table]
-    paragraphs: list[str]
+MATRIX = ": relative error at 1 ms"
 
 
 def text_of(html):
@@ -48,13 +35,13 @@ def text_of(html):
 
 
 def read(html):
-    """What stands on a page, whose rows and cells need no end."""
+    """Of each table of a page its caption and the text of its cells; rows and cells need no end."""
     tables = []
     for table in re.findall("<table.*?</table>", html, re.S):
         caption, *rows = re.split("<tr[^>]*>", table)
         cells = [map(text_of, re.split("<t[dh][^>]*>", row)[1:]) for row in rows]
         tables.append((text_of(caption), [list(row) for row in cells]))
-    return Tables(tables, list(map(text_of, re.findall(r"<p\b.*?</p>", html, re.S))))
+    return tables
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +110,7 @@ def run_again(study, scene, method, text):
 def test_every_number_of_the_matrix(study, index):
     seen, wrong = 0, []
     by_name = {(c.scene, c.method) for c in study.convergence}
-    for caption, (heads, *rows) in index.found:
+    for caption, (heads, *rows) in index:
         if MATRIX not in caption:
             continue
         for name, *cells in rows:
@@ -136,70 +123,3 @@ def test_every_number_of_the_matrix(study, index):
                     wrong.append((name, head, cell))
     assert not wrong
     assert seen == len([c for c in study.convergence if any(m.errors for m in c.measurements)])
-
-
-@pytest.mark.long
-def test_every_largest_error_of_the_first_screen(study, index):
-    tables = [rows for caption, rows in index.found if LARGEST in caption]
-    assert len(tables) == 2
-    titles = {system.title: system.name for system in systems().values()}
-    for heads, *rows in tables:
-        names = [head.partition(" ")[0] for head in heads[1:]]
-        for name, *cells in (row for row in rows if row[0] not in COST):
-            of = [s for s in study.scenes if s.name == name] or [
-                s for s in study.scenes if s.system == titles[name] and not apart(s)
-            ]
-            for method, text in zip(names, cells, strict=True):
-                assert any(run_again(study, s.name, method, text) for s in of), (name, text)
-                assert all(error(s.name, method, STEP) <= number(text) * 1.06 for s in of), (
-                    name,
-                    method,
-                )  # two digits
-        cost = {row[0]: row[1:] for row in rows if row[0] in COST}
-        factors = (float(factor) for factor in cost[COST[2]])
-        for ns, factor in zip(cost[COST[1]], factors, strict=True):
-            assert factor == pytest.approx(STEP * 1e9 / float(ns), rel=5e-3)
-
-
-def apart(scene):
-    """Whether a scene has a row of its own."""
-    return bool(scene.hard) or scene.parameters.get("friction") == 0.0
-
-
-def number(text):
-    """A relative error as it is written."""
-    text = text.partition(" at ")[0].replace("\xa0", " ")
-    return float(text.rstrip(" %×")) / (100.0 if "%" in text else 1.0)
-
-
-@pytest.mark.long
-def test_every_error_in_the_sentences_of_the_first_screen(study, index):
-    text = " ".join(" ".join(index.paragraphs).replace("\xa0", " ").split())
-    default, euler, rk4 = first_screen.WITH_CONTACTS
-    line = [s.name for s in study.scenes if s.system == "capsule-line" and not apart(s)]
-    said = re.search(r"stops with an error of (\S+ %)", text)
-    assert said
-    assert says(said[1], max(error(name, euler, STEP) for name in line))
-    said = re.search(r"With default contacts the error is (\S+ %) to (\S+ %)", text)
-    assert said
-    errors = [error(name, default, STEP) for name in line]
-    assert says(said[1], min(errors))
-    assert says(said[2], max(errors))
-    named = re.findall(r"(\d\S*(?: %)?) \(on (\S+)\)(?: with (\S+[^.\s]))?", text)
-    assert len(named) == 5
-    for number, scene, method in named:
-        assert says(number, error(scene, method or rk4, STEP)), (number, scene, method)
-    held = re.search(r"leaves RK4 an error of (\S+ %?), set for the middle (\S+(?: %)?)\.", text)
-    assert held
-    for number, method in zip(held.groups(), first_screen.HELD, strict=True):
-        assert says(number, error(first_screen.FORCED, method, STEP)), (number, method)
-
-
-def test_the_errors_that_a_finding_on_the_index_has_at_1_ms():
-    isotropy = headings.isotropy(declared(nothing(), headings.heading_runs))
-    assert isotropy
-    assert isotropy.step == STEP
-    for heading in (isotropy.best, isotropy.worst):
-        assert heading
-        largest = error(f"capsule-line/heading-{heading.angle:03d}", headings.DEFAULT, STEP)
-        assert heading.size == pytest.approx(largest, rel=EQUAL), heading
