@@ -36,6 +36,7 @@ from plumbob.reports.view.site import first_screen, matrix, search
 from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
+from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.preview import preview
 from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
@@ -207,6 +208,7 @@ def _common(
         "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, records.verdicts),
         "matrices": matrix.matrices(study, every, matrix.ordered(study.scenes)),
+        "phenomena": phenomena(study, every, records.study.systems),
         "signs": dict(matrix.SIGNS),
         "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
         "recommendations": recommendations,
