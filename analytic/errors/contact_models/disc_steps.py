@@ -49,11 +49,12 @@ def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
         ends = rolling(disc, angles, low / 2.0)
         mobility[3:, 3:] = np.linalg.inv(masses(0.0, angles)) / square
         push = max(0.0, -spring * low - 2.0 * DAMPING * RATE / step * (ends @ rates)[2]) * step
-        free = np.array(moments(0.0, 0.0, angles, rates[3:])) * step * square
-        impulses = np.array([0.0, 0.0, -disc.gravity * step, *free]) + ends[2] * push
+        turned = step * square * np.array(moments(0.0, 0.0, angles, rates[3:]))
+        impulses = np.array([0.0, 0.0, -disc.gravity * step, *turned]) + ends[2] * push
         rates = rates + mobility @ impulses
-        soft = ends[:2] @ mobility @ ends[:2].T + YIELDS * np.eye(2)
-        held = np.linalg.solve(soft, -ends[:2] @ rates)
+        held = np.linalg.solve(
+            ends[:2] @ mobility @ ends[:2].T + YIELDS * np.eye(2), -ends[:2] @ rates
+        )
         if not np.hypot(*held) <= FRICTION * push:  # it slips
             return np.empty((6, 0))
         rates = rates + mobility @ ends[:2].T @ held

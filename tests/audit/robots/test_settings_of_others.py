@@ -84,7 +84,7 @@ def arm(integrator, step, kv, damping):
 
 @pytest.mark.parametrize(("kv", "damping"), [(20.0, 1.0), (0.0, 21.0)])
 @pytest.mark.parametrize("integrator", ["euler", "implicitfast"])
-def test_a_servo_of_gymnasium_s_reacher_errs_as_predicted(integrator, kv, damping):
+def test_a_servo_of_gymnasium_s_reacher_has_the_predicted_error(integrator, kv, damping):
     model, data, case = arm(integrator, 2e-3, kv, damping)
     how, counts = method(f"mujoco/{integrator}"), np.arange(0, 251, 25)
     angles = [data.qpos[0]]
