@@ -9,6 +9,8 @@ import pytest
 from mpmath import mp
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.registry import method
+from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 
 TOP = case_of(scene("heavy-top/nutating")).problem
@@ -67,3 +69,16 @@ def test_what_no_top_has_is_refused():
         replace(TOP, tilt=0.0)
     with pytest.raises(ParameterError, match="at most twice the moment across"):
         replace(TOP, inertia_axis=5e-3)
+
+
+@pytest.mark.parametrize("spin", [100.0, 285.0])
+def test_rounded_axes_turn_a_top_in_mujoco_by_a_part_of_their_bound(spin):
+    """A tenth to one: AXES is calibrated; the difference grows with the time, not its root."""
+    case = case_of(scene("heavy-top", {"tilt": 0.65, "spin_rate": spin, "tilt_rate": 0.0}))
+    how = method("mujoco/rk4")
+    found, run = measure(case, how, 1e-3)
+    stepped = case.errors.at_step(how.scheme, 1e-3, run.times).errors["precession"]
+    exact = case.reference.observe(run.times)["precession"]
+    moved = abs(run.observables["precession"] - exact - stepped)
+    assert 0.1 < moved[-1] / found.errors["precession"].model["rounded axes"] < 1.0
+    assert moved[-1] > 1.5 * moved[len(moved) // 2]
