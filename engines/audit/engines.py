@@ -19,6 +19,7 @@ from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.term_differences import (
+    AXES,
     CONTACTS,
     SAME_STEP,
     SINGLE,
@@ -26,9 +27,11 @@ from plumbob.engines.audit.term_differences import (
     TERMS,
     Difference,
     Held,
+    Look,
     differences,
     force_of,
     looks_at,
+    of_step,
 )
 from plumbob.engines.method import Engine
 from plumbob.engines.own_motion import OwnModel, Script
@@ -46,6 +49,7 @@ DIVERGED = 1e10  # above it MuJoCo calls a number huge
 NOT_RIGHT = MappingProxyType(
     {
         CONTACTS: "contacts are its solver's: none is added or taken away",
+        AXES: "contacts are its solver's, their axes too",
         STEP: "constraints are its solver's: no force stands for another law",
         SINGLE: "no force undoes rounding",
     }
@@ -182,6 +186,8 @@ def measured(engine: Engine, held: Held) -> EngineError:
         by_rounding = from_mujoco <= BEYOND * rounding
         cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
         apart = apart or (Difference(*cause),)
+    if right := [difference.term for difference in apart if difference.term in TERMS]:
+        apart += tuple(of_step(_righted(looks, peer, held, right)))
     result = EngineError(
         engine.name,
         version_of(engine),
@@ -206,6 +212,24 @@ def _put_right(result: EngineError, peer: PeerModel, held: Held) -> EngineError:
     return replace(
         result, why=result.why or late or later, first_right=next(errors), all_right=next(errors)
     )
+
+
+def _righted(
+    looks: Sequence[Look], peer: PeerModel, held: Held, right: Sequence[str]
+) -> list[Look]:
+    """The looks with the engine's acceleration as it is with some terms put right."""
+    terms, step, velocity = held.model.terms(), held.model.step, held.model.layout.velocity
+
+    def acceleration(look: Look) -> Array:
+        peer.begin(look.state)
+        force = _force(terms, peer, look.state, look.control, right, step)
+        peer.begin(look.state)
+        after = peer.advance(look.control, force, 1)
+        return (after[velocity] - look.state[velocity]) / step
+
+    return [
+        replace(look, accelerations=(look.accelerations[0], acceleration(look))) for look in looks
+    ]
 
 
 def _run(peer: PeerModel, held: Held, right: Sequence[str] = ()) -> tuple[Array, str]:

@@ -3,6 +3,7 @@ certified motion: which differ, and why."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -18,10 +19,12 @@ from plumbob.engines.study.model_reading import fields_of
 
 # In the order in which they are compared: each may make those after it differ.
 TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
-CONTACTS, STEP, SINGLE = "contact set", "acceleration", "single precision"
+CONTACTS, AXES = "contact set", "friction axes"
+STEP, SINGLE = "acceleration", "single precision"
 SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
 ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
 SAME_STEP = 0.02  # relative, of the acceleration in a step: schemes of first order leave as much
+TURNED = 1e-3  # [rad] of axes, a reader in single precision leaves less
 RECOGNISED = 1e-4  # relative: a model without something has the engine's term
 MASS = "mass"
 NAMELESS = frozenset(["a body without a name"])
@@ -118,14 +121,14 @@ def differences(
         scale = max(look.size(x) for look, *both in pairs for x in both)
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
             apart.append(Difference(term, off / scale, _cause(term, looks, held, numbers)))
-    apart += _of_contacts(looks, held)
-    return apart or list(_of_step(looks))
+    apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
+    return apart or list(of_step(looks))
 
 
 def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
     """Pairs of bodies that touch in some state for one of both alone."""
     touching, others = (
-        {pair for terms in every for pair in _touching(terms["contacts"], held)}
+        {pair for terms in every for pair in _pairs_of(terms, held)}
         for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
     )
     if touching != others:
@@ -135,7 +138,24 @@ def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
         yield Difference(CONTACTS, size, "; ".join(cause))
 
 
-def _of_step(looks: Sequence[Look]) -> Iterator[Difference]:
+def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
+    """Pyramids of friction that are turned about the normal, which four edges repeat."""
+    turned = dict[frozenset[str], float]()
+    for look in looks:
+        here, there = (
+            dict(zip(_pairs_of(terms, held), terms.get("axes", ()), strict=False))
+            for terms in (look.of_file, look.of_engine)
+        )
+        for pair in here.keys() & there.keys():
+            angle = math.acos(min(1.0, abs(float(here[pair] @ there[pair]))))
+            turned[pair] = max(turned.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
+    if turned and (most := max(turned.values())) > TURNED:
+        pairs = _pairs([pair for pair in turned if turned[pair] > TURNED])
+        cause = f"the pyramid of friction is turned by up to {math.degrees(most):.0f}°: {pairs}"
+        yield Difference(AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes")
+
+
+def of_step(looks: Sequence[Look]) -> Iterator[Difference]:
     """The acceleration in a step, where all terms are alike, if that is not: constraints."""
     forces = [[look.of_file[TERMS[0]] @ a for a in look.accelerations] for look in looks]
     offs = [look.size(b - a) for look, (a, b) in zip(looks, forces, strict=True)]
@@ -152,10 +172,10 @@ def _pairs(pairs: Iterable[frozenset[str]]) -> str:
     return f"{first} and {len(more)} more" if more else first
 
 
-def _touching(pairs: Sequence[tuple[str, ...]], held: Held) -> set[frozenset[str]]:
+def _pairs_of(terms: Terms, held: Held) -> list[frozenset[str]]:
     """The moving bodies of pairs that touch; a single one touches what does not move."""
     moving = set(held.model.layout.bodies)
-    return {frozenset(pair) & moving or NAMELESS for pair in pairs}
+    return [frozenset(pair) & moving or NAMELESS for pair in terms["contacts"]]
 
 
 def force_of(terms: Terms) -> Array:

@@ -93,6 +93,25 @@ def test_a_file_that_an_engine_does_not_read_costs_a_line(engine, model, why):
     assert result.errors.size == 0
 
 
+LEANING = """<mujoco><option timestep="2e-3" cone="{cone}"/><worldbody>
+<geom type="plane" size="1 1 1"/><body name="capsule" pos="0 0 0.3" euler="10 10 0"><freejoint/>
+<geom type="capsule" size="0.05 0.25"/></body></worldbody><keyframe>
+<key qpos="0 0 0.296 0.99239 0.0868 0.0868 0" qvel="1 0 0 0 0 0"/>
+</keyframe></mujoco>"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_ports_turn_the_pyramid_of_friction_of_a_capsule_that_is_nearly_upright(cone, tmp_path):
+    """MuJoCo turns it with the capsule at any angle, its ports above 30 degrees from the normal."""
+    if not installed(find_engine("mjwarp")):
+        pytest.skip("mjwarp is not installed")
+    (file := tmp_path / "leaning.xml").write_text(LEANING.format(cone=cone), "utf-8")
+    result = engine_error("mjwarp", held(file, 0, duration=0.1))
+    terms = [difference.term for difference in result.differences]
+    assert ("friction axes" in terms) == (cone == "pyramidal"), result
+
+
 TUMBLING = """<mujoco model="tumbling"><option timestep="1e-3"/><worldbody>
 <body name="hub" pos="0.1 0.2 0.9"><joint name="free" type="free"/>
 <inertial pos="0.02 0.01 0" mass="2" diaginertia="0.03 0.02 0.04"/><geom size="0.1"/>
