@@ -186,8 +186,6 @@ def measured(engine: Engine, held: Held) -> EngineError:
         by_rounding = from_mujoco <= BEYOND * rounding
         cause = (SINGLE, runs.precision) if by_rounding else (STEP, SAME_STEP, MORE)
         apart = apart or (Difference(*cause),)
-    if right := [difference.term for difference in apart if difference.term in TERMS]:
-        apart += tuple(of_step(_righted(looks, peer, held, right)))
     result = EngineError(
         engine.name,
         version_of(engine),
@@ -198,11 +196,14 @@ def measured(engine: Engine, held: Held) -> EngineError:
         rounding=rounding,
         apart=from_mujoco,
     )
-    return _put_right(result, peer, held)
+    return _put_right(result, looks, peer, held)
 
 
-def _put_right(result: EngineError, peer: PeerModel, held: Held) -> EngineError:
-    """With the errors that are left with its first term put right, and with all that can be."""
+def _put_right(
+    result: EngineError, looks: Sequence[Look], peer: PeerModel, held: Held
+) -> EngineError:
+    """With the errors that are left with its first term put right, and with all that can be, and
+    with what differs then."""
     right = [difference.term for difference in result.differences if difference.term in TERMS]
     if not right:
         return result
@@ -210,7 +211,11 @@ def _put_right(result: EngineError, peer: PeerModel, held: Held) -> EngineError:
     every, later = _run(peer, held, right) if right[1:] else (first, late)
     errors = (float(held.errors(states)[-1]) for states in (first, every))
     return replace(
-        result, why=result.why or late or later, first_right=next(errors), all_right=next(errors)
+        result,
+        why=result.why or late or later,
+        differences=(*result.differences, *of_step(_righted(looks, peer, held, right))),
+        first_right=next(errors),
+        all_right=next(errors),
     )
 
 

@@ -41,8 +41,9 @@ def command(chosen: argparse.Namespace) -> int:
             run, cost, unit = _measured(case, method, step)
         judgement = judge(run, case.system, method, about)
         worlds = _batches(chosen.worlds, case, method, step)
-        beside = {"worlds": [row.__dict__ for row in worlds]} if worlds else {}
-        records.append({**record(method, run, judgement, None, cost), **beside})
+        records.append(record(method, run, judgement, None, cost))
+        if worlds:
+            records[-1]["worlds"] = [row.__dict__ for row in worlds]
         codes.append(_code(scene, method, run, judgement))
         if not chosen.json:
             shown = lines(
