@@ -11,11 +11,12 @@ slower than NUDGE, which turns its friction round: with contacts the differences
 which rounding is smaller than that. On capsule-turn/pivot at 0.15 to 1 ms the product is then
 within 1e-4 of the run's derivative, and up to 5e-3 off with NUDGE.
 
-Where no constraint acts a step's acceleration a is that of the inverse dynamics g(q, v, a), so that
+Where nothing touches a step's acceleration a is that of the inverse dynamics g(q, v, a), so that
 
     da = -(dg/da)^-1 (dg/dq dq + dg/dv dv)                                                      (2)
 
-moves the velocity. Those are forward differences, with an error in proportion to their size.
+moves the velocity. Those are forward differences, with an error in proportion to their size, but
+for the mean of one of NUDGE and one of -NUDGE.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from plumbob.engines.method import Method, Unsupported
 from plumbob.models.gradient import Number
 
 Beside = tuple[MujocoSimulation, MujocoSimulation, MujocoSimulation, float]
-TOUCHING = 1e-7  # of a state's number; of the inverse dynamics', too
+TOUCHING = 1e-7  # of a state's number
 
 
 def transition(number: Number, method: Method, step: float) -> Mapping[str, float]:
@@ -60,9 +61,9 @@ def inverse(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """The same by eq. 2; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
     model, data = here.model, here.data
-    if model.ngeom or model.neq:
+    if model.ngeom:
         raise Unsupported(
-            "mjd_inverseFD has forward differences, too large for the forces of constraints"
+            "mjd_inverseFD has differences of accelerations that are too large for friction"
         )
     controls, changes = _controls(runs)
     if _numbers(low.model) != _numbers(high.model) or changes.any():
@@ -82,12 +83,12 @@ def _step_ahead(model: mujoco.MjModel, before: mujoco.MjData, after: Array, alon
     """Eq. 2, from `along`, shape (2, nv), to that of a step's end, in place; the velocity there is
     `after`."""
     (places, rates), step = along, model.opt.timestep
-    by_place, by_rate, by_acceleration = np.zeros((3, model.nv, model.nv))
     before.qacc[:] = (after - before.qvel) / step
-    into = by_place, by_rate, by_acceleration, *[None] * 4
-    mujoco.mjd_inverseFD(model, before, TOUCHING, True, *into)
-    force = by_place.T @ places + by_rate.T @ rates
-    rates -= step * np.linalg.solve(by_acceleration.T, force)
+    both = np.zeros((2, 3, model.nv, model.nv))  # by places, rates and accelerations
+    for eps, into in zip((NUDGE, -NUDGE), both, strict=True):
+        mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 4)
+    by_place, by_rate, by_acceleration = both.mean(axis=0).transpose(0, 2, 1)
+    rates -= step * np.linalg.solve(by_acceleration, by_place @ places + by_rate @ rates)
     ends = before.qpos.copy(), before.qpos.copy()
     for side, end in zip((-NUDGE, NUDGE), ends, strict=True):
         mujoco.mj_integratePos(model, end, places, side)
