@@ -13,7 +13,7 @@ from plumbob.engines.adapters.ode.integrators import integrator
 from plumbob.engines.adapters.ode.simulation import (
     SOLVERS,
     AdaptiveSimulation,
-    FixedStepSimulation,
+    fixed_steps,
 )
 
 FIXED = [method for method in ENGINE.methods if method.control == "step"]
@@ -36,7 +36,7 @@ def test_a_declared_damping_rate_gives_the_same_steps(method):
         start = np.zeros(2), LAUNCH, 20.0
         equation = Equation(acceleration, *start, damping_rate=declared, **names)
         advance = integrator(method.scheme.integrator)
-        run = FixedStepSimulation(equation, advance, 200, 0.01, 0.0).run()
+        run = fixed_steps(equation, advance, 200, 0.01).run()
         ends.append([values[-1] for values in run.observables.values()])
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-13)
 
@@ -68,7 +68,7 @@ def test_divergence_is_a_result(method, kind):
     equation = DIVERGING[kind]
     if method in FIXED:
         advance = integrator(method.scheme.integrator)
-        simulation = FixedStepSimulation(equation, advance, 30_000, 1e-3, 0.0)
+        simulation = fixed_steps(equation, advance, 30_000, 1e-3)
         assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = SOLVERS[method.settings["method"]]

@@ -6,7 +6,6 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
@@ -21,7 +20,7 @@ from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
-from plumbob.engines.adapters.stepping import relative_tolerance
+from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
@@ -34,7 +33,7 @@ SOLVERS: Mapping[str, type[Any]] = MappingProxyType(
 HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 
 
-def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | AdaptiveSimulation:
+def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | AdaptiveSimulation:
     """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
@@ -46,7 +45,7 @@ def prepared(case: Case, method: Method, step: float) -> FixedStepSimulation | A
 
 def of_equation(
     equation: Equation, method: Method, step: float, duration: float
-) -> FixedStepSimulation | AdaptiveSimulation:
+) -> SteppedSimulation | AdaptiveSimulation:
     """Set up an equation for `method` at `step` [s], or at the relative tolerance `step`; raises
     ParameterError."""
     if method.control == "step":
@@ -54,52 +53,28 @@ def of_equation(
         name = method.scheme.integrator
         turning = isinstance(equation, TurningEquation)
         advance = turning_integrator(name) if turning else integrator(name)
-        return FixedStepSimulation(equation, advance, steps, step, 0.0)
+        return fixed_steps(equation, advance, steps, step)
     solver = SOLVERS[method.settings["method"]]
     return AdaptiveSimulation(equation, solver, relative_tolerance(step, SMALLEST), duration, 0.0)
 
 
-@dataclass
-class FixedStepSimulation:
-    """An equation with an integrator and a step [s]; every `run` starts afresh."""
+def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -> SteppedSimulation:
+    """An equation with an integrator, so many steps and their length [s]."""
 
-    equation: Equation
-    advance: Advance
-    steps: int
-    step: float
-    compile_seconds: float
-    samples: int = sampling.SAMPLES
+    def build() -> Built:
+        state = equation.start
 
-    def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges."""
-        marks = [int(mark) for mark in sampling.sampled(self.steps, self.samples)]
-        states = [self.equation.start]
-        diverged, begin = None, time.perf_counter()
-        try:
-            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off below
-                for first, last in pairwise(marks):
-                    states.append(self.advance(self.equation, states[-1], first, last, self.step))
-        except (ValueError, OverflowError):  # math.sin of infinity
-            diverged = marks[len(states)] * self.step
-        seconds = time.perf_counter() - begin
-        trajectory = Trajectory(
-            times=np.array(marks[: len(states)]) * self.step,
-            observables=self.equation.observed(states),
-            steps=marks[len(states) - 1],
-            seconds=seconds,
-            diverged_at=diverged,
-        )
-        return within(trajectory, self.equation.limits)
+        def take(first: int, last: int) -> None:
+            nonlocal state
+            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off where read
+                state = advance(equation, state, first, last, step)
 
-    def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone."""
-        steps, begin = sampling.first_steps(self.steps, fraction), time.thread_time()
-        try:
-            with np.errstate(over="ignore", invalid="ignore"):
-                self.advance(self.equation, self.equation.start, 0, steps, self.step)
-        except (ValueError, OverflowError):
-            return Stepping(0, 0.0)
-        return Stepping(steps, time.thread_time() - begin)
+        def read() -> Mapping[str, float]:
+            return {name: values[0] for name, values in equation.observed([state]).items()}
+
+        return Built(take, read, equation.limits)
+
+    return SteppedSimulation(build, steps, step, 0.0)
 
 
 @dataclass
