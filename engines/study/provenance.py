@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -91,8 +90,8 @@ def machine() -> Mapping[str, str]:
     """Processor, cores and operating system of this machine."""
     return {
         "processor": processor(),
-        "cores": f"{_usable_cores()} of {os.cpu_count()} usable",
-        "system": f"{_system()} ({platform.machine()})",
+        "cores": str(os.cpu_count()),
+        "system": platform.platform(),
     }
 
 
@@ -112,18 +111,3 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return ABSENT
-
-
-def _usable_cores() -> int:
-    if sys.platform == "linux":
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _system() -> str:
-    try:
-        name = platform.freedesktop_os_release().get("PRETTY_NAME", "")
-    except OSError:
-        name = ""
-    kernel = f"{platform.system()} {platform.release()}"
-    return f"{name}, {kernel}" if name else kernel

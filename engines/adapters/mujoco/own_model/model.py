@@ -338,12 +338,9 @@ class MujocoModel:
         """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
         shape (count, n)."""
         model, random = self.effective, np.random.default_rng(0)
-        states = np.tile(self.state, (count, 1))
-        for state in states:
-            mujoco.mj_integratePos(
-                model, state[: model.nq], size * random.standard_normal(model.nv), 1.0
-            )
-        return states
+        shifts = np.zeros((count, 2 * model.nv + model.na))
+        shifts[:, : model.nv] = size * random.standard_normal((count, model.nv))
+        return np.array([self.shifted(self.state, shift) for shift in shifts])
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
