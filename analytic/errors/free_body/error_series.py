@@ -15,9 +15,8 @@ attitude as p q with p = 1 + h p_1 + ... in the world's axes, a quadrature at ea
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -38,6 +37,7 @@ from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, compose
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 STAGES = 10  # Gauss nodes of a panel
+LONGER = 1.1  # a series is followed to a power of this, further than the last time [s]
 PANEL = 0.75  # [rad] that the body may turn in a panel
 # Of a term, at a step in which the body turns by 1 rad, per radian of the motion: rounding makes up
 # to a tenth of it where a term is zero, and what is taken for zero is below a step's own rounding.
@@ -119,27 +119,21 @@ def modified_equation(step: Step, body: Body, w: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class FreeBodyErrors:
-    """The error series of one body's motion, each computed once; an `ErrorTheory`."""
+    """The error series of one body's motion; an `ErrorTheory`."""
 
     body: FreeBody
-    _found: dict[Scheme, tuple[float, tuple[tuple[int, Response, Response], ...]]] = field(
-        default_factory=dict, repr=False, compare=False
-    )
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Coefficients of the error of each observable at `times` [s], shape (n,), by order."""
-        if (known := step_of(scheme)) is None:
+        if step_of(scheme) is None:
             return {}
-        until, terms = self._found.get(scheme, (-1.0, ()))
-        if (last := float(np.max(times))) > until:
-            until = 1.01 * last or 1.0  # the next step may end a little later
-            terms = expansion(Panels(self.body, until), *known)
-            self._found[scheme] = until, terms
+        last = float(np.max(times)) or 1.0
+        until = LONGER ** math.ceil(math.log(last, LONGER))
         exact = self.body.rotation.state(times)[1]
         names = (*RATES, *ATTITUDE)
         return {
             order: dict(zip(names, (*_at(w, times), *composed(_at(p, times), exact)), strict=True))
-            for order, w, p in terms
+            for order, w, p in _terms(self.body, scheme, until)
         }
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
@@ -155,6 +149,15 @@ def _at(curve: Response, times: Array) -> Array:
 def _drift(p: Array, defect: Array, k: int) -> Array:
     """Rate of p_k: the defects, composed with the errors of lower order."""
     return np.asarray(sum(composed(p[k - j], defect[j]) for j in range(1, k + 1)))
+
+
+@lru_cache(maxsize=16)  # the same for all step sizes
+def _terms(
+    body: FreeBody, scheme: Scheme, until: float
+) -> tuple[tuple[int, Response, Response], ...]:
+    known = step_of(scheme)
+    assert known is not None
+    return expansion(Panels(body, until), *known)
 
 
 def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Response, Response], ...]:
@@ -180,20 +183,3 @@ def expansion(panels: Panels, step: Step, order: int) -> tuple[tuple[int, Respon
 def free_body_errors(body: FreeBody) -> FreeBodyErrors:
     """The theory of a free rigid body."""
     return FreeBodyErrors(body)
-
-
-def euler_drifts(body: FreeBody, until: float) -> Mapping[str, float]:
-    """Relative gain of the energy and of the angular momentum's magnitude over `until` [s] of
-    semi-implicit Euler, per second of step, to first order; linearly implicit Euler loses as much
-    (THEORY.md, eq. 12.4)."""
-    panels = Panels(body, until)
-    inertia = np.array(body.inertia)[:, None]
-    rates = panels.state[0]
-    torque = np.cross(inertia * rates, rates, axis=0)
-    source = np.stack([(torque**2 / inertia).sum(axis=0), (torque**2).sum(axis=0)])
-    energy, square = panels.integrate(source).end[:, 0]
-    twice = float((inertia * rates**2).sum(axis=0)[0])
-    return {
-        "energy": float(energy) / twice,
-        "momentum": float(square) / (2.0 * float(((inertia * rates) ** 2).sum(axis=0)[0])),
-    }

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.free_body.error_series import free_body_errors
-from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
-from plumbob.analytic.errors.stability.largest_step import LEAST_PERIODS, largest_step
+from plumbob.analytic.errors.stability.largest_step import largest_step
 from plumbob.analytic.errors.stability.linear_steps import (
     TINY,
     Complex,
@@ -27,8 +27,9 @@ from plumbob.analytic.errors.stability.linear_steps import (
 from plumbob.analytic.errors.stability.stepped_growth import (
     SHORT,
     SteppedMotion,
-    first_failures,
+    limits_by_steps,
     near,
+    step_limit,
 )
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import (
@@ -233,10 +234,14 @@ class FreeRotationStability:
         if step is None:
             return ()
         if scheme.integrator not in self._found:
-            limits = self._by_eigenvalues if self.equilibrium else self._by_steps
+            stepped = TABLEAUX.get(scheme.integrator)
             if scheme.integrator == LEAPFROG:
-                limits = self._by_iteration
-            self._found[scheme.integrator] = limits(step, TABLEAUX.get(scheme.integrator))
+                limits = self._by_iteration(step, stepped)
+            elif self.equilibrium:
+                limits = self._by_eigenvalues(step, stepped)
+            else:
+                limits = limits_by_steps(self._motion(step, stepped))
+            self._found[scheme.integrator] = limits
         return self._found[scheme.integrator]
 
     def energy(self, observed: Mapping[str, Array]) -> Array:
@@ -269,7 +274,7 @@ class FreeRotationStability:
             )
             largest = min(largest, near(lost_only, largest, SHORT)[0])
         why = "the implicit half step's fixed-point iteration no longer contracts at"
-        return (self._limit("unstable", largest, why),)
+        return (step_limit("unstable", largest, why, self.rate),)
 
     def _by_eigenvalues(self, step: Step, stepped: Tableau | None) -> tuple[StepLimit, ...]:
         """Limits of a steady rotation; where the scheme steps the attitude, too, of that as well,
@@ -289,22 +294,7 @@ class FreeRotationStability:
                 self.rate,
             )
             largest = min(largest, attitude)
-        return (self._limit("unstable", largest, "the axis leaves its place at"),)
-
-    def _by_steps(self, step: Step, stepped: Tableau | None) -> tuple[StepLimit, ...]:
-        """Limits by stepping."""
-        if float(self.growth(np.array(LEAST_PERIODS * math.tau / self.rate))) > LOST:
-            return ()
-        motion = self._motion(step, stepped)
-        unstable, changed = first_failures(motion)
-        limits = []
-        if not math.isnan(unstable):
-            how = "a nudge grows a thousandfold too much at"
-            limits.append(self._limit("unstable", unstable, how))
-        if not changed >= 0.99 * unstable:
-            why = f"the body no longer turns {motion.kind} at"
-            limits.append(self._limit("changes-kind", changed, why))
-        return tuple(limits)
+        return (step_limit("unstable", largest, "the axis leaves its place at", self.rate),)
 
     def _motion(self, step: Step, stepped: Tableau | None) -> SteppedMotion:
         """The motion in steps; with the attitude where the scheme steps its four numbers, too."""
@@ -338,11 +328,6 @@ class FreeRotationStability:
         if len(state) > 3:
             lost |= np.linalg.norm(state[3:], axis=0) ** 2 > BAND
         return np.where(lost, np.inf, np.linalg.norm(nudged, axis=0) / TINY)
-
-    def _limit(self, kind: Any, step: float, how: str) -> StepLimit:
-        if math.isinf(step):
-            return StepLimit(kind, step, "no step tried is too large")
-        return StepLimit(kind, step, f"{how} h omega = {step * self.rate:.3g}, of the fastest turn")
 
 
 def free_rotation_stability(body: FreeBody) -> StabilityTheory:

@@ -13,17 +13,17 @@ import numpy as np
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.flow_growth import LOST, PERIODS, FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
-from plumbob.analytic.errors.stability.largest_step import (
-    LEAST_PERIODS,
-    largest_lasting_step,
-    largest_step,
-)
+from plumbob.analytic.errors.stability.largest_step import largest_lasting_step, largest_step
 from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
 from plumbob.analytic.errors.stability.long_runs import PeriodicMotion, kinetic_energy
 from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED, PendulumKinds
-from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, first_failures
+from plumbob.analytic.errors.stability.stepped_growth import (
+    SteppedMotion,
+    limits_by_steps,
+    step_limit,
+)
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.variational import sensitivity
 from plumbob.analytic.reference import Array, Reference
@@ -168,11 +168,11 @@ class PendulumStability:
 
         rates = self._rates[:, -1]
         step = largest_step(matrices, rates)
-        limits = [StepLimit("unstable", step, self._why(step, "of"))]
+        limits = [step_limit("unstable", step, "of", self.rate)]
         if self.rotor.conservative and np.ptp(self._orbit[0]):
             lasting = largest_lasting_step(matrices, rates)
             if lasting < step:
-                limits.append(StepLimit("changes-kind", lasting, self._why(lasting, "damps")))
+                limits.append(step_limit("changes-kind", lasting, "damps", self.rate))
         return tuple(limits)
 
     @property
@@ -184,9 +184,6 @@ class PendulumStability:
         return theta
 
     def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        run = LEAST_PERIODS * 2.0 * math.pi / self.rate
-        if float(self.growth(np.array(run))) > LOST:
-            return ()
 
         def begin(steps: Array) -> tuple[Callable[..., Any], Sequence[Any]]:
             advance, state = many_steps(self.rotor, self.start, scheme, steps)
@@ -207,22 +204,7 @@ class PendulumStability:
             self._span * (2.0 if math.isfinite(self.period) else 1.0),
             scheme.integrator in (EULER, LEAPFROG) and scheme.joint_closing_rate is None,
         )
-        unstable, changed = first_failures(motion)
-        why = "a nudge grows a thousandfold beyond the exact motion's growth at"
-        limits = []
-        if not math.isnan(unstable):
-            limits.append(StepLimit("unstable", unstable, self._why(unstable, why)))
-        if not changed >= 0.99 * unstable:
-            why = f"the motion is no longer {self.kind} at"
-            limits.append(StepLimit("changes-kind", changed, self._why(changed, why)))
-        return tuple(limits)
-
-    def _why(self, step: float, how: str) -> str:
-        if math.isinf(step):
-            return "no step tried is too large"
-        if not step:
-            return f"{how} every step tried"
-        return f"{how} h omega = {step * self.rate:.3g}, the fastest mode's {self.rate:.3g} rad/s"
+        return limits_by_steps(motion)
 
 
 def pendulum_stability(

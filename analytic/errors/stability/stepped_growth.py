@@ -9,9 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.stability.largest_step import FACTOR, Marks, run_length
+from plumbob.analytic.errors.stability.flow_growth import LOST
+from plumbob.analytic.errors.stability.largest_step import (
+    FACTOR,
+    LEAST_PERIODS,
+    Marks,
+    run_length,
+)
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import AWAY, EVERY, RATIO, exponent
+from plumbob.analytic.stability import AWAY, EVERY, RATIO, Kind, StepLimit, exponent
 
 SAMPLES = 256  # along a run, of nudge and kind
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -94,6 +100,29 @@ def _kept(
         kind = motion.kind_of({name: values[: counts[i], i] for name, values in series.items()})
         kept[i] = kind == motion.kind
     return kept
+
+
+def limits_by_steps(motion: SteppedMotion) -> tuple[StepLimit, ...]:
+    """The limits of a scheme; empty where the exact motion magnifies a nudge too much to tell."""
+    if float(motion.growth(np.array(LEAST_PERIODS * motion.fastest))) > LOST:
+        return ()
+    unstable, changed = first_failures(motion)
+    limits, rate = [], math.tau / motion.fastest
+    if not math.isnan(unstable):
+        why = "a nudge grows a thousandfold beyond the exact motion's growth at"
+        limits.append(step_limit("unstable", unstable, why, rate))
+    if not changed >= 0.99 * unstable:
+        why = f"the motion is no longer {motion.kind} at"
+        limits.append(step_limit("changes-kind", changed, why, rate))
+    return tuple(limits)
+
+
+def step_limit(kind: Kind, step: float, how: str, rate: float) -> StepLimit:
+    """A limit that is a `step` [s], beside the fastest `rate` [rad/s] of the motion."""
+    at = f"{how} h omega = {step * rate:.3g}, the fastest mode's {rate:.3g} rad/s"
+    if math.isinf(step):
+        at = "no step tried is too large"
+    return StepLimit(kind, step, at if step else f"{how} every step tried")
 
 
 def first_failures(motion: SteppedMotion) -> tuple[float, float]:
