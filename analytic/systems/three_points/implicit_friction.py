@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from math import hypot
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -34,10 +33,6 @@ STICKS = 1e-12  # relative: a support sticks with a force that is so little abov
 
 Vector = tuple[float, float, float]  # by velocity x, y and rate
 Hessian = tuple[float, float, float, float, float, float]  # xx, yy, oo, xy, xo, yo
-Part = tuple[float, float, float, float, float]  # limit, arm and offset of a support
-SupportSlip = tuple[float, float, float, float, float, float]
-"""Limit, limit over speed, direction e, a x e and a . e of a support: of the gradient and the
-Hessian."""
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
 
 
@@ -156,12 +151,8 @@ def _sliding(
     """The minimum by Newton's method from `begin`; None where a slip vanishes on the way, or the
     last of `most` steps is not a small one."""
     slip, reach = begin, max(map(abs, problem.arms))
-    parts = [
-        (limit, arm.real, arm.imag, beside.real, beside.imag)
-        for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True)
-    ]
     for _ in range(most):
-        if (local := _expanded(problem, parts, free, slip, LAST * scale)) is None:
+        if (local := _expanded(problem, free, slip, LAST * scale)) is None:
             return None
         if (way := _newton_step(*local)) is None:
             return None
@@ -174,44 +165,28 @@ def _sliding(
 
 
 def _expanded(
-    problem: FrictionProblem, parts: Sequence[Part], free: Slip, slip: Slip, least: float
+    problem: FrictionProblem, free: Slip, slip: Slip, least: float
 ) -> tuple[Vector, Hessian] | None:
     """Gradient and Hessian of the value at `slip`; None where a support slips by `least` [m/s] or
     less: there they do not exist."""
-    if (slips := _slips(parts, slip, least)) is None:
-        return None
-    return _gradient(problem, slips, free, slip), _hessian(problem, slips)
-
-
-def _slips(parts: Sequence[Part], slip: Slip, least: float) -> list[SupportSlip] | None:
-    (u, o), slips = slip, []
-    for limit, ax, ay, bx, by in parts:
-        vx, vy = u.real - o * ay + bx, u.imag + o * ax + by
-        speed = hypot(vx, vy)
+    push, turn = problem.mass * (slip[0] - free[0]), problem.inertia * (slip[1] - free[1])
+    stiff, twist, bend, spin = 0.0, 0j, 0j, problem.inertia
+    for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True):
+        v = slip[0] + 1j * slip[1] * arm + beside
+        speed = abs(v)
         if speed <= least:
             return None
-        ex, ey = vx / speed, vy / speed
-        slips.append((limit, limit / speed, ex, ey, ax * ey - ay * ex, ex * ax + ey * ay))
-    return slips
-
-
-def _gradient(problem: FrictionProblem, slips: list[SupportSlip], free: Slip, slip: Slip) -> Vector:
-    (u, o), (p, w) = slip, free
-    gx, gy = problem.mass * (u.real - p.real), problem.mass * (u.imag - p.imag)
-    go = problem.inertia * (o - w)
-    for limit, _, ex, ey, moment, _ in slips:
-        gx, gy, go = gx + limit * ex, gy + limit * ey, go + limit * moment
-    return gx, gy, go
-
-
-def _hessian(problem: FrictionProblem, slips: list[SupportSlip]) -> Hessian:
-    hxx = hyy = problem.mass
-    hoo, hxy, hxo, hyo = problem.inertia, 0.0, 0.0, 0.0
-    for _, stiff, ex, ey, _, across in slips:
-        hxx, hyy, hxy = hxx + stiff * ey * ey, hyy + stiff * ex * ex, hxy - stiff * ex * ey
-        hxo, hyo = hxo - stiff * ey * across, hyo + stiff * ex * across
-        hoo += stiff * across * across
-    return hxx, hyy, hoo, hxy, hxo, hyo
+        e, across = v / speed, limit / speed
+        lever = arm.conjugate() * e
+        push, turn = push + limit * e, turn + limit * lever.imag
+        stiff, twist = stiff + across, twist + across * e * e
+        bend, spin = bend + across * lever.real * e, spin + across * lever.real**2
+    half = 0.5 * twist  # across e, that is along i e, whose square is -e^2
+    stiff = problem.mass + 0.5 * stiff
+    return (push.real, push.imag, turn), (
+        *(stiff - half.real, stiff + half.real, spin),
+        *(-half.imag, -bend.imag, bend.real),
+    )
 
 
 def _newton_step(gradient: Vector, hessian: Hessian) -> Vector | None:
