@@ -16,10 +16,11 @@ forces are those of statics. Derived in THEORY.md, section 7.
 from __future__ import annotations
 
 from cmath import exp
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from plumbob.analytic.systems.three_points.implicit_friction import (
     Slip,
     after_friction,
 )
+from plumbob.analytic.tableau import CLASSICAL, along
 
 FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
@@ -66,7 +68,9 @@ class _Body:
             tuple(map(tuple, limits)),
         )
 
-    def rates(self, state: State, w: complex, lead: float, near: Slip) -> tuple[State, Slip]:
+    def rates(
+        self, state: Sequence[Any], w: complex, lead: float, near: Slip
+    ) -> tuple[State, Slip]:
         """Rates of a state, with friction against the slip at these rates a time `lead` [s]
         later."""
         _, psi, speed, omega, r, v = state
@@ -92,19 +96,6 @@ class _Body:
         return after_friction(FrictionProblem(self.mass, inertia, limits, arms), free, near)
 
 
-def _moved(state: State, rate: State, time: float) -> State:
-    z, psi, speed, omega, r, v = state
-    dz, dpsi, dspeed, domega, dr, dv = rate
-    return (
-        z + time * dz,
-        psi + time * dpsi,
-        speed + time * dspeed,
-        omega + time * domega,
-        r + time * dr,
-        v + time * dv,
-    )
-
-
 def _euler(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
     (_, _, push, spun, _, _), slip = body.rates(state, w, FRICTION_LEADS[EULER] * step, near)
     z, psi, speed, omega, r, v = state
@@ -113,14 +104,15 @@ def _euler(body: _Body, state: State, w: complex, step: float, near: Slip) -> tu
 
 
 def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
-    lead = FRICTION_LEADS[RK4] * step
-    first, slip = body.rates(state, w, lead, near)
-    second, after = body.rates(_moved(state, first, 0.5 * step), w, lead, slip)
-    third, after = body.rates(_moved(state, second, 0.5 * step), w, lead, after)
-    fourth, _ = body.rates(_moved(state, third, step), w, lead, after)
-    for rate, part in ((first, 1.0), (second, 2.0), (third, 2.0), (fourth, 1.0)):
-        state = _moved(state, rate, part * step / 6.0)
-    return state, slip
+    slips = [near]
+
+    def slopes(_: float, stage: Sequence[Any]) -> State:
+        rate, slip = body.rates(stage, w, FRICTION_LEADS[RK4] * step, slips[-1])
+        slips.append(slip)
+        return rate
+
+    z, psi, speed, omega, r, v = CLASSICAL.advanced(slopes, state, along(step))
+    return (z, psi, speed, omega, r, v), slips[1]
 
 
 @lru_cache(maxsize=64)  # the same for all methods of one scheme, scene by scene
