@@ -26,12 +26,14 @@ def facts(disc: RollingDisc) -> Mapping[str, Any]:
     }
 
 
-def _scene(case: str, summary: str, start: tuple[float, ...], **more: Any) -> Scene:
+def _scene(
+    case: str, summary: str, start: tuple[float, ...], duration: float = 1.0, **more: Any
+) -> Scene:
     return Scene(
         f"rolling-disc/{case}",
         summary,
         field_values(RollingDisc, (0.1, 9.81, *start)),
-        1.0,
+        duration,
         step_sizes(2e-3, 2e-4),
         "Routh 1905, Advanced Dynamics of a System of Rigid Bodies, 244; the numbers are ours",
         **more,
@@ -50,6 +52,7 @@ SYSTEM = smooth_system(
             "wobbling",
             "upright and fast enough to stay so, it wobbles",
             (math.pi / 2, 0.0, 1.0, 30.0),
+            0.3,
             profile="quick",
         ),
         _scene("circle", "leaning, round a circle of 0.19 m", (1.2, 4.0, 0.0, _STEADY)),
