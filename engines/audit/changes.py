@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 SETTINGS = ("integrator", "step", "start", "control", "control_period", "duration", "worst_body")
+OF_CONTACTS = ("integrator", "step", "speed", "distance", "not_determined", "method", "stiffness")
 ABSENT = "none"
+ROUNDING = 1e-9  # relative: runs of a contact audit differ by no more where nothing has changed
 MOST = 12  # numbers of a state that are written out
 
 
@@ -37,6 +39,47 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]
             if values[0] != values[1]:
                 rows.append(_moved(f"{group} {name}".strip(), *values))
     return tuple(rows)
+
+
+def contact_changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]:
+    """Everything that two contact audits, as plain data, tell apart: errors and drifts of the
+    contacts as they are and as they are pasted, settings, the body, and versions."""
+    if "own" not in old:
+        return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
+    rows = list[Moved]()
+    for kind in ("own", "pasted"):
+        before, now = (_slides(audit[kind]) for audit in (old, new))
+        for what, was, size in zip(("error [m]", "drift [m/s]"), before, now, strict=True):
+            if not math.isclose(was, size, rel_tol=ROUNDING) and not math.isnan(was + size):
+                growth = _relative(size, was) - 1.0
+                rows.append(_moved(f"{what} of {kind} contacts", was, size, growth))
+    was, now = (
+        {name: audit[name] for name in OF_CONTACTS} | audit["body"] | audit.get("versions", {})
+        for audit in (old, new)
+    )
+    rows += [
+        _moved(name, was.get(name, ABSENT), value)
+        for name, value in now.items()
+        if not _same(was.get(name), value)
+    ]
+    return tuple(rows)
+
+
+def _slides(runs: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
+    """The largest error [m] at the own step, and the drift [m/s]; infinite where the body does not
+    run, or stop."""
+    if not runs or None in runs[0]["distances"]:
+        return math.inf, math.inf
+    errors = [abs(error) for error in runs[0]["errors"] if error is not None]
+    return max(errors, default=math.nan), abs(runs[0]["drift"] or 0.0)
+
+
+def _same(was: Any, now: Any) -> bool:
+    if isinstance(was, list) and isinstance(now, list):
+        return len(was) == len(now) and all(map(_same, was, now))
+    if isinstance(was, float) and isinstance(now, float):
+        return math.isclose(was, now, rel_tol=ROUNDING, abs_tol=ROUNDING)
+    return bool(was == now)
 
 
 def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:

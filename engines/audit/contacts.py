@@ -17,6 +17,7 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
 from plumbob.engines.own_contacts import ContactModel, Floor, Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
@@ -79,6 +80,7 @@ class ContactAudit:
     seconds: float
     model: ContactModel | None = None
     free: FreeSlide | None = None  # None for a body without joints
+    changes: tuple[Moved, ...] | None = None  # since an older audit
 
     @cached_property
     def distances(self) -> Array:

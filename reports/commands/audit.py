@@ -24,7 +24,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.changes import changes
+from plumbob.engines.audit.changes import changes, contact_changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
@@ -52,10 +52,10 @@ OF_MOTION = (
     "stable",
     "require_reference",
     "gradient",
-    "against",
     "engines",
 )
 FILES = ("junitxml", "badge")
+REFUSED = frozenset(["model", "path", "error", "why"])  # keys of a file that has no audit
 OF_CONTACTS = ("body", "speed", "friction")
 REPEATED = ("gym", "seed", "keyframe", *MOTION, "engines", *OF_CONTACTS)
 
@@ -69,7 +69,7 @@ def command(chosen: argparse.Namespace) -> int:
         raise ParameterError("out", chosen.out, "a folder to write into")
     _fits(chosen)
     if chosen.against is not None:
-        chosen.against = stored_audits(Path(chosen.against))
+        chosen.against = stored_audits(Path(chosen.against), chosen.contacts)
     jobs = 1 if chosen.jobs is None else values.count("jobs", chosen.jobs)
     gym = None
     if chosen.gym is not None:
@@ -174,15 +174,17 @@ def _of_file(
     progress: Callable[[str], None] = lambda what: None,
 ) -> Audit | ContactAudit:
     """The audit of one file, or environment; raises ParameterError."""
+    old = None if chosen.against is None else audit_of(Path(chosen.gym or model), chosen.against)
     if chosen.contacts:
-        return audit_contacts(
+        slid = audit_contacts(
             model,
             speed=numbers.get("speed", SPEED),
             body=chosen.body,
             friction=numbers.get("friction"),
             keyframe=chosen.keyframe,
         )
-    old = None if chosen.against is None else audit_of(Path(chosen.gym or model), chosen.against)
+        since = None if old is None else contact_changes(old, record(slid))
+        return replace(slid, changes=since)
     result = audit(
         model,
         chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
@@ -287,7 +289,7 @@ def _missed(
             check()
         except AssertionError as why:
             yield str(why)
-    for moved in (isinstance(result, Audit) and result.changes) or ():
+    for moved in result.changes or ():
         if moved.growth is not None and (moved.growth > above or moved.growth == above == math.inf):
             yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
 
@@ -324,8 +326,9 @@ def _command(chosen: argparse.Namespace, files: Sequence[str]) -> str:
     return f"plumbob audit {shlex.join([*words, '--out', chosen.out])}"
 
 
-def stored_audits(file: Path) -> list[Any]:
-    """The audits in a file, as --json printed them; raises ParameterError."""
+def stored_audits(file: Path, contacts: bool) -> list[Any]:
+    """The audits in a file, as --json printed them, of `contacts` or of motions; raises
+    ParameterError."""
     what = "a file that `plumbob audit --json` has printed"
     if not file.is_file() or file.stat().st_size > _LARGEST:
         raise ParameterError("against", str(file), what)
@@ -334,9 +337,9 @@ def stored_audits(file: Path) -> list[Any]:
     except (ValueError, RecursionError) as error:
         raise ParameterError("against", str(file), f"{what} ({error})") from None
     stored = stored if isinstance(stored, list) else [stored]
-    of_motion = "fields", "error_over_time"  # which a file that was refused has not
-    if not all(isinstance(o, dict) and {"why", *of_motion} - {*o} <= {*of_motion} for o in stored):
-        raise ParameterError("against", str(file), what)
+    kind = {"own", "compared_with"} if contacts else {"fields", "error_over_time"}
+    if not all(isinstance(o, dict) and (kind <= {*o} or {*o} == REFUSED) for o in stored):
+        raise ParameterError("against", str(file), f"{what}{' --contacts' * contacts}")
     return stored
 
 

@@ -99,8 +99,14 @@ def _steps(found: Compared | None) -> dict[str, Any]:
 
 def _beside(audit: Audit) -> dict[str, Any]:
     """Changes since an older audit, and other engines, where they are asked for."""
-    changes = {} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}
-    return {**changes, **({"engines": list(map(_engine, audit.engines))} if audit.engines else {})}
+    return {
+        **_changes(audit),
+        **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
+    }
+
+
+def _changes(audit: Audit | ContactAudit) -> dict[str, Any]:
+    return {} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}
 
 
 def _engine(row: EngineError) -> dict[str, Any]:
@@ -203,5 +209,7 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "stiffness": audit.stiffness,
         "to_paste": audit.snippet,
         "notes": audit.notes,
+        "versions": versions(),
+        **_changes(audit),
         "seconds": audit.seconds,
     }
