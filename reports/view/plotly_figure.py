@@ -70,13 +70,10 @@ def figure(
     legend: bool = False,
     height: int = 340,
     wide: bool = False,
-    shapes: Sequence[Layout] = (),
 ) -> Figure:
     """A figure with one pair of axes; `legend` names the traces below it."""
     layout: dict[str, Any] = {"xaxis": _fitted(x, traces, "x"), "yaxis": _fitted(y, traces, "y")}
     layout["showlegend"] = legend
-    if shapes:
-        layout["shapes"] = list(shapes)
     return Figure(title, caption, tuple(traces), layout, height, wide)
 
 

@@ -10,25 +10,22 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Observables
-from plumbob.models.scene import Observable
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure, Layout, Trace
-from plumbob.reports.view.palette import COLOURS, GREY, Style
+from plumbob.reports.view.content import Figure, Trace
+from plumbob.reports.view.palette import GREY, Style
 from plumbob.reports.view.plotly_figure import (
     FRONT,
     curve,
     figure,
-    linear,
     logarithmic,
     positive,
-    rounded,
 )
-from plumbob.reports.view.records import Motion, PairVerdict
+from plumbob.reports.view.records import Motion
+from plumbob.reports.view.step_ranges import StepRange, finite_limits
 from plumbob.reports.view.tables import figures
 
-SEEN = 0.01  # of a tolerance: smaller terms are drawn together
 GREEK = (
     ("theta", "θ"),
     ("theta_dot", "dθ/dt"),
@@ -49,17 +46,20 @@ def scene_figures(
     styles: Mapping[str, Style],
     motion: Motion,
     against_cost: Figure,
+    ranges: Sequence[StepRange] = (),
 ) -> tuple[Figure, ...]:
     """All figures of one scene, that of errors against cost first; what was not measured leaves its
     figure out."""
     stepped = [c for c in convergence if methods[c.method].control == "step"]
+    limits = finite_limits(ranges).values()
     traces = [(c.method, c.trace) for c in convergence if c.trace and any(c.trace.errors)]
     written = figures(
         "scene",
         leading=observables[0],
         symbol=symbol,
         styles=styles,
-        motion=exact_motion(observables, motion),
+        motion=motion,
+        channels=list(zip(observables, motion.channels, strict=False)),
         against_step=list(_errors(stepped, observables[0].name)),
         over_time=[
             (
@@ -71,6 +71,11 @@ def scene_figures(
             for name, of in traces
         ],
         drifts=_drifts(stepped),
+        bars=[
+            (of.method, of.accurate, min(of.limit.step, 2.0 * max(limits)))
+            for of in ranges
+            if limits and of.limit
+        ],
     )
     return tuple(f for f in (against_cost, *written) if f.traces)
 
@@ -103,36 +108,6 @@ def _drifts(
     return rows
 
 
-def exact_motion(observables: Observables, motion: Motion) -> Figure:
-    """The exact leading observable, and the second one on an axis of its own."""
-    leading, *more = observables
-    title = f"{symbol(leading.name)} [{leading.unit}]"
-    first, *others = motion.channels
-    traces = [curve(motion.times, first, colour="#0072b2", name=symbol(leading.name))]
-    for second, values in zip(more[:1], others, strict=True):
-        other = curve(motion.times, values, colour="#e69f00", dash="dash", name=symbol(second.name))
-        traces.append({**other, "yaxis": "y2"})
-    drawn = figure(
-        "The exact motion",
-        "What every method is compared with"
-        + (f": the first {motion.periods} periods." if motion.periods else "."),
-        traces,
-        linear("time [s]"),
-        linear(title),
-        legend=True,
-    )
-    if more:
-        side = linear(
-            f"{symbol(more[0].name)} [{more[0].unit}]",
-            overlaying="y",
-            side="right",
-            showgrid=False,
-            tickmode="auto",
-        )
-        return Figure(drawn.title, drawn.caption, drawn.traces, {**drawn.layout, "yaxis2": side})
-    return drawn
-
-
 def error_against_cost(
     points: Sequence[Point],
     absolute: Mapping[tuple[str, float], str],
@@ -141,11 +116,13 @@ def error_against_cost(
     limits: Mapping[str, float],
 ) -> Figure:
     """Relative error against speed, with the Pareto front; `absolute` are errors in SI units, as
-    text, by method and step, `limits` the largest steps [s] before a method is lost. A closed form
-    stands in the caption: it has no place on the axes."""
-    usable = [p for p in points if np.isfinite(p.error) and p.ns_per_second]
-    exact = [p for p in usable if methods[p.method].scheme.integrator == EXACT]
-    simulated = [p for p in usable if p not in exact]
+    text, by method and step, `limits` the largest steps [s] before a method is lost. A closed form,
+    which simulates nothing, is left out."""
+    simulated = [
+        p
+        for p in points
+        if np.isfinite(p.error) and p.ns_per_second and methods[p.method].scheme.integrator != EXACT
+    ]
     best = front(simulated, lambda p: (p.ns_per_second, p.error))
     traces = [_edge(best)] if best else []
     for name in dict.fromkeys(p.method for p in simulated):
@@ -172,12 +149,6 @@ def error_against_cost(
         )
     ends = list(_ends(simulated, limits, styles))
     text = " A cross marks where a method is lost: the speed at its largest step." if ends else ""
-    if exact:
-        cost = min(p.ns_per_second for p in exact)
-        text += (
-            " Dotted: the speed of the closed form, whose error is round-off alone (real-time "
-            f"factor {notation.real_time_factor(cost)}); it simulates nothing."
-        )
     return figure(
         "Work–precision: relative error against speed",
         "Right and low is better. The grey band is the Pareto front: no other run is both faster "
@@ -187,7 +158,6 @@ def error_against_cost(
         logarithmic("relative error [1]"),
         height=460,
         wide=True,
-        shapes=[_margin(max(_speed(p) for p in exact))] if exact else (),
     )
 
 
@@ -220,107 +190,6 @@ def _edge(best: Sequence[Point]) -> Trace:
 def _speed(point: Point) -> float:
     """The real-time factor of a run."""
     return 1e9 / point.ns_per_second
-
-
-def _margin(speed: float) -> Layout:
-    """A line at the margin of a plot, at a real-time factor."""
-    return {
-        "type": "line",
-        "xref": "x",
-        "yref": "paper",
-        "x0": speed,
-        "x1": speed,
-        "y0": 0.0,
-        "y1": 0.12,
-        "line": {"color": GREY, "width": 2, "dash": "dot"},
-    }
-
-
-def budget_bars(
-    leading: Observable,
-    convergence: Sequence[ConvergenceStudy],
-    judged: Mapping[str, PairVerdict],
-    methods: Mapping[str, Method],
-    shown: Sequence[str],
-) -> Figure | None:
-    """The terms of the tolerance of one run of each of the `shown` methods, as stacked bars: of the
-    allowed difference from the predicted error, or without a prediction, of the bound. None where
-    none of them has a tolerance."""
-    parts, bars = dict[str, dict[int, float]](), list[str]()
-    for c in (c for c in convergence if c.method in shown):
-        verdict = judged[c.method]
-        held = next((b for b in verdict.budgets if b.observable == leading.name), None)
-        if held is None:
-            continue
-        terms = held.tolerance.terms
-        if held.predicted and len(terms) > 1:
-            terms = terms[1:]
-        if not (total := sum(term.value for term in terms)) > 0.0:
-            continue
-        at = notation.step(verdict.budget_step, methods[c.method].control)
-        bars.append(f"{c.method}<br>{at}, ±{notation.number(total, 2)} {leading.unit}")
-        for term in terms:
-            named = (
-                term.name.removeprefix("regularisation: ")
-                if term.value >= SEEN * total
-                else "others"
-            )
-            bar = parts.setdefault(named, {})
-            bar[len(bars) - 1] = bar.get(len(bars) - 1, 0.0) + 100.0 * term.value / total
-    if not parts:
-        return None
-    traces = tuple(
-        {
-            "type": "bar",
-            "orientation": "h",
-            "name": name,
-            "x": rounded(list(of.values())),
-            "y": list(of),
-            "marker": {"color": COLOURS[k % len(COLOURS)]},
-            "hovertemplate": f"{name}<br>%{{x:.3g}} % of the tolerance<extra></extra>",
-        }
-        for k, (name, of) in enumerate(parts.items())
-    )
-    layout, height = _bars_layout(bars, len(parts))
-    return Figure(
-        f"What the tolerance of {symbol(leading.name)} is made of",
-        "One run of each method: by what its largest error may differ from the predicted one, or "
-        "without a prediction, how large it may be. Reasons stand in the table of the budget.",
-        traces,
-        layout,
-        height,
-    )
-
-
-def _bars_layout(bars: Sequence[str], terms: int) -> tuple[Layout, int]:
-    """The layout of stacked bars with a legend of so many terms below, and its height [px]."""
-    axis, legend = 50, 24 * terms  # [px]; a legend that moves margins may be laid out forever
-    layout = {
-        "barmode": "stack",
-        "showlegend": True,
-        "xaxis": {
-            "title": {"text": "part of the tolerance [%]"},
-            "range": [0, 100],
-            "automargin": False,
-        },
-        "yaxis": {
-            "title": {"text": ""},
-            "automargin": False,
-            "ticktext": bars,
-            "tickvals": list(range(len(bars))),
-            "zeroline": False,
-        },
-        "legend": {
-            "orientation": "v",
-            "xref": "container",
-            "xanchor": "left",
-            "yanchor": "top",
-            "y": -axis / (44 * len(bars)),
-            "maxheight": legend + 40,
-        },
-        "margin": {"l": 170, "t": 8, "b": axis + legend, "autoexpand": False},
-    }
-    return layout, 8 + 44 * len(bars) + axis + legend
 
 
 def _done(convergence_study: ConvergenceStudy) -> list[Measurement]:

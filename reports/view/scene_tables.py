@@ -21,19 +21,6 @@ Methods = Mapping[str, Method]
 Verdicts = Mapping[str, PairVerdict]  # by method
 
 
-def summary(observables: Observables, convergence: Series, methods: Methods) -> Table:
-    """Errors and drifts of each method at its finest step."""
-    return table(
-        "summary",
-        observables=observables,
-        invariants=dict.fromkeys(
-            n for c in convergence for m in c.measurements for n in m.invariants
-        ),
-        finest={c.method: next(reversed(_done(c)), None) for c in convergence},
-        methods=methods,
-    )
-
-
 def orders(convergence: Series, methods: Methods) -> Table | None:
     """Observed against predicted and declared order; None without a method that has one."""
     rows = [

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import pytest
 
 from plumbob.analytic.stability import StepLimit
 from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
+from plumbob.models.scene import Observable
 from plumbob.reports.view import hard_cases
+from plumbob.reports.view.plotly_figure import figure
+from plumbob.reports.view.plots import scene_figures
+from plumbob.reports.view.records import Motion
 from plumbob.reports.view.site import largest_step as of_index
-from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import step_ranges
 from plumbob.tests.support.studies import quick
 
@@ -94,22 +96,17 @@ def test_the_margin_and_the_limiting_one_follow_the_stored_limit(step, margin, b
     assert (f"{step:.3g} s" if step else "every step tried fails") in text
 
 
-def test_bars_stay_inside_their_figure_and_move_with_the_limit():
-    drawn = {step: ElementTree.fromstring(step_bars([limited(step)[0]])) for step in (0.1, 0.4)}
-    for step, svg in drawn.items():
-        _, _, width, height = map(float, svg.attrib["viewBox"].split())
-        for box in svg.iter("rect"):
-            x, y, across, high = (float(box.attrib[n]) for n in ("x", "y", "width", "height"))
-            assert x >= 0.0
-            assert x + across <= width
-            assert y + high <= height
-        assert (
-            f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
-            in svg.attrib["aria-label"]
-        )
-    stable = [float(list(svg.iter("rect"))[1].attrib["width"]) for svg in drawn.values()]
-    assert stable[0] != stable[1]
-    assert step_bars([limited(math.inf)[0]]) == ""
+def test_bars_of_steps_move_with_the_limit():
+    def bars(step):
+        motion, nothing = Motion((0.0, 1.0), ((0.0, 1.0),)), figure("", "", [], {}, {})
+        angle = Observable("theta", "rad")
+        return scene_figures((angle,), [], {}, {}, motion, nothing, [limited(step)[0]])[1:]
+
+    for step in (0.1, 0.4):
+        (shown,) = bars(step)
+        assert [trace["x"] for trace in shown.traces] == [[5e-4, step, None], [5e-4, 2e-3, None]]
+        assert shown.layout["yaxis"]["ticktext"] == [EULER]
+    assert bars(math.inf) == ()
 
 
 @pytest.mark.parametrize("step", [0.1, 0.4])

@@ -71,17 +71,6 @@ def test_a_real_time_factor_is_simulated_over_computing_time():
     assert notation.times_real(0.0) == "–"
 
 
-def test_the_summary_shows_the_finest_run():
-    shown = texts(scene_tables.summary(quick().observables(SCENE), measured(), by_name()))
-    for i, c in enumerate(measured()):
-        coarsest, finest = (
-            notation.step(c.measurements[k].step, by_name()[c.method].control) for k in (0, -1)
-        )
-        assert shown["finest step"][i] == finest != coarsest
-        error = notation.number(c.measurements[-1].errors["theta"].largest)
-        assert shown["error of theta [rad]"][i] == error
-
-
 def test_predicted_and_observed_orders_stand_in_their_columns():
     (rk4,) = [c for c in measured() if c.method == "ode/rk4"]
     steps = rk4.measurements[0].step, rk4.measurements[1].step

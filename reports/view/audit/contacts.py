@@ -99,22 +99,6 @@ class Kind:
         """Of the errors of a step and of its half, on average."""
         return float((self.halving[-1] / self.halving[0]) ** (1 / (len(self.halving) - 1)))
 
-    @property
-    def by_step(self) -> tuple[tuple[float, float], ...]:
-        """Steps [s] and their largest errors [m], as a logarithmic figure takes them."""
-        errors = ((run.step, self.audit.error(run)) for run in self.runs)
-        return tuple((h, e) for h, e in errors if math.isfinite(e) and e > 0.0)
-
-    @property
-    def stops(self) -> tuple[tuple[float | None, float | None], ...]:
-        """By heading: the distance [m], None where it does not stop, and its error [%]."""
-        return tuple(
-            (abs(slide.along), per_cent(slide.along - compared, compared))
-            if slide.rests
-            else (None, None)
-            for slide, compared in zip(self.run.slides, self.audit.distances, strict=True)
-        )
-
 
 @dataclass(frozen=True)
 class Contacts:
@@ -149,11 +133,6 @@ class Contacts:
         return (float(distances.min()), float(distances.max())) if distances.size else None
 
     @property
-    def compared(self) -> tuple[float | None, ...]:
-        """The distance to compare with [m], by heading; None where it is not determined."""
-        return tuple(None if math.isnan(d) else float(d) for d in self.audit.distances)
-
-    @property
     def predictable(self) -> bool:
         """Whether theory has errors of the pasted contacts."""
         return self.audit.predicted(self.audit.pasted[0]) is not None
@@ -168,13 +147,6 @@ class Contacts:
         return per_cent(
             float(predicted[int(np.nanargmax(np.abs(self.audit.errors(pasted))))]), exact
         )
-
-    @property
-    def predicted_by_step(self) -> tuple[tuple[float, float], ...]:
-        """Steps [s], and the largest errors [m] that theory predicts for the pasted contacts."""
-        predicted = ((run.step, self.audit.predicted(run)) for run in self.audit.pasted)
-        largest = [(h, float(np.abs(e).max())) for h, e in predicted if e is not None]
-        return tuple((h, e) for h, e in largest if e > 0.0)
 
     @property
     def turn(self) -> float | None:

@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from statistics import median_high
 from typing import Any
 
-from plumbob.engines.study.convergence import timed_run
-from plumbob.engines.study.measurement import REFERENCE_STEP, worst
+from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure, Finding, Table
-from plumbob.reports.view.drawing import shown
-from plumbob.reports.view.pictures import names, picture
 from plumbob.reports.view.records import StudyRecord, Verdicts
 from plumbob.reports.view.settings import Pasted, to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
@@ -25,9 +24,6 @@ from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs, table
 from plumbob.reports.view.top_tables import anchor
 
-WITH_CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb", "mujoco/rk4+coulomb")
-WITHOUT = ("mujoco/euler", "mujoco/rk4")
-FORCED, HELD = "simple-pendulum/forced-large", ("mujoco/rk4", "mujoco/rk4+midpoint")
 SMOOTH = "cone-pendulum/rotating-base"
 KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("capsule-isotropy", 0),
@@ -38,6 +34,39 @@ KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("energy", 0),
 )
 MOST_FINDINGS = 5
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of robot: its systems, those that the ranges of errors are of, and its methods, the
+    default one, the one to use, and the one for further motions."""
+
+    name: str
+    title: str
+    to_copy: str
+    systems: str  # patterns
+    first: str
+    methods: tuple[str, ...]
+
+
+KINDS = (
+    Kind(
+        "with-contacts",
+        "A robot with contacts",
+        "Contacts to copy",
+        "capsule-*",
+        "capsule-line",
+        (DEFAULT_METHOD, "mujoco/euler+coulomb", "mujoco/rk4+coulomb"),
+    ),
+    Kind(
+        "without-contacts",
+        "A robot without contacts",
+        "Integrator to copy",
+        "*pendulum",
+        "*",
+        (DEFAULT_METHOD, "mujoco/rk4"),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -69,8 +98,6 @@ class Card:
 
     finding: Finding
     figure: Figure
-    picture: str
-    names: list[tuple[str, str, str]]  # of its curves, with colours and dashes
 
 
 def counts(verdicts: Verdicts) -> tuple[Count, ...]:
@@ -103,8 +130,7 @@ def made(study: Study) -> tuple[int, int, int]:
 
 def answers(study: Study, record: StudyRecord) -> tuple[Answer, ...]:
     """The recommendations with contacts and without, of what was measured."""
-    both = (_contacts(study, record), _joints(study, record))
-    return tuple(answer for answer in both if answer is not None)
+    return tuple(answer for kind in KINDS if (answer := _answer(study, record, kind)))
 
 
 def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
@@ -116,20 +142,16 @@ def cards(findings: Sequence[Finding]) -> tuple[Card, ...]:
     others = [(finding, 0) for name, finding in known.items() if name not in first]
     chosen = []
     for finding, place in (*wanted, *others):
-        if place >= len(finding.figures) or not (drawn := picture(finding.figures[place])):
-            continue
-        figure = finding.figures[place]
-        chosen.append(Card(finding, figure, drawn, names(figure)))
+        if place < len(finding.figures):
+            chosen.append(Card(finding, finding.figures[place]))
     return tuple(chosen[:MOST_FINDINGS])
 
 
 def work_precision(views: Sequence[View]) -> Mapping[str, Any]:
-    """The picture of error against cost where nothing is in contact, of the methods that its page
-    shows first, with their names; empty where that was not run."""
-    for of in (scene for view in views for scene in view.scenes if scene.scene.name == SMOOTH):
-        figure = replace(of.figures[0], traces=tuple(shown(of.figures[0], of.at_first)))
-        return {"picture": picture(figure), "names": names(figure)}
-    return {}
+    """The figure of error against cost where nothing is in contact, and the methods that its page
+    shows first; empty where that was not run."""
+    scenes = (scene for view in views for scene in view.scenes if scene.scene.name == SMOOTH)
+    return next(({"figure": of.figures[0], "chosen": of.at_first} for of in scenes), {})
 
 
 def preview_of(findings: Sequence[Finding]) -> Figure | None:
@@ -139,69 +161,33 @@ def preview_of(findings: Sequence[Finding]) -> Figure | None:
     return next((finding.figures[place] for finding in shown if finding.figures), None)
 
 
-def _contacts(study: Study, record: StudyRecord) -> Answer | None:
-    """The contact settings to use, what they give and what they cost."""
-    default, euler, rk4 = WITH_CONTACTS
-    scenes = [s for s in study.scenes if s.system.startswith("capsule-")]
-    ran = _errors(study, scenes, WITH_CONTACTS)
+def _answer(study: Study, record: StudyRecord, kind: Kind) -> Answer | None:
+    """The settings to use, what they give and what they cost; None where that was not measured."""
+    default, better, last = kind.methods[0], kind.methods[1], kind.methods[-1]
+    ran = _errors(study, [s for s in study.scenes if fnmatch(s.system, kind.systems)], kind.methods)
     usual = [entry for entry in ran if not entry.apart]
-    line = [entry for entry in usual if entry.scene.system == usual[0].scene.system]
-    if not line or default not in line[0].errors or euler not in line[0].errors:
+    first = [entry for entry in usual if fnmatch(entry.scene.system, kind.first)]
+    if not first or not {default, better} <= set(first[0].errors):
         return None
-    ratios = _cost_ratios(_costs(study, ran))
-    finest = _finest(study, [entry.scene.name for entry in line], (default,))
+    costs, apart = _costs(study, ran), [entry for entry in ran if entry.apart]
+    ratios = {name: notation.number(ns / costs[default], 2) for name, ns in costs.items()}
+    advised = last if last in ratios else better
     sentences = paragraphs(
-        "with_contacts",
-        **_compared(ran, line, ratios, (default, euler, rk4), rk4 if rk4 in ratios else euler),
-        scenes=len(line),
-        range=_range(line, default),
-        turning=_most(usual, rk4) if rk4 in ratios else "",
-        finest=finest and (finest[0], finest[1][default]),
+        kind.name.replace("-", "_"),
+        methods=kind.methods,
+        scenes=len(first),
+        usual=_largest(first, default),
+        most=_largest(first, better),
+        usual_range=_range(first, default),
+        range=_range(first, better),
+        turning=_most(usual, last) if last in ratios else "",
+        ratios=ratios,
+        apart=apart,
+        largest=[f"{_most(apart, name)} with {name}" for name in (advised, default) if apart],
     )
-    shown = _table(study, ran, record, WITH_CONTACTS, _nearer_by_chance(study, usual))
-    pasted = to_copy(record.settings[euler], "Contacts to copy", ratios.get(euler, ""))
-    return Answer("with-contacts", "A robot with contacts", sentences, shown, pasted)
-
-
-def _joints(study: Study, record: StudyRecord) -> Answer | None:
-    """The recommendation for a mechanism without contacts."""
-    default, rk4 = WITHOUT
-    ran = _errors(study, [s for s in study.scenes if s.system.endswith("pendulum")], WITHOUT)
-    usual = [entry for entry in ran if not entry.apart]
-    if not usual or not set(WITHOUT) <= set(usual[0].errors):
-        return None
-    ratios = _cost_ratios(_costs(study, ran))
-    sentences = paragraphs(
-        "without_contacts",
-        **_compared(ran, usual, ratios, WITHOUT, rk4),
-        range=_range(usual, rk4),
-        usual_range=_range(usual, default),
-        held=_held_control(study),
-    )
-    shown = _table(study, ran, record, WITHOUT)
-    pasted = to_copy(record.settings[rk4], "Integrator to copy", ratios.get(rk4, ""))
-    return Answer("without-contacts", "A robot without contacts", sentences, shown, pasted)
-
-
-def _compared(
-    ran: Sequence[Ran],
-    usual: Sequence[Ran],
-    ratios: Mapping[str, str],
-    methods: Sequence[str],
-    advised: str,
-) -> Mapping[str, Any]:
-    """Values of both recommendations: the largest errors of the default and of the next method on
-    usual motions, costs, and the largest errors on the scenes apart."""
-    default, better, *_ = methods
-    apart = [entry for entry in ran if entry.apart]
-    return {
-        "methods": methods,
-        "usual": _largest(usual, default),
-        "most": _largest(usual, better),
-        "ratios": ratios,
-        "apart": apart,
-        "largest": [f"{_most(apart, name)} with {name}" for name in (advised, default) if apart],
-    }
+    pasted = to_copy(record.settings[better], kind.to_copy, ratios.get(better, ""))
+    shown = _table(study, ran, record, kind.methods, costs, ratios)
+    return Answer(kind.name, kind.title, sentences, shown, pasted)
 
 
 @dataclass(frozen=True)
@@ -246,75 +232,16 @@ def _most(ran: Sequence[Ran], method: str) -> str:
     return f"{worst_of_all.errors[method].text} (on {worst_of_all.scene.name})"
 
 
-def _finest(
-    study: Study, scenes: Sequence[str], methods: Sequence[str]
-) -> tuple[float, Mapping[str, Sequence[float]]] | None:
-    """The smallest step [s] at which all of these methods ran all of these scenes, with the errors
-    of each there; None where that is no smaller than the reference step."""
-    series = [c for c in study.convergence if c.scene in scenes and c.method in methods]
-    runs = [(c.method, {m.step: m for m in c.measurements if m.status == "done"}) for c in series]
-    steps = set.intersection(*(set(by_step) for _, by_step in runs)) if runs else set[float]()
-    step = min(steps, default=REFERENCE_STEP)
-    if step >= REFERENCE_STEP:
-        return None
-    errors: dict[str, list[float]] = {method: [] for method in methods}
-    for method, by_step in runs:
-        errors[method].append(worst(by_step[step], study.quantities(by_step[step].scene))[1])
-    return step, errors
-
-
-def _nearer_by_chance(study: Study, ran: Sequence[Ran]) -> str:
-    """Where default contacts have the smaller error at the reference step though they do not
-    converge: what smaller steps make of both."""
-    default, euler, _ = WITH_CONTACTS
-    scenes = []
-    for system in dict.fromkeys(entry.scene.system for entry in ran):
-        of_system = [entry for entry in ran if entry.scene.system == system]
-        if _largest(of_system, default).error >= _largest(of_system, euler).error:
-            continue
-        for name in (entry.scene.name for entry in of_system):
-            finest = _finest(study, [name], (default, euler))
-            if finest is None or not all(finest[1].values()):
-                continue
-            step, errors = finest
-            if errors[euler][0] < errors[default][0]:
-                scenes.append((name, step, errors[default][0], errors[euler][0]))
-                break
-    return " ".join(paragraphs("nearer_by_chance", scenes=scenes))
-
-
-def _held_control(study: Study) -> tuple[str, str] | None:
-    """RK4's relative errors at the reference step with a control read at the step's start, and at
-    its middle; None where either was not run."""
-    held = _errors(study, [s for s in study.scenes if s.name == FORCED], HELD)
-    if not held or set(held[0].errors) != set(HELD):
-        return None
-    return held[0].errors[HELD[0]].text, held[0].errors[HELD[1]].text
-
-
 def _costs(study: Study, ran: Sequence[Ran]) -> Mapping[str, float]:
-    """The median cost of a step [ns] of each method, over the scenes that all were timed on at the
-    reference step."""
-    names, methods = list(ran[0].errors) if ran else [], {m.name: m for m in study.methods}
-    at = {
-        (c.scene, c.method)
-        for c in study.convergence
-        if (run := timed_run(c, methods[c.method])) is not None and run.step == REFERENCE_STEP
-    }
-    scenes = [entry.scene.name for entry in ran]
-    timed = [s for s in scenes if all((s, name) in at & set(study.costs) for name in names)]
-    if not timed:
-        return {}
+    """The median cost of a step [ns] of each method, over the scenes that all were timed on."""
+    names = list(ran[0].errors)
+    scenes = (entry.scene.name for entry in ran)
+    timed = [s for s in scenes if all((s, name) in study.costs for name in names)]
     return {
-        name: sorted(study.costs[scene, name].ns_per_step for scene in timed)[len(timed) // 2]
+        name: median_high(study.costs[scene, name].ns_per_step for scene in timed)
         for name in names
+        if timed
     }
-
-
-def _cost_ratios(costs: Mapping[str, float]) -> Mapping[str, str]:
-    """The same in steps of MuJoCo's default settings, as text."""
-    unit = costs.get(DEFAULT_METHOD)
-    return {name: notation.number(ns / unit, 2) for name, ns in costs.items()} if unit else {}
 
 
 def _table(
@@ -322,7 +249,8 @@ def _table(
     ran: Sequence[Ran],
     record: StudyRecord,
     methods: Sequence[str],
-    note: str = "",
+    costs: Mapping[str, float],
+    ratios: Mapping[str, str],
 ) -> Table:
     """Systems against methods, scenes apart each in a row, and what a step costs."""
     names = [m.name for m in study.methods if m.name in methods]
@@ -332,15 +260,12 @@ def _table(
         system, scene = entry.scene.system, entry.scene.name
         key = (scene, anchor(scene)) if entry.apart else (titles[system], system)
         groups.setdefault(key, []).append(entry)
-    costs = _costs(study, ran)
-    ratios = _cost_ratios(costs)
     return table(
         "first_screen",
         names=names,
         default=DEFAULT_METHOD,
         rows={key: [_largest(of, name).text for name in names] for key, of in groups.items()},
-        costs=ratios and costs,
+        costs=costs,
         ratios=ratios,
         step=REFERENCE_STEP,
-        note=note,
     )

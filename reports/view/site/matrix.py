@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from types import MappingProxyType
 from typing import Literal
 
@@ -12,10 +13,8 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy
 from plumbob.engines.study.measurement import (
     REFERENCE_STEP,
-    Measurement,
     reference_run,
     relative_error,
-    worst,
 )
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity, Scene
@@ -153,96 +152,72 @@ def shown(
 ) -> Steps | None:
     """The error of a method on a scene at three steps, and what it means; None where it did not
     run."""
-    quantities = study.quantities(series.scene)
-    error, means = at_reference(series, method, quantities), meaning(judged)
+    quantities, means = study.quantities(series.scene), meaning(judged)
+    error = at_reference(series, method, quantities)
     if error is None or means == "not-run" or math.isnan(error.error):
         return None
     verdicts = {m.step: j.verdict for m, j in zip(series.measurements, judged.runs, strict=True)}
-
-    def at(run: Measurement) -> Shown:
-        return judged_there(Shown(relative_error(run, quantities), run.step, method.control))
-
-    def judged_there(of: Shown) -> Shown:
-        large = means == "predicted" and verdicts[of.step] in ("pre-asymptotic", "diverged")
-        return replace(of, meaning="unclaimed" if large else means)
-
-    runs = [m for m in series.measurements if m.status in ("done", "diverged")]
+    errors = _errors(series, quantities)
     usual = LARGEST_STEP if method.control == "step" else LOOSEST
-    default = min(runs, key=lambda m: abs(math.log(m.step / usual)))
-    within = _largest_within(runs, quantities)
-    return judged_there(error), at(default), None if within is None else at(within)
+
+    def at(step: float) -> Shown:
+        large = means == "predicted" and verdicts[step] in ("pre-asymptotic", "diverged")
+        return Shown(errors[step], step, method.control, "unclaimed" if large else means)
+
+    # The largest step that, with all smaller ones, has the error wanted.
+    steps = sorted(errors)
+    within = [*takewhile(lambda step: errors[step] <= WANTED, steps)]
+    default = min(errors, key=lambda step: abs(math.log(step / usual)))
+    return at(error.step), at(default), at(within[-1]) if within else None
 
 
-def _largest_within(
-    runs: Sequence[Measurement], quantities: Sequence[Quantity]
-) -> Measurement | None:
-    """The run with the largest step of those that, with all smaller ones, have the error wanted."""
-    largest = None
-    for run in sorted(runs, key=lambda m: m.step):
-        if not relative_error(run, quantities) <= WANTED:
-            break
-        largest = run
-    return largest
+def _errors(series: ConvergenceStudy, quantities: Sequence[Quantity]) -> dict[float, float]:
+    """The relative errors of the runs by step, infinite where one diverged."""
+    runs = [m for m in series.measurements if m.status in ("done", "diverged")]
+    return {run.step: relative_error(run, quantities) for run in runs}
 
 
 def at_reference(
     series: ConvergenceStudy, method: Method, quantities: Sequence[Quantity]
 ) -> Shown | None:
     """The error at the reference step; where that was not run, at the step nearest to it, or at the
-    tightest tolerance; and where the error crosses zero there, the larger one of those at the steps
-    beside it. None where nothing was run."""
-    runs = [m for m in series.measurements if m.status in ("done", "diverged")]
-    if method.control == "tolerance":
-        run = reference_run(runs, method)
-    else:
-        asked = [m for m in runs if math.isclose(m.step, REFERENCE_STEP, rel_tol=1e-9)]
-        run = asked[0] if asked else reference_run(runs, method)
-        run = run and _beside_zero(runs, runs.index(run), quantities)
-    if run is None and not runs:
-        return None
-    run = run or runs[-1]
-    return Shown(relative_error(run, quantities), run.step, method.control)
-
-
-def _beside_zero(
-    runs: Sequence[Measurement], place: int, quantities: Sequence[Quantity]
-) -> Measurement:
-    """The run at a place; where the error at its end changes its sign towards one of the steps
-    beside it, and is smaller than at the smaller one of these, the run with the larger error."""
-    run, near = runs[place], runs[max(place - 1, 0) : place + 2]
-    if near[-1] is run or any(m.status != "done" for m in near):
-        return run
-    quantity, error = worst(run, quantities)
-    ends = [m.errors[quantity.observable].end for m in near if quantity.observable in m.errors]
-    if quantity.when == "run" or not min(ends, default=0.0) < 0.0 < max(ends, default=0.0):
-        return run
-    if error >= relative_error(near[-1], quantities):
-        return run
-    return max(near, key=lambda m: relative_error(m, quantities))
+    tightest tolerance. None where nothing was run."""
+    errors = _errors(series, quantities)
+    run = reference_run(series.measurements, method)
+    step = REFERENCE_STEP if method.control == "step" and REFERENCE_STEP in errors else None
+    step = step or (run.step if run else next(reversed(errors), None))
+    return None if step is None else Shown(errors[step], step, method.control)
 
 
 def every_pair(study: Study, records: Records) -> Every:
     """The errors of each method on each scene, of those that ran, with what they mean; in each row
-    the best stand out."""
+    the best of each engine stands out, and the cheapest method within the error wanted."""
     methods = {m.name: m for m in study.methods}
     cells = {
         (c.scene, c.method): of
         for c in study.convergence
         if (of := shown(study, c, methods[c.method], records.verdicts[c.scene, c.method]))
     }
+    rows: dict[tuple[str, str], list[str]] = {}  # methods by scene and engine
+    for scene, name in cells:
+        rows.setdefault((scene, methods[name].engine), []).append(name)
+    for (scene, _), names in rows.items():
+        pair = scene, min(names, key=lambda name: _rank(cells[scene, name][0], methods[name]))
+        cells[pair] = (replace(cells[pair][0], best=True), *cells[pair][1:])
     for scene, record in records.scenes.items():
-        errors: dict[str, dict[str, Shown]] = {}  # by engine and method
-        for pair in (pair for pair in cells if pair[0] == scene):
-            errors.setdefault(methods[pair[1]].engine, {})[pair[1]] = cells[pair][0]
-        for of_engine in errors.values():
-            pair = scene, best(of_engine, study.methods)
-            at, default, within = cells[pair]
-            cells[pair] = (replace(at, best=True), default, within)
-        chosen = [r.choice for r in record.recommendations if r.error == WANTED and r.choice]
-        if chosen and (pair := (scene, chosen[0].method)) in cells:
+        chosen = [r.choice.method for r in record.recommendations if r.error == WANTED and r.choice]
+        for pair in [(scene, name) for name in chosen if (scene, name) in cells]:
             at, default, within = cells[pair]
             cells[pair] = (at, default, within and replace(within, best=True))
     return cells
+
+
+def _rank(of: Shown, method: Method) -> tuple[bool, bool, bool, float]:
+    """Sorts the best of an engine first: what is as predicted or converges, full models, errors at
+    the reference step, small errors."""
+    surrogate = bool(method.surrogate) or method.scheme.integrator == EXACT
+    doubted = of.meaning not in ("predicted", "converges")
+    return doubted, surrogate, bool(of.at), of.error
 
 
 def matrices(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Matrix, ...]:
@@ -262,14 +237,3 @@ def engines(study: Study) -> tuple[str, ...]:
     first = list(ENGINES)
     every = {m.engine for m in study.methods}
     return tuple(sorted(every, key=lambda e: (first.index(e) if e in first else len(first), e)))
-
-
-def best(errors: Mapping[str, Shown], methods: Sequence[Method]) -> str:
-    """The method with the smallest error of an engine's: of those that are as predicted or
-    converge, full models first, where there are any; of these those at the reference step."""
-    surrogates = {m.name for m in methods if m.surrogate or m.scheme.integrator == EXACT}
-    other = {n: of for n, of in errors.items() if of.meaning in ("predicted", "converges")}
-    good = {name: of for name, of in other.items() if name not in surrogates}
-    chosen = good or other or errors
-    chosen = {name: of for name, of in chosen.items() if not of.at} or chosen
-    return min(chosen, key=lambda name: chosen[name].error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from types import SimpleNamespace
@@ -18,7 +19,7 @@ from plumbob.reports.view import hard_cases, notation, scene_tables, top_tables
 from plumbob.reports.view.about import described
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.palette import styles
-from plumbob.reports.view.plots import budget_bars, error_against_cost, scene_figures
+from plumbob.reports.view.plots import error_against_cost, scene_figures
 from plumbob.reports.view.records import (
     ExactRecord,
     PairVerdict,
@@ -28,7 +29,6 @@ from plumbob.reports.view.records import (
 )
 from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.reports.view.site.claims import formed, galleries
-from plumbob.reports.view.site.step_bars import step_bars
 from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
 from plumbob.reports.view.tables import table, table_or_none
 from plumbob.reports.view.top_tables import anchor
@@ -87,7 +87,6 @@ def scene_view(
         scene_tables.orders(convergence, methods),
         table_or_none("gradients", records=_derivatives(study, scene.name)),
         trimming(study, scene),
-        scene_tables.summary(observables, convergence, methods),
         scene_tables.cost(convergence, costs, methods),
         scene_tables.budgets(observables, convergence, judged, methods),
         scene_tables.every_run(observables, convergence, judged, methods),
@@ -95,12 +94,10 @@ def scene_view(
         and table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods),
         scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
-    bars = budget_bars(observables[0], convergence, judged, methods, at_first)
     looks = styles(study.methods)
     speed = error_against_cost(
         record.points, _absolute(study, convergence), methods, looks, finite_limits(ranges)
     )
-    figures = scene_figures(observables, convergence, methods, looks, exact.motion, speed)
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return View(
@@ -114,11 +111,12 @@ def scene_view(
             convergence, study.quantities(scene.name), cells, record.recommendations
         ),
         first=scene_answer.errors(convergence, cells, judged, record.points, methods),
-        figures=(*figures, *((bars,) if bars else ())),
+        figures=scene_figures(
+            observables, convergence, methods, looks, exact.motion, speed, ranges
+        ),
         replay=exact.replay,
         hard=_hard(study, scene, ranges),
         ranges=ranges,  # of its methods
-        steps=step_bars(ranges),  # bars of accurate and stable steps, as SVG
         rest=tuple(t for t in tables_below if t),
         commands=_commands(scene, typical),
     )
@@ -158,23 +156,23 @@ def _commands(scene: Scene, run: Measurement | None) -> tuple[str, ...]:
 
 
 def _at_first(record: SceneRecord, ran: Sequence[Method]) -> tuple[str, ...]:
-    """Of each engine its default settings, and the cheapest method for a small error, or else the
-    one with the smallest error; no closed form, which is no curve."""
-    engines = dict.fromkeys(m.engine for m in ran if m.scheme.integrator != EXACT)
+    """MuJoCo's default settings, and of each engine the cheapest method for a small error, or else
+    the one with the smallest error; no closed form, which is no curve."""
+    best: dict[str, str] = {}
+    simulated = [m for m in ran if m.scheme.integrator != EXACT]
+    for method in sorted(simulated, key=lambda m: _smallest(record, m)):
+        best.setdefault(method.engine, method.name)
+    for answer in record.recommendations:
+        if answer.error == scene_answer.WANTED:
+            best |= {choice.method.partition("/")[0]: choice.method for choice in answer.by_engine}
     names = {m.name for m in ran}
-    chosen = [DEFAULT_METHOD] if DEFAULT_METHOD in names else []
-    by_engine = [
-        c for r in record.recommendations if r.error == scene_answer.WANTED for c in r.by_engine
-    ]
-    cheap = {choice.method.partition("/")[0]: choice.method for choice in by_engine}
-    for engine in engines:
-        chosen += [f"{engine}/default"] * (f"{engine}/default" in names)
-        of_engine = [m.name for m in ran if m.engine == engine and not m.surrogate]
-        of_engine = of_engine or [m.name for m in ran if m.engine == engine]
-        errors = {name: record.verdicts[name].smallest for name in of_engine}
-        least = min(of_engine, key=lambda n: 1e9 if (e := errors[n]) is None else e)
-        chosen.append(cheap.get(engine, least))
-    return tuple(dict.fromkeys(name for name in chosen if name in names))
+    return tuple(name for name in dict.fromkeys((DEFAULT_METHOD, *best.values())) if name in names)
+
+
+def _smallest(record: SceneRecord, method: Method) -> tuple[bool, float]:
+    """Sorts full models first, then small errors."""
+    error = record.verdicts[method.name].smallest
+    return bool(method.surrogate), math.inf if error is None else error
 
 
 def _absolute(

@@ -153,7 +153,13 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     def index(folder: str) -> str:
         links = Links(places, "", folder, single=False)
         return filled(
-            "index.html.jinja", shared=folder, href=links, inside_pages=(), search="", **common
+            "index.html.jinja",
+            shared=folder,
+            href=links,
+            inside_pages=(),
+            plots=Plots(folder, "index"),  # whose pictures the other pages have, too
+            search="",
+            **common,
         )
 
     return files, index
