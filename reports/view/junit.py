@@ -107,20 +107,8 @@ def _relative(runs: ConvergenceStudy, method: Method, study: Study, scene: str) 
 def _properties(
     runs: ConvergenceStudy, leading: Observable, judgement: Judgement
 ) -> dict[str, str]:
-    """Verdict and order, and the errors of the leading observable, each the largest over a run, at
-    the step [s] (or relative tolerance) with the smallest and the largest of them."""
+    """Verdict and order, and the leading observable."""
     facts = {"verdict": judgement.verdict, "observable": leading.name, "unit": leading.unit}
     if judgement.unjudged:
         facts["unjudged"] = "; ".join(f"{name}: {why}" for name, why in judgement.unjudged.items())
-    by_error = sorted(
-        (m.errors[leading.name].largest, m.step)
-        for m in runs.measurements
-        if leading.name in m.errors
-    )
-    for which, (error, step) in zip(
-        ("smallest", "largest"), (by_error[0], by_error[-1]) if by_error else (), strict=False
-    ):
-        facts |= {f"{which}_error": f"{error:.6g}", f"step_of_{which}_error": f"{step:.6g}"}
-    if runs.order is not None:
-        facts["order"] = f"{runs.order.slope:.3f}"
-    return facts
+    return facts | ({} if runs.order is None else {"order": f"{runs.order.slope:.3f}"})

@@ -50,8 +50,13 @@ class Plots:
     files: dict[str, bytes] = field(default_factory=dict)  # by name
 
     def picture(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
-        """The address and size of a figure's picture, of the `chosen` methods if it has some."""
+        """The address and size of a figure's picture, of the `chosen` methods if it has some, which
+        plotly draws anew where it is pressed."""
         self.data.append(figure_json(figure))
+        return self.still(figure, chosen)
+
+    def still(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
+        """The same of a picture that cannot be pressed."""
         drawn = drawing(figure, chosen)
         if drawn is None:
             return "", None

@@ -204,7 +204,7 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     capsys.readouterr()
     assert main(["report", str(tmp_path)]) == 0
     assert capsys.readouterr().err == ""
-    (page,) = tmp_path.glob("site-*/cone-pendulum.html")
+    (page,) = tmp_path.glob("pages/cone-pendulum.html")
     text = page.read_text("utf-8")
     assert "Not shown by this study: 1 of the findings" in text
     assert "cone_pendulum/equilibria (&#39;fork&#39; is undefined)" in text

@@ -51,7 +51,7 @@ def test_umask_is_followed(mask, tmp_path, monkeypatch):
         assert main(words) == 0
         assert all((tmp_path / file).is_file() for file in files)
     written = [path for path in tmp_path.rglob("*") if not path.name.endswith(STORES)]
-    assert any(path.is_dir() and path.name.startswith("site-") for path in written)
+    assert any(path.is_dir() and path.name == "pages" for path in written)
     permissions = {path: path.stat().st_mode & 0o777 for path in written}
     allowed = {path: (0o777 if path.is_dir() else 0o666) & ~mask for path in written}
     assert permissions == allowed

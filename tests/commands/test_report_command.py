@@ -91,13 +91,3 @@ def test_a_folder_to_publish_is_the_site_without_the_store(out, tmp_path, capsys
     assert led_to == {path for path in folder.rglob("*") if path.is_file()}
     assert main(["report", str(out), "--publish", str(folder)]) == 2
     assert capsys.readouterr().err.startswith(f"plumbob: publish = '{folder}': must be an empty")
-
-
-@pytest.mark.long
-def test_what_fails_leaves_no_half_published_site(out, tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("plumbob.reports.view.site.writing.written", full)
-    assert main(["report", str(out), "--publish", str(tmp_path / "public")]) != 0
-    assert list(tmp_path.iterdir()) == []

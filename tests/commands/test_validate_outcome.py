@@ -79,8 +79,6 @@ def test_each_case_has_its_time_its_errors_and_its_order(validate):
     rk4, euler = found.properties(CONE, "ode/rk4"), found.properties(LINE, "mujoco/euler")
     assert (rk4["verdict"], rk4["observable"], rk4["unit"]) == ("predicted", "theta", "rad")
     assert float(rk4["order"]) == pytest.approx(4.0, abs=0.2)
-    assert 0.0 < float(rk4["smallest_error"]) < 1e-6 * float(rk4["largest_error"])
-    assert float(rk4["step_of_smallest_error"]) < float(rk4["step_of_largest_error"])
     assert (euler["verdict"], euler["unit"]) == ("not-converging", "m")
     assert "ode/rk4" not in {c.attrib["name"] for c in found.junit if c.get("classname") == LINE}
 

@@ -231,47 +231,25 @@ def _small(study_step=1e-3):
     return recorded(made_up([(Method("made/up", Scheme(RK4), 4), (study_step, 1e-4), lambda h: h)]))
 
 
-def _folders(out):
-    return {path.name for path in out.iterdir() if path.is_dir()}
-
-
-def test_the_old_site_is_whole_until_the_new_index_stands(tmp_path, monkeypatch):
-    index = write_page(_small(), tmp_path)
-    old, (folder,) = index.read_text("utf-8"), _folders(tmp_path)
-    files = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
-    with monkeypatch.context() as patched:
-        patched.setattr(writing, "written", _full)
-        with pytest.raises(OSError, match="no space"):
-            write_page(_small(2e-3), tmp_path)
-    assert index.read_text("utf-8") == old
-    assert {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()} == files
-    write_page(_small(2e-3), tmp_path)
-    assert index.read_text("utf-8") != old
-    assert folder not in _folders(tmp_path)
-    assert len(_folders(tmp_path)) == 1
-
-
-def _full(text, folder, name):
-    raise OSError("no space left")
-
-
-def test_the_same_study_has_the_same_site_and_repairs_it(tmp_path):
+def test_the_old_site_is_whole_until_the_new_one_is_there(tmp_path, monkeypatch):
     index = write_page(_small(), tmp_path)
     before = {file: file.read_bytes() for file in site_files(index)}
-    style = next(tmp_path.glob("site-*/page.css"))
-    style.write_text("broken", "utf-8")
-    write_page(_small(), tmp_path)
+    with monkeypatch.context() as patched:
+        patched.setattr(writing, "filled", _full)
+        with pytest.raises(OSError, match="no space"):
+            write_page(_small(2e-3), tmp_path)
     assert {file: file.read_bytes() for file in site_files(index)} == before
-    assert style.read_text("utf-8") != "broken"
-
-
-def test_other_folders_are_left_alone(tmp_path):
-    for name in ("site-0123456789ab", "other"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "page.css").write_text("other", "utf-8")
-    write_page(_small(), tmp_path)
+    (tmp_path / "other").mkdir()
+    style = tmp_path / "pages" / "page.css"
+    style.write_text("broken", "utf-8")
     write_page(_small(2e-3), tmp_path)
-    assert {"site-0123456789ab", "other"} < _folders(tmp_path)
+    assert index.read_bytes() != before[index]
+    assert style.read_text("utf-8") != "broken"
+    assert {path.name for path in tmp_path.iterdir()} == {"pages", "other", "index.html"}
+
+
+def _full(*_, **more):
+    raise OSError("no space left")
 
 
 def test_a_file_in_the_way_is_left_alone(tmp_path):

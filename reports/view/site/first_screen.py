@@ -154,13 +154,6 @@ def work_precision(views: Sequence[View]) -> Mapping[str, Any]:
     return next(({"figure": of.figures[0], "chosen": of.at_first} for of in scenes), {})
 
 
-def preview_of(findings: Sequence[Finding]) -> Figure | None:
-    """The figure that stands for the site where a link to it is shown; None where it is missing."""
-    name, place = KEY_FINDINGS[0]
-    shown = (f for f in findings if f.name == name and f.judgement != NOT_SHOWN)
-    return next((finding.figures[place] for finding in shown if finding.figures), None)
-
-
 def _answer(study: Study, record: StudyRecord, kind: Kind) -> Answer | None:
     """The settings to use, what they give and what they cost; None where that was not measured."""
     default, better, last = kind.methods[0], kind.methods[1], kind.methods[-1]

@@ -14,7 +14,7 @@ class Links:
 
     places: Mapping[str, str]  # by id: the file of the page that has it, "" for the index
     here: str  # file of the page, "" for the index
-    folder: str  # of all other pages, as the index sees it: "site-0123/"
+    folder: str  # of all other pages, as the index sees it: "pages/"
     single: bool  # all pages are in one file, which finds them by their ids
 
     def __call__(self, place: str) -> str:

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import base64
-import hashlib
-import os
-import re
-import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -20,7 +16,6 @@ from plumbob.reports.view import notation, top_tables
 from plumbob.reports.view.drawing import DASHES
 from plumbob.reports.view.page import (
     NAME,
-    STYLE,
     Plots,
     carried,
     compressed,
@@ -37,12 +32,10 @@ from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.phenomena import phenomena
-from plumbob.reports.view.site.preview import preview
 from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
-FOLDER = re.compile(r"site-[0-9a-f]{12}")
 GRADIENTS = "gradients-through-contact"  # the finding that the index has a picture of
 BESIDE = MappingProxyType(
     {
@@ -54,10 +47,9 @@ BESIDE = MappingProxyType(
     }
 )  # pages that belong to no system, by name, with what they are there for
 SEARCH = "search.js"
-PREVIEW = "preview.png"
 TABLES = "tables.html.gz"  # the folded tables of all pages, for those who read without a script
 TABLES_HEAD = '<!DOCTYPE html><meta charset="utf-8"><title>Tables of all scenes</title>'
-PAGES = "pages"  # folder of a published site: links from elsewhere outlive a study
+PAGES = "pages"  # the folder of all pages but the index
 NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
@@ -74,9 +66,8 @@ class Content:
 
 def write_page(study: Study, folder: Path, history: Mapping[int, Provenance] = NO_HISTORY) -> Path:
     """Write the site of `study` into `folder` and return the path of its index; `history` is how
-    each study in the folder's store was made. The index is replaced last, in one step: until then
-    an older site stays whole. Raises OSError where the folder cannot be written, and as
-    `records_of`."""
+    each study in the folder's store was made. The pages take the place of older ones at once, and
+    the index after them. Raises OSError where the folder cannot be written, and as `records_of`."""
     return site(content(study, versions(history, str(folder))), folder)
 
 
@@ -84,30 +75,23 @@ def site(content: Content, folder: Path) -> Path:
     """The same of a content that is there already."""
     files, index = _files(content)
     folder.mkdir(parents=True, exist_ok=True)
-    name = _folder_name(files)
-    old = _folder_of(folder / NAME)
-    _placed(files, folder, name)
-    text = index(f"{name}/")
-    page = written(text, folder, NAME)
-    if old is not None and old != name and not (folder / old).is_symlink():
-        shutil.rmtree(folder / old, ignore_errors=True)
-    return page
+    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
+        new, pages = Path(scratch) / PAGES, folder / PAGES
+        new.mkdir()  # whose permissions are those that the user's umask leaves
+        for name, text in files.items():
+            (new / name).write_bytes(text)
+        if pages.is_dir():
+            pages.rename(Path(scratch) / "old")
+        new.rename(pages)
+    return written(index, folder, NAME)
 
 
 def publish(study: Study, folder: Path, others: View | None = None) -> Path:
     """Write the site of `study` as `folder`, an empty one or none yet, for a static host, and
-    return the path of its index. The folder appears whole; raises as `write_page`."""
-    files, index = _files(content(study, others))
-    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder.parent) as scratch:
-        complete = Path(scratch) / folder.name
-        complete.mkdir()
-        _placed(files, complete, PAGES)
-        written(index(f"{PAGES}/"), complete, NAME)
-        written("", complete, ".nojekyll")  # GitHub Pages then serves the files as they are
-        if folder.is_dir():
-            folder.rmdir()
-        os.replace(complete, folder)
-    return folder / NAME
+    return the path of its index. Raises as `write_page`."""
+    page = site(content(study, others), folder)
+    written("", folder, ".nojekyll")  # GitHub Pages then serves the files as they are
+    return page
 
 
 def render(study: Study, others: View | None = None) -> str:
@@ -129,14 +113,12 @@ def one_file(content: Content) -> str:
     )
 
 
-def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]:
-    """The files of a site's folder by name, and its index as a function of the folder's name."""
+def _files(content: Content) -> tuple[Mapping[str, bytes], str]:
+    """The files of the folder of a site's pages by name, and its index."""
     places, common = _places(content), content.common
     files = dict(shared_files())
     for name in {view.system.picture for view in content.views} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
-    if common["preview"]:
-        files[PREVIEW] = preview(common["preview"])
     links = Links(places, SEARCH, "", single=False)
     files[SEARCH] = carried(search.entries_text(content.views, common, links))
     tables: list[tuple[int, str]] = []
@@ -150,18 +132,15 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], Callable[[str], str]]
     together = [text for _, text in sorted(tables, key=lambda table: table[0])]
     files[TABLES] = compressed("\n".join([TABLES_HEAD, *together]))
 
-    def index(folder: str) -> str:
-        links = Links(places, "", folder, single=False)
-        return filled(
-            "index.html.jinja",
-            shared=folder,
-            href=links,
-            inside_pages=(),
-            plots=Plots(folder, "index"),  # whose pictures the other pages have, too
-            search="",
-            **common,
-        )
-
+    index = filled(
+        "index.html.jinja",
+        shared=f"{PAGES}/",
+        href=Links(places, "", f"{PAGES}/", single=False),
+        inside_pages=(),
+        plots=Plots(f"{PAGES}/", "index"),  # whose pictures the other pages have, too
+        search="",
+        **common,
+    )
     return files, index
 
 
@@ -203,7 +182,7 @@ def _common(
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
         "gradients": first_screen.cards([f for f in findings if f.name == GRADIENTS])[:1],
-        "preview": first_screen.preview_of(findings),
+        "preview": next((view.system.picture for view in views if view.system.picture), ""),
         "counts": first_screen.counts(records.verdicts),
         "by_engine": first_screen.by_engine(records.verdicts),
         "made": first_screen.made(study),
@@ -263,37 +242,3 @@ def _places(content: Content) -> dict[str, str]:
         places |= {finding.name: file for finding in view.findings}
         places |= {scene.anchor: page_file(scene.anchor) for scene in view.scenes}
     return places
-
-
-def _folder_name(files: Mapping[str, bytes]) -> str:
-    """The name of a folder with these files: the same files have the same name."""
-    digest = hashlib.sha256()
-    for name in sorted(files):
-        digest.update(f"{name}\0{len(files[name])}\0".encode())
-        digest.update(files[name])
-    return f"site-{digest.hexdigest()[:12]}"
-
-
-def _folder_of(index: Path) -> str | None:
-    """The folder that an index leads to; None where there is no index of ours."""
-    try:
-        text = index.read_text("utf-8")
-    except (OSError, UnicodeDecodeError):
-        return None
-    match = re.search(rf'href="({FOLDER.pattern})/{re.escape(STYLE)}"', text)
-    return match[1] if match else None
-
-
-def _placed(files: Mapping[str, bytes], folder: Path, name: str) -> None:
-    """Put files into the folder `name`, which appears with all of them or, where there is one of
-    this name, has each of them replaced whole."""
-    with tempfile.TemporaryDirectory(prefix=".plumbob-", dir=folder) as scratch:
-        complete = Path(scratch) / name  # whose permissions are those that the user's umask leaves
-        complete.mkdir()
-        for file, content in files.items():
-            (complete / file).write_bytes(content)
-        if (folder / name).is_dir():
-            for file in files:
-                os.replace(complete / file, folder / name / file)
-        else:
-            os.replace(complete, folder / name)

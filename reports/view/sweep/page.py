@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, Table
 from plumbob.reports.view.notation import plural
 from plumbob.reports.view.notation import step as step_text
-from plumbob.reports.view.page import filled, shared_files, written
+from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.plotly_figure import (
     ZERO,
     curve,
@@ -36,24 +35,17 @@ SCALE = tuple(enumerate(("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"))
 
 
 def write_sweep_page(swept: Swept, folder: Path, provenance: Provenance, key: str) -> Path:
-    """Write `sweep-SCENE-KEY.html` into `folder`, and beside it the files that such pages share,
-    and return its path. Raises OSError where the folder cannot be written."""
-    files = shared_files()
-    shared = "shared-" + hashlib.sha256(b"".join(files.values())).hexdigest()[:12]
-    for name, text in files.items():
-        if not (folder / shared / name).exists():
-            written(text, folder / shared, name)
+    """Write `sweep-SCENE-KEY.html` into `folder` and return its path. Raises OSError where the
+    folder cannot be written."""
     name = f"sweep-{swept.sweep.box.scene.replace('/', '-')}-{key[:8]}.html"
-    return written(render(swept, provenance, f"{shared}/"), folder, name)
+    return written(render(swept, provenance), folder, name)
 
 
-def render(swept: Swept, provenance: Provenance, shared: str | None = None) -> str:
-    """The page of a sweep as HTML, which loads its style and scripts from the folder `shared`, or
-    holds them."""
+def render(swept: Swept, provenance: Provenance) -> str:
+    """The page of a sweep as HTML, in one file."""
     of, runs = swept.sweep, math.prod(swept.errors.shape)
     return filled(
         "sweep.html.jinja",
-        shared=shared,
         title=f"{of.box.scene} over {' and '.join(s.name for s in of.box.sides)}",
         lead=f"{plural(runs, 'run')}: {sides(of.box.sides)} (SI units, radians), "
         f"{plural(of.points, 'point')} in all"
