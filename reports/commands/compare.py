@@ -8,11 +8,12 @@ import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.engines.study.cost import Cost, Key
+from plumbob.engines.study.cost import Key
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
@@ -24,7 +25,7 @@ from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
-COSTS_MORE = 1.25  # of a cost in reference step times, beyond the quartiles of both
+COSTS_MORE = 1.25  # of a cost in reference step times
 # Of a method that is timed on fewer than SEVERAL scenes: between two studies on a machine that did
 # nothing else, and ten other things, costs on single scenes differed by up to 1.9 times.
 SEVERAL, ALONE_MORE = 3, 2.0
@@ -38,48 +39,32 @@ def command(chosen: argparse.Namespace) -> int:
     if runs != (None, None):
         return _benchmarks(chosen, runs, above)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
-    parts = _verdicts(old, new), _presence(old, new), list(_errors(old, new)), _costs(old, new)
+    moved = {
+        "verdicts": _verdicts(old, new),
+        "presence": _presence(old, new),  # pairs, or steps of pairs, of one study alone
+        "errors": list(_errors(old, new)),  # beyond rounding, and runs that ended otherwise
+        "costs": _costs(old, new),
+    }
     made = old.provenance, new.provenance
-    moved = [row for part in parts for row in part]
-    grown = _print(chosen, made, moved, above)
+    grown = _print(chosen, made, [row for part in moved.values() for row in part], above)
     if file:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
         ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
-        verdicts, presence, errors, costs = parts
-        comparison = Comparison(
-            names=(chosen.old, chosen.new),  # as the command had them
-            made=made,
-            versions=_versions(*made),
-            verdicts=verdicts,
-            presence=presence,  # pairs, or steps of pairs, of one study alone
-            errors=errors,  # beyond rounding, and runs that ended otherwise
-            costs=costs,  # beyond the quartiles of both
-            both=sorted(ran[0] & ran[1]),  # scenes and methods of both studies
-            above=chosen.above or "",  # the growth of an error that was not to be exceeded
-            grown=grown,  # errors that did
+        names, both = (chosen.old, chosen.new), sorted(ran[0] & ran[1])
+        of = Comparison(
+            names=names, made=made, both=both, above=chosen.above or "", grown=grown, **moved
         )
-        page = write_comparison(comparison, file, _words(chosen))
+        words = ["plumbob", "compare", *names, "--page", chosen.page]
+        words += [] if chosen.above is None else ["--fail-above", chosen.above]
+        page = write_comparison(of, file, shlex.join(words))
         if not chosen.json:
             print(f"page: {page}")
-    if any(row["what"] == "verdict" for row in moved):
+    if any(row["what"] == "verdict" for row in moved["verdicts"]):
         return 1
     if grown and not chosen.json:
         print(f"{grown} errors have grown by more than {chosen.above}")
     return 1 if grown else 0
-
-
-def _words(chosen: argparse.Namespace) -> str:
-    """The command that writes the page again."""
-    words = ["plumbob", "compare", chosen.old, chosen.new, "--page", chosen.page]
-    words += [] if chosen.above is None else ["--fail-above", chosen.above]
-    return shlex.join(words)
-
-
-def _versions(old: Provenance, new: Provenance) -> list[dict[str, Any]]:
-    names = dict.fromkeys((*old.versions, *new.versions))
-    both = ((n, old.versions.get(n, "unknown"), new.versions.get(n, "unknown")) for n in names)
-    return [_row(("", ""), f"version of {n}", was, now) for n, was, now in both if was != now]
 
 
 def _print(
@@ -92,12 +77,14 @@ def _print(
     have grown by more than is allowed."""
     from plumbob.reports.view.tables import lines
 
-    versions = _versions(*made)
+    had, has = (of.versions for of in made)
+    both = ((n, had.get(n, "unknown"), has.get(n, "unknown")) for n in {**had, **has})
+    versions = [_row(("", ""), f"version of {n}", was, now) for n, was, now in both if was != now]
     if chosen.json:
         values.print_json([*versions, *moved])
     else:
-        both = dict(zip(("old", "new"), made, strict=True))
-        print(*lines("compare", made=both, versions=versions, moved=moved), sep="\n")
+        both_made = {"old": made[0], "new": made[1]}
+        print(*lines("compare", made=both_made, versions=versions, moved=moved), sep="\n")
     return sum(row["growth"] is not None and row["growth"] > above for row in moved)
 
 
@@ -162,29 +149,29 @@ def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
 def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
     """The pairs, and the steps of pairs, that one of the studies alone has, though it may be that
     the other was not asked for them."""
-    before, after = (
+    had, has = (
         {(c.scene, c.method): [m.step for m in c.measurements] for c in s.convergence}
         for s in (old, new)
     )
     rows = []
-    for pair in dict.fromkeys((*before, *after)):
-        had, has = before.get(pair), after.get(pair)
-        if had is None or has is None:
-            rows.append(_row(pair, "measured", _presence_of(old, pair), _presence_of(new, pair)))
-        elif had != has:
-            gone, come = (
-                ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
-                for steps, others in ((had, has), (has, had))
-            )
-            rows.append(_row(pair, "steps of one study alone:", gone, come))
+    for pair in {**had, **has}:
+        if pair not in had or pair not in has:
+            ran = (_ran(old, pair, pair in had), _ran(new, pair, pair in has))
+            rows.append(_row(pair, "measured", *ran))
+        elif had[pair] != has[pair]:
+            alone = ([h for h in a[pair] if h not in b[pair]] for a, b in ((had, has), (has, had)))
+            texts = (", ".join(f"{step:g}" for step in steps) or "none" for steps in alone)
+            rows.append(_row(pair, "steps of one study alone:", *texts))
     return rows
 
 
-def _presence_of(study: Study, pair: tuple[str, str]) -> str:
-    if any((c.scene, c.method) == pair for c in study.convergence):
-        return "yes"
-    asked = {s.name for s in study.scenes}, {m.name for m in study.methods}
-    return "no" if pair[0] in asked[0] and pair[1] in asked[1] else "not asked for"
+def _ran(study: Study, pair: Key, there: bool) -> str:
+    """Whether a study ran a pair, or was not asked for it."""
+    asked = (
+        any(s.name == pair[0] for s in study.scenes),
+        any(m.name == pair[1] for m in study.methods),
+    )
+    return "yes" if there else "no" if all(asked) else "not asked for"
 
 
 def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:
@@ -211,28 +198,29 @@ def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:
 
 
 def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
-    """The costs that moved, of methods that moved the same way on two scenes of three: by what else
-    a machine does, costs on single scenes move too."""
-    by_method: dict[str, list[tuple[Key, Cost, Cost]]] = {}
+    """The costs that moved, of methods that moved the same way on most scenes: by what else a
+    machine does, costs on single scenes move too."""
+    by_method: dict[str, dict[Key, float]] = {}
     for pair, cost in new.costs.items():
-        if past := old.costs.get(pair):
-            by_method.setdefault(pair[1], []).append((pair, past, cost))
+        if pair in old.costs:
+            by_method.setdefault(pair[1], {})[pair] = cost.ratio / old.costs[pair].ratio
     rows = []
-    for timed in by_method.values():
-        more = COSTS_MORE if len(timed) >= SEVERAL else ALONE_MORE
-        higher = [each for each in timed if each[2].low > each[1].high and _times(*each[1:]) > more]
-        lower = [
-            each for each in timed if each[2].high < each[1].low and _times(*each[1:]) < 1 / more
-        ]
-        moved = max(higher, lower, key=len)
-        if 3 * len(moved) >= 2 * len(timed):
-            what = "cost of a step [reference step times]"
-            rows += [_row(pair, what, past.ratio, cost.ratio) for pair, past, cost in moved]
+    for times in by_method.values():
+        more = COSTS_MORE if len(times) >= SEVERAL else ALONE_MORE
+        if median(times.values()) < 1.0:
+            times = {pair: 1.0 / shift for pair, shift in times.items()}
+        if median(times.values()) > more:
+            rows += [
+                _row(
+                    pair,
+                    "cost of a step [reference step times]",
+                    old.costs[pair].ratio,
+                    new.costs[pair].ratio,
+                )
+                for pair, shift in times.items()
+                if shift > more
+            ]
     return rows
-
-
-def _times(past: Cost, cost: Cost) -> float:
-    return cost.ratio / past.ratio
 
 
 def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) -> dict[str, Any]:
