@@ -160,8 +160,8 @@ def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
             rows.append(_row(pair, "measured", *ran))
         elif had[pair] != has[pair]:
             alone = ([h for h in a[pair] if h not in b[pair]] for a, b in ((had, has), (has, had)))
-            texts = (", ".join(f"{step:g}" for step in steps) or "none" for steps in alone)
-            rows.append(_row(pair, "steps of one study alone:", *texts))
+            gone, come = (", ".join(f"{step:g}" for step in steps) or "none" for steps in alone)
+            rows.append(_row(pair, "steps of one study alone:", gone, come))
     return rows
 
 
