@@ -156,13 +156,17 @@ def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
     rows = []
     for pair in {**had, **has}:
         if pair not in had or pair not in has:
-            ran = (_ran(old, pair, pair in had), _ran(new, pair, pair in has))
-            rows.append(_row(pair, "measured", *ran))
+            ran = _ran(old, pair, pair in had)
+            rows.append(_row(pair, "measured", ran, _ran(new, pair, pair in has)))
         elif had[pair] != has[pair]:
-            alone = ([h for h in a[pair] if h not in b[pair]] for a, b in ((had, has), (has, had)))
-            gone, come = (", ".join(f"{step:g}" for step in steps) or "none" for steps in alone)
+            gone, come = _alone(had[pair], has[pair]), _alone(has[pair], had[pair])
             rows.append(_row(pair, "steps of one study alone:", gone, come))
     return rows
+
+
+def _alone(steps: Sequence[float], others: Sequence[float]) -> str:
+    """Steps that the others have not."""
+    return ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
 
 
 def _ran(study: Study, pair: Key, there: bool) -> str:

@@ -57,31 +57,39 @@ def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     """A figure as an SVG file, of curves that belong to methods those of the `chosen` ones, if
     there are any; None where nothing has a place on its axes."""
     traces, layout = shown(figure, chosen), figure.layout
-    width, height = WIDE if figure.wide else WIDTH, figure.height
-    if square := "scaleanchor" in layout["yaxis"]:
-        height = SQUARE
-    longest = max(map(len, layout["yaxis"].get("ticktext", ())), default=0)
-    right = width - (SCALE if traces[0]["type"] == "heatmap" else RIGHT)
-    x = _axis(layout["xaxis"], traces, "x", max(LEFT, 24 + LETTER * longest), right)
-    y = _axis(layout["yaxis"], traces, "y", height - BOTTOM, TOP)
-    if x is None or y is None:
+    width = WIDE if figure.wide else WIDTH
+    height = SQUARE if "scaleanchor" in layout["yaxis"] else figure.height
+    if (axes := _both(layout, traces, width, height)) is None:
         return None
-    if square:
-        scale = max((a.high - a.low) / abs(a.end - a.start) for a in (x, y))
-        x, y = _scaled(x, scale), _scaled(y, scale)
+    x, y = axes
     marks = "".join(part for trace in traces for part in _marks(trace, x, y))
-    inside = f'x="{x.start:g}" y="{TOP}" width="{right - x.start:g}" height="{y.start - TOP:g}"'
-    units = f"{10 * x.start:g} {10 * TOP} {10 * (right - x.start):g} {10 * (y.start - TOP):g}"
+    box = (x.start, TOP, x.end - x.start, y.start - TOP)
+    inside = 'x="{:g}" y="{:g}" width="{:g}" height="{:g}"'.format(*box)
+    units = " ".join(f"{10 * v:g}" for v in box)
     text = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}">'
         f"{STYLE % (NARROW * width)}{''.join(_axes(layout, x, y))}"
         f'<svg {inside} viewBox="{units}" fill="none" stroke-linejoin="round">{marks}</svg>'
-        f"{''.join(_scale(traces[0], right, y))}</svg>"
+        f"{''.join(_scale(traces[0], x.end, y))}</svg>"
     )
     named = layout.get("showlegend") or any("meta" in t for t in traces)
     legend = {t["name"]: t for t in traces if named and t["name"] and t.get("showlegend", True)}
     names = tuple((name, colour(t), dashes(t)) for name, t in legend.items())
     return Drawing(text, width, height, names)
+
+
+def _both(
+    layout: Layout, traces: Sequence[Trace], width: float, height: float
+) -> tuple[Axis, Axis] | None:
+    """The axes in a drawing of a size [px]; None where one has no values."""
+    longest = max(map(len, layout["yaxis"].get("ticktext", ())), default=0)
+    right = width - (SCALE if traces[0]["type"] == "heatmap" else RIGHT)
+    x = _axis(layout["xaxis"], traces, "x", max(LEFT, 24 + LETTER * longest), right)
+    y = _axis(layout["yaxis"], traces, "y", height - BOTTOM, TOP)
+    if x is None or y is None or "scaleanchor" not in layout["yaxis"]:
+        return None if x is None or y is None else (x, y)
+    scale = max((a.high - a.low) / abs(a.end - a.start) for a in (x, y))
+    return _scaled(x, scale), _scaled(y, scale)
 
 
 def shown(figure: Figure, chosen: Sequence[str]) -> list[Trace]:

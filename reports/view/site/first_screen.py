@@ -164,7 +164,6 @@ def _answer(study: Study, record: StudyRecord, kind: Kind) -> Answer | None:
         return None
     costs, apart = _costs(study, ran), [entry for entry in ran if entry.apart]
     ratios = {name: notation.number(ns / costs[default], 2) for name, ns in costs.items()}
-    advised = last if last in ratios else better
     sentences = paragraphs(
         kind.name.replace("-", "_"),
         methods=kind.methods,
@@ -176,11 +175,20 @@ def _answer(study: Study, record: StudyRecord, kind: Kind) -> Answer | None:
         turning=_most(usual, last) if last in ratios else "",
         ratios=ratios,
         apart=apart,
-        largest=[f"{_most(apart, name)} with {name}" for name in (advised, default) if apart],
+        largest=[
+            f"{_most(apart, name)} with {name}"
+            for name in (last if last in ratios else better, default)
+            if apart
+        ],
     )
     pasted = to_copy(record.settings[better], kind.to_copy, ratios.get(better, ""))
-    shown = _table(study, ran, record, kind.methods, costs, ratios)
-    return Answer(kind.name, kind.title, sentences, shown, pasted)
+    return Answer(
+        kind.name,
+        kind.title,
+        sentences,
+        _table(study, ran, record, kind.methods, costs, ratios),
+        pasted,
+    )
 
 
 @dataclass(frozen=True)

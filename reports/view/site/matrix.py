@@ -204,11 +204,15 @@ def every_pair(study: Study, records: Records) -> Every:
     for (scene, _), names in rows.items():
         pair = scene, min(names, key=lambda name: _rank(cells[scene, name][0], methods[name]))
         cells[pair] = (replace(cells[pair][0], best=True), *cells[pair][1:])
-    for scene, record in records.scenes.items():
-        chosen = [r.choice.method for r in record.recommendations if r.error == WANTED and r.choice]
-        for pair in [(scene, name) for name in chosen if (scene, name) in cells]:
-            at, default, within = cells[pair]
-            cells[pair] = (at, default, within and replace(within, best=True))
+    cheapest = (
+        (scene, of.choice.method)
+        for scene, record in records.scenes.items()
+        for of in record.recommendations
+        if of.error == WANTED and of.choice
+    )
+    for pair in filter(cells.__contains__, cheapest):
+        at, default, within = cells[pair]
+        cells[pair] = (at, default, within and replace(within, best=True))
     return cells
 
 
