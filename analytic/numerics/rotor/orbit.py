@@ -14,11 +14,11 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import linear_oscillator
 from plumbob.analytic.numerics.smooth.certified_motion import integrated
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import finite, positive
+from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
 
 PARTS = 4  # of a step of Gauss collocation with twice as many nodes
-STEEP = 1.0  # of the fastest time constant: a step of a linear motion
+MOST_STEPS = 2**20  # of a linear motion, one in each of its fastest time constants
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,19 @@ def smooth_system(rotor: DrivenRotor, theta: float, theta_dot: float) -> SmoothS
     )
 
 
+def steps_until(rotor: DrivenRotor, duration: float) -> int:
+    """Steps in which a linear motion is followed for `duration` [s]; raises ParameterError."""
+    if not (count := duration * rotor.rate()) <= MOST_STEPS:
+        raise ParameterError("duration", duration, "shorter: the motion is too fast")
+    return math.ceil(count) or 1
+
+
 def integrate(rotor: DrivenRotor, theta: float, theta_dot: float, duration: float) -> Orbit:
     """Motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] for `duration` [s], by Gauss
     collocation, or in closed form where that is linear. Raises ParameterError."""
     finite("theta", theta), finite("theta_dot", theta_dot), positive("duration", duration)
     if (oscillator := linear_oscillator(rotor)) is not None:
-        count = math.ceil(duration * rotor.rate() / STEEP) or 1
-        edges = np.linspace(0.0, duration, count + 1)
+        edges = np.linspace(0.0, duration, steps_until(rotor, duration) + 1)
         return Orbit(edges, lambda times: oscillator.motion(theta, theta_dot, times))
     system, size = smooth_system(rotor, theta, theta_dot), np.array([1.0, rotor.rate()])
     solution = integrated(system, duration, size)

@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator, linear_oscillator
-from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.rotor.orbit import smooth_system, steps_until
 from plumbob.analytic.numerics.rotor.variational import tangent_flow
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
@@ -46,6 +46,7 @@ class DrivenMotion:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
             return self.certified.observe(times)
+        steps_until(self.rotor, float(np.max(times, initial=0.0)))  # or it is too fast
         theta, theta_dot = self.closed_form.motion(self.theta, self.theta_dot, times)
         return {"theta": theta, "theta_dot": theta_dot}
 
