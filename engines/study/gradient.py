@@ -227,9 +227,12 @@ class _Runs:
 
 
 def _predicted(error: ObservedError) -> float | None:
-    """The predicted error at the end; 0 of a solver that is held to a second run."""
+    """The predicted error at the end; 0 of a solver that is held to a second run; None where there
+    is no theory, or that says that the motion is lost."""
     if (predicted := error.predicted) is None:
         return None if error.controlled is None else 0.0
+    if predicted.largest > error.scale > 0.0:  # the run is of another motion
+        return None
     series = predicted.terms, predicted.largest, predicted.nonlinearity
     return predicted.end if predicted.for_this_step or reaches(*series) else None
 
