@@ -128,7 +128,7 @@ def differences(
 def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
     """Pairs of bodies that touch in some state for one of both alone."""
     touching, others = (
-        {pair for terms in every for pair in _pairs_of(terms, held)}
+        {_moving(pair, held) for terms in every for pair in terms["contacts"]}
         for every in zip(*((look.of_file, look.of_engine) for look in looks), strict=True)
     )
     if touching != others:
@@ -143,7 +143,7 @@ def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
     turned = dict[frozenset[str], float]()
     for look in looks:
         here, there = (
-            dict(zip(_pairs_of(terms, held), terms.get("axes", ()), strict=False))
+            {_moving(pair, held): axis for pair, axis in terms.get("axes", ())}
             for terms in (look.of_file, look.of_engine)
         )
         for pair in here.keys() & there.keys():
@@ -172,10 +172,9 @@ def _pairs(pairs: Iterable[frozenset[str]]) -> str:
     return f"{first} and {len(more)} more" if more else first
 
 
-def _pairs_of(terms: Terms, held: Held) -> list[frozenset[str]]:
-    """The moving bodies of pairs that touch; a single one touches what does not move."""
-    moving = set(held.model.layout.bodies)
-    return [frozenset(pair) & moving or NAMELESS for pair in terms["contacts"]]
+def _moving(pair: tuple[str, ...], held: Held) -> frozenset[str]:
+    """The moving bodies of a pair that touches; a single one touches what does not move."""
+    return frozenset(pair) & set(held.model.layout.bodies) or NAMELESS
 
 
 def force_of(terms: Terms) -> Array:
