@@ -79,6 +79,14 @@ class CertifiedMotion:
         doubts = _at(track, track.apart + ULP * track.condition, times)
         return self.system.doubts(states.T, doubts.T)
 
+    def known_until(self, last: float) -> float:
+        """The time up to `last` [s] until which the motion is certified."""
+        try:
+            self._until(np.array([last]))
+        except ParameterError:
+            return self._known[0].until
+        return last
+
     def disagreement(self, times: Array) -> Mapping[str, Array]:
         """Largest difference of the two methods up to `times` [s], shape (n,)."""
         track = self._until(times)

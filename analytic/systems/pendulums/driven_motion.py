@@ -17,6 +17,7 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 
+LOST = 1e6  # [rad, rad/s]: the uncertainty where double precision determines nothing
 OFF = 2.0**-20  # of an input, by whose change its effect is found
 
 
@@ -45,7 +46,7 @@ class DrivenMotion:
     def observe(self, times: Array) -> Mapping[str, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
-            return self.certified.observe(times)
+            return self.certified.observe(np.minimum(times, self._known(times)))
         steps_until(self.rotor, float(np.max(times, initial=0.0)))  # or it is too fast
         theta, theta_dot = self.closed_form.motion(self.theta, self.theta_dot, times)
         return {"theta": theta, "theta_dot": theta_dot}
@@ -54,7 +55,9 @@ class DrivenMotion:
         """Effect of rounded inputs, and of a closed form's rounded result or else the two methods'
         difference, shape (n,)."""
         if self.closed_form is None:
-            return self.certified.uncertainty(times)
+            known_until = self._known(times)
+            doubts = self.certified.uncertainty(np.minimum(times, known_until))
+            return {n: np.where(times > known_until, LOST, d) for n, d in doubts.items()}
         known = self.observe(times)
         theta, rate = known["theta"], known["theta_dot"]
         slope = self.rotor.acceleration(times, theta, rate)
@@ -66,6 +69,10 @@ class DrivenMotion:
             for name, values in other.observe(times).items():
                 moved[name] += np.abs(values - known[name]) / OFF
         return {name: ULP * np.maximum.accumulate(size) for name, size in moved.items()}
+
+    def _known(self, times: Array) -> float:
+        """The time until which the motion is certified, of these [s]; later it is not known."""
+        return self.certified.known_until(float(np.max(times, initial=0.0)))
 
     def _neighbours(self) -> list[DrivenMotion]:
         """The motion with each input larger by a part OFF."""
