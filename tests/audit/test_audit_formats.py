@@ -58,6 +58,7 @@ def test_what_is_said_to_be_dropped_of_urdf_is_and_nothing_else(tmp_path):
         assert read(ROBOT.replace(text, ""))[0] != model
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("suffix", [".urdf", ".mjb"])
 def test_a_robot_of_another_format_is_audited_as_its_compiled_model(suffix, tmp_path, capsys):
     text = re.sub("<mimic[^>]*>", "", ROBOT)

@@ -16,6 +16,7 @@ from plumbob.reports.judge.known_sizes import FACTOR, SAME, known_within, not_th
 ULPS = (-4, 0, 4)
 
 
+@pytest.mark.long(keep=2)
 @pytest.mark.parametrize("how", ["ode/dop853", "ode/lsoda", "ode/radau"])
 @pytest.mark.parametrize("name", ["cone-pendulum/fast-platform", "simple-pendulum/rotating-slow"])
 def test_ulps_of_the_start_move_single_errors_and_leave_their_median(name, how):
