@@ -17,6 +17,7 @@ from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, co
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, lines
 
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
+ONE_ROUNDING = 2.0**-53 * (1 + 1e-12)  # of the result, and the rounding of the comparison
 
 
 def parameters(line):
@@ -92,6 +93,15 @@ def test_sensitivity_of_the_condition_number():
         total += abs(line.displacement / LINE.displacement - 1.0) / small
     # Second-order terms, a hundred or so times `small`.
     assert condition_number(LINE) == pytest.approx(total, rel=1e-5)
+
+
+@given(lines())
+def test_closed_form_has_one_rounding(line):
+    with mpmath.workdps(40):
+        exact = integrate(parameters(line), mpmath.mpf(2 * line.t2))
+        for name in ("displacement", "stroke", "t2", "t_star"):
+            found = mpmath.mpf(getattr(line, name))
+            assert abs(found - exact[name]) <= ONE_ROUNDING * abs(exact[name])
 
 
 @settings(max_examples=60)

@@ -53,6 +53,19 @@ def test_t_plus_u_less_the_work_of_the_drive_is_constant(pendulum):
     assert float(np.ptp(found.total - found.work * (1 + 1e-9))) > 1e-10 * swing
 
 
+def test_the_parts_are_those_of_the_source():
+    """Eqs. 3 to 5, written out for one state."""
+    found = energies(SKEW, np.array([0.3]), np.array([2.0]))
+    m, s, w, x, y = STEEL.mass, STEEL.com_distance, 26.0, 0.31, -0.2
+    assert found.translation[0] == pytest.approx(m * w**2 * (x**2 + y**2) / 2)
+    coupling = m * (y * s * w**2 * math.sin(0.3) + x * s * 2.0 * w * math.cos(0.3))
+    assert found.coupling[0] == pytest.approx(coupling)
+    y_rate, z_rate = w * math.sin(0.3), w * math.cos(0.3)
+    turning = STEEL.inertia_x * 4.0 + (STEEL.inertia_y + 0.01) * y_rate**2
+    turning += STEEL.inertia_z * z_rate**2 + 2 * 0.015 * y_rate * z_rate
+    assert found.rotation[0] == pytest.approx(turning / 2)
+
+
 @pytest.mark.parametrize("pendulum", [TURNING, SKEW])
 def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(pendulum):
     h = 1e-4  # [s]: the next term of the difference is h^4/30 times a fifth derivative, 1e-9 here

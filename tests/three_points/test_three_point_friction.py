@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.slider_path import (
     SliderPath,
     StraightPiece,
@@ -19,12 +20,38 @@ from plumbob.analytic.systems.slider_path import (
 )
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.plane_motions import SmoothPiece
-from plumbob.tests.support.random_capsules import CHECK
+from plumbob.tests.support.random_capsules import CHECK, LIMIT
 from plumbob.tests.support.random_slides import COAST, ending, pose, slide
 from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 # Formulas and motion agree to round-off: displacements of some mm, sums of some tens of elements.
 ROUND = 1e-14
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7, 2.1, 5.0])
+@pytest.mark.parametrize(
+    ("capsule", "w1", "w2", "t1"),
+    [
+        (CHECK, 3 * LIMIT, 0.8 * LIMIT, 0.03),
+        (CHECK, 3 * LIMIT, LIMIT, 0.03),  # sticks at the end
+        (CHECK, (1 + 1e-6) * LIMIT, 0.5 * LIMIT, 0.03),  # hardly moved
+        (CHECK, (1 + 1e-10) * LIMIT, 0.5 * LIMIT, 0.03),
+        (replace(CHECK, slider_mass=1e-3), 2900.0 * 3, 2900.0 * 0.8, 0.003),
+        (replace(CHECK, slider_mass=1e3), 2.946 * 3, 2.946 * 0.8, 0.003),
+    ],
+)
+def test_a_line_manoeuvre_is_its_formula(capsule, w1, w2, t1, heading):
+    line = LineManoeuvre(capsule, w1, w2, t1, heading)
+    motion = three_point_motion(capsule, line_stroke((0.0, 0.0), heading, w1, w2, t1))
+    times = np.linspace(0.0, 1.2 * line.t2, 41)
+    at = motion.at(times)
+    np.testing.assert_allclose(
+        at.position, line.body_displacement(times)[:, None] * line.unit, rtol=0, atol=ROUND
+    )
+    speeds = line.body_velocity(times)[:, None] * line.unit
+    np.testing.assert_allclose(at.velocity, speeds, rtol=0, atol=1e-12 * w1 * t1)
+    assert np.abs(at.heading).max() <= ROUND
+    assert motion.rest_time == pytest.approx(line.t_star, rel=1e-11)
 
 
 def test_a_slow_onset_of_sliding_is_its_formula():
