@@ -13,7 +13,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
 from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
 from plumbob.reports.view import notation
-from plumbob.tests.commands.outcomes import without_findings, without_pages
+from plumbob.tests.commands.outcomes import without_findings
 
 PENDULUM, LINE = "cone-pendulum/rotating-base", "capsule-line/heading-030"
 METHODS = "mujoco/euler+coulomb,ode/rk4"
@@ -47,24 +47,6 @@ def test_validate_reports_the_error_and_better_methods(tmp_path, capsys, monkeyp
     assert "at equal accuracy  mujoco/euler+coulomb" in line
     assert "at equal accuracy  ode/rk4" in cone
     assert "at no greater cost " in cone  # what, depends on costs: see test_user_settings.py
-
-
-@pytest.mark.long
-def test_the_same_of_a_file_with_rk4(tmp_path, capsys, monkeypatch):
-    without_pages(monkeypatch)
-    like, out = written(tmp_path, "RK4"), str(tmp_path / "out")
-    assert main([*VALIDATE, "--like", like, "--out", out, "--jobs", "1", "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)
-    answer = {row["scene"]: row for row in rows if "at_equal_accuracy" in row}
-    assert set(answer) == {PENDULUM, LINE}
-    for name, row in answer.items():
-        assert (row["method"], row["step"], row["expected"]) == ("mujoco/mine", STEP, None)
-        assert row["at_equal_accuracy"]["anywhere"]["absolute"] <= _error(name, like)
-    assert answer[PENDULUM]["at_equal_accuracy"]["anywhere"]["method"] == "ode/rk4"
-    assert answer[LINE]["at_equal_accuracy"]["here"]["method"] == "mujoco/euler+coulomb"
-    asked = ["recommend", PENDULUM, "--error", "1e-3", "--out", out, "--like", like]
-    assert main([*asked, "--stored"]) == 0
-    assert f"{PENDULUM}: theta with your settings at 0.002 s" in capsys.readouterr().out
 
 
 def _section(text, scene):

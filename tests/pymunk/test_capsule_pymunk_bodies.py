@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
 from plumbob.engines.method import Unsupported
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.tests.support.pymunk_capsule import GOOD, METHODS, moved, problem_of
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, ordinary_lines
+from plumbob.tests.support.pymunk_capsule import METHODS, moved
+from plumbob.tests.support.random_capsules import CHECK, LIMIT
 
 # Two light feet: when the body is held from the other side they are at their limits.
 UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
@@ -29,23 +25,6 @@ def uneven(friction):
     body = replace(UNEVEN, friction=friction)
     holding = body.holding_acceleration
     return LineManoeuvre(body, 3 * holding, 0.9 * holding, 0.01 / math.sqrt(friction), 2.45)
-
-
-@settings(max_examples=25)
-@given(line=ordinary_lines(), part=st.floats(0.01, 0.04), model=st.sampled_from(GOOD))
-@example(line=uneven(1.0), part=0.03, model="feet")
-@example(line=uneven(0.2), part=0.03, model="feet")
-def test_any_line_manoeuvre(line, part, model):
-    step, problem = part * line.t2, problem_of(line)
-    bounds = capsule.model_error(problem, line.t2, METHODS[model], step)
-    allowed = sum(bounds["displacement"].values())
-    times = np.array([line.t2])
-    rounded = (1 + 2 * part**-0.5) * float(problem.reference.uncertainty(times)["displacement"][0])
-    seen, predicted = moved(line, model, step), float(step_error(line, step))
-    assert abs(seen["displacement"] - line.displacement - predicted) <= allowed + rounded
-    assert allowed < 0.25 * line.closed.braking * step**2 + 1e-12  # and the bound is not excessive
-    if model == "feet":
-        assert abs(seen["heading"]) <= sum(bounds["heading"].values())
 
 
 def test_friction_sets_the_unit_of_time_alone():

@@ -96,6 +96,7 @@ def test_length_and_gravity_are_not_separated_and_their_ratio_is_found():
     assert gravity / length == pytest.approx(9.8, rel=1e-4)
 
 
+@pytest.mark.long
 def test_two_parameters_at_once_with_their_correlation():
     """A small swing's length moves its phase and the damping its size: they are apart. A large one
     is faster the smaller it is."""
