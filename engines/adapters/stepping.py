@@ -18,6 +18,7 @@ from plumbob.models.scene import Case
 
 Read = Callable[[], Mapping[str, float]]
 OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
+DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class SteppedSimulation:
     """The engine's exceptions when its numbers are no longer finite."""
     samples: int = sampling.SAMPLES
 
+    @DIVERGING
     def run(self) -> Trajectory:
         """Run from the start to the end, or until the run diverges."""
         built = self.build()
@@ -89,6 +91,7 @@ class SteppedSimulation:
         built.advance(first, last)
         return seconds + time.perf_counter() - begin
 
+    @DIVERGING
     def stepped(self, fraction: float) -> Stepping:
         """The steps of the first `fraction` of the duration alone."""
         built, steps = self.build(), sampling.first_steps(self.steps, fraction)

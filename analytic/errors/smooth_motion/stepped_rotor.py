@@ -33,7 +33,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.errors.smooth_motion.rotor_steps import Equation, advance, in_numbers
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import STEPPED, Scheme
@@ -204,8 +204,8 @@ def _varied(rotor: DrivenRotor, size: int) -> npt.NDArray[np.complex128]:
 
 
 def _rounded(rotor: DrivenRotor, scheme: Scheme, step: float, states: Array) -> Array:
-    """Units in the last place of the start and of a step along `states`, shape (d,)."""
-    rounded = ULP * np.abs(states[:, 0])
+    """Roundings of the largest of `states` and of a step, shape (d,)."""
+    rounded = ROUNDOFF * np.abs(states).max(axis=1)
     rounded[0] += ULP * step * np.abs(states[1]).max()
     force = sum(abs(astuple(rotor)[i]) for i in FORCES)
     rounded[1] += FORCE_ROUNDINGS * ULP * step * force

@@ -66,8 +66,7 @@ def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -
 
         def take(first: int, last: int) -> None:
             nonlocal state
-            with np.errstate(over="ignore", invalid="ignore"):  # of arrays: cut off where read
-                state = advance(equation, state, first, last, step)
+            state = advance(equation, state, first, last, step)
 
         def read() -> Mapping[str, float]:
             return {name: values[0] for name, values in equation.observed([state]).items()}

@@ -186,7 +186,7 @@ def _phases(case: Case, seconds: float) -> list[tuple[float, float, str]]:
 
 
 def _span(places: Array, size: float) -> tuple[float, float]:
-    """What the picture shows: the body wherever it goes, with a margin for arrows and labels."""
+    """The view: the body wherever it goes, with a margin for arrows and labels."""
     return float(places.min()) - PAD * size, float(places.max()) + PAD * size
 
 

@@ -123,7 +123,7 @@ def scene_view(
 
 
 def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Table, ...]:
-    """What a hard scene costs in digits, and limits of the step."""
+    """Digits that a hard scene costs, and limits of the step."""
     if not scene.hard and not any(of.limit for of in ranges):
         return ()
     digits = hard_cases.table(study, [(scene, ranges)])
