@@ -20,12 +20,12 @@ from plumbob.reports.view.plotly_figure import FRONT
 WIDTH, WIDE, SQUARE = 560, 860, 400  # [px]
 LEFT, RIGHT, SCALE, TOP, BOTTOM = 64, 18, 68, 10, 40  # margins [px], with a map's scale in place
 LETTER = 7.4  # [px] at most
-NARROW = 0.8  # of its width: a picture that is shown smaller has larger letters
+NARROW = 0.9  # of its width: a picture that is shown smaller has larger letters
 MOST_TICKS, SHADES, POINTS = 6, 16, 150  # of a curve: about a point in three pixels
 STYLE = (
-    "<style>text{font:11px Arial,sans-serif;fill:#4d565f}.m{text-anchor:middle}.e{text-anchor:end}"
+    "<style>text{font:12px Arial,sans-serif;fill:#4d565f}.m{text-anchor:middle}.e{text-anchor:end}"
     ".a{stroke:#b4bcc4}.g{stroke:#e6e9ec}@media(prefers-color-scheme:dark){text{fill:#b4bec7}"
-    ".a{stroke:#4b565f}.g{stroke:#2a3137}}@media(max-width:%dpx){text{font-size:14px}}</style>"
+    ".a{stroke:#4b565f}.g{stroke:#2a3137}}@media(max-width:%dpx){text{font-size:16px}}</style>"
 )
 # Marks by plotly's names: corners, the direction of the first one in half turns, and how far the
 # middles of the sides are from the centre, relative to the corners.

@@ -10,7 +10,7 @@ import os
 import re
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,11 +53,13 @@ class Plots:
         """The address and size of a figure's picture, of the `chosen` methods if it has some, which
         plotly draws anew where it is pressed."""
         self.data.append(figure_json(figure))
-        return self.still(figure, chosen)
+        return self._file(drawing(figure, chosen))
 
     def still(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
-        """The same of a picture that cannot be pressed."""
-        drawn = drawing(figure, chosen)
+        """The same of a picture that cannot be pressed, and stands in a column."""
+        return self._file(drawing(replace(figure, wide=False), chosen))
+
+    def _file(self, drawn: Drawing | None) -> tuple[str, Drawing | None]:
         if drawn is None:
             return "", None
         if self.folder is None:

@@ -132,16 +132,17 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], str]:
     together = [text for _, text in sorted(tables, key=lambda table: table[0])]
     files[TABLES] = compressed("\n".join([TABLES_HEAD, *together]))
 
+    plots = Plots(f"{PAGES}/", "index")
     index = filled(
         "index.html.jinja",
         shared=f"{PAGES}/",
         href=Links(places, "", f"{PAGES}/", single=False),
         inside_pages=(),
-        plots=Plots(f"{PAGES}/", "index"),  # whose pictures the other pages have, too
+        plots=plots,
         search="",
         **common,
     )
-    return files, index
+    return {**files, **plots.files}, index
 
 
 def content(study: Study, others: View | None = None) -> Content:
