@@ -84,7 +84,9 @@ def _wrong_limit(limit: KnownLimit, methods: Sequence[str], limits: Limits) -> s
             return f"{of[0]}: a known limit is {verdict!r}, not one of {', '.join(LIMITS)}"
     if not limit.reason.strip():
         return f"{of[0]}: a known limit has no reason"
-    sized = limit.verdict in ("unsupported", "converges") or any(m in of for _, m in limits.sizes)
+    sized = limit.verdict in ("unsupported", "converges") or any(
+        m in of for _, m in {**limits.sizes, **limits.solvers}
+    )
     if not (sized or 0.0 < limit.size < math.inf):
         return f"{of[0]}: the size of a known limit is {limit.size!r}, not above 0"
     return ""

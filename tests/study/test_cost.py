@@ -41,7 +41,7 @@ class Clock:
     [
         ("mujoco.simulation", "mujoco/rk4", 1e-2),
         ("stepping", "pymunk/tight", 1e-2),
-        ("ode.simulation", "ode/rk4", 1e-2),
+        ("stepping", "ode/rk4", 1e-2),
         ("ode.simulation", "ode/dop853", 1e-4),
         ("heyoka", "heyoka/taylor", 1e-6),
         ("closed_form", "exact/closed-form", 1e-15),

@@ -111,7 +111,7 @@ def test_every_number_of_the_matrix(study, index):
     seen, wrong = 0, []
     by_name = {(c.scene, c.method) for c in study.convergence}
     for caption, (heads, *rows) in index:
-        if MATRIX not in caption:
+        if MATRIX not in caption or "Phenomena" in caption:  # of systems, not of scenes
             continue
         for name, *cells in rows:
             for head, cell in zip(heads[1:], cells, strict=True):
