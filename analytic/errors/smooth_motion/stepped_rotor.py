@@ -174,9 +174,9 @@ def _responses(
     """Response of the states at the marks to a unit in the last place of each number of the start
     and of each coefficient that is not zero, shape (n, d, inputs): along the blocks between marks,
     all stepped at once, one after the other."""
-    size, given = len(states), _varied(rotor, len(states))
-    count, lengths = given.shape[1], np.diff(marks)
-    take, _ = _stepper(rotor, list(given), start, scheme, step, np)
+    size, varied = len(states), _varied(rotor, len(states))
+    count, lengths = varied.shape[1], np.diff(marks)
+    take, _ = _stepper(rotor, list(varied), start, scheme, step, np)
     state = np.repeat(states[:, None, :-1].astype(complex), count, axis=1)
     state[range(size), range(size)] += 1j * TINY
     for n in range(int(lengths.max())):
@@ -225,8 +225,8 @@ def many_steps(
     the bob's velocity, the opening's two parts and the pull."""
     # All of one type: numpy converts a number or a real array anew in each operation.
     steps = steps.astype(complex)
-    given = [np.full_like(steps, coefficient) for coefficient in astuple(rotor)]
-    return _stepper(rotor, given, start, scheme, steps, np)
+    coefficients = [np.full_like(steps, coefficient) for coefficient in astuple(rotor)]
+    return _stepper(rotor, coefficients, start, scheme, steps, np)
 
 
 def _stepper(
