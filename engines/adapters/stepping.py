@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import ModelError, Stepping
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-Read = Callable[[], Mapping[str, float]]
 OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
 DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
+
+
+def by_name(rows: Sequence[Mapping[str, float]]) -> Mapping[str, Array]:
+    """Values of the samples, shape (len(rows),) each."""
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,7 @@ class Built:
 
     advance: Callable[[int, int], None]
     """Takes the steps with these indices, the last one excluded: one call from sample to sample."""
-    read: Read  # the observables, and any channels, of this moment
+    read: Callable[[], Any]  # this moment: its observables and any channels, or what has these
     limits: Mapping[str, float] = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
@@ -35,6 +41,8 @@ class Built:
     """Steps after a sample, or if negative before one, at which `note` is called."""
     note: Callable[[float], Mapping[str, float]] = lambda time: {}
     """Time [s] of a pause -> what else there is to say of the sample before it."""
+    gather: Callable[[Sequence[Any]], Mapping[str, Array]] = by_name
+    """Of all that was read, the observables and channels."""
 
 
 @dataclass
@@ -54,18 +62,18 @@ class SteppedSimulation:
         """Run from the start to the end, or until the run diverges."""
         built = self.build()
         marks = [int(mark) for mark in sampling.sampled(self.steps, self.samples)]
-        rows, seconds, diverged, failure = [dict(built.read())], 0.0, None, ""
+        rows, seconds, diverged, failure = [built.read()], 0.0, None, ""
         for first, last in pairwise(marks):
             try:
                 seconds += self._advanced(built, first, last, rows[-1])
-                rows.append(dict(built.read()))
+                rows.append(built.read())
             except self.broken as error:
                 diverged = last * self.step
                 failure = "" if isinstance(error, OVERFLOW) else " ".join(str(error).split())
                 break
         if built.pause > 0:
             self._advanced(built, self.steps, self.steps + 1, rows[-1])
-        values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        values = built.gather(rows)
         return within(
             Trajectory(
                 times=np.array(marks[: len(rows)]) * self.step,

@@ -25,10 +25,10 @@ BESIDE = 100  # reference steps before and after each timing
 # use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
 ENOUGH, CLOSE = 3, 0.08
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
-# What is timed may differ so much from what a whole run takes a step: reading a sample after each
-# step makes steps of half a microsecond four times as long (leapfrog of `ode` on
-# servo/motor-damped: 3.2 to 4.1), and a busy machine adds to that.
-APART, HELD = 8.0, 5  # a factor, and how many pairs of a whole run and a piece confirm it
+# What is timed may differ so much from what a whole run takes a step: to begin those of each sample
+# makes steps of half a microsecond three times as long where each is a sample (leapfrog of `ode` on
+# servo/motor-damped: 2.8 to 3.7), and a busy machine adds to that.
+APART, HELD = 5.0, 5  # a factor, and how many pairs of a whole run and a piece confirm it
 
 
 @dataclass(frozen=True)

@@ -68,10 +68,7 @@ def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -
             nonlocal state
             state = advance(equation, state, first, last, step)
 
-        def read() -> Mapping[str, float]:
-            return {name: values[0] for name, values in equation.observed([state]).items()}
-
-        return Built(take, read, equation.limits)
+        return Built(take, lambda: state, equation.limits, gather=equation.observed)
 
     return SteppedSimulation(build, steps, step, 0.0)
 
