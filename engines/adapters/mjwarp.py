@@ -6,39 +6,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from plumbob.engines.abilities import Batches, RunsFiles, later
-from plumbob.engines.adapters.ported import (
-    EULER_STEP,
-    PORTED,
-    RK4_STEP,
-    SINGLE,
-    SMOOTH,
-    compiled,
-    model_error,
-)
+from plumbob.engines.adapters.ported import PORTED, compiled, model_error, ported
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
-METHODS = tuple(
-    Method(
-        f"mjwarp/{name}",
-        replace(scheme, unit=SINGLE),
-        order,
-        settings={"integrator": integrator},
-        systems=SMOOTH,
-    )
-    for name, scheme, order, integrator in (
-        ("default", EULER_STEP, 1, "EULER"),
-        ("rk4", RK4_STEP, 4, "RK4"),
-    )
-)
+METHODS = (ported("mjwarp/default", "EULER"), ported("mjwarp/rk4", "RK4"))
 LOADED = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -19,15 +19,7 @@ from plumbob.engines import sampling
 from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, later
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.adapters.ported import (
-    EULER_STEP,
-    PORTED,
-    RK4_STEP,
-    SINGLE,
-    SMOOTH,
-    compiled,
-    model_error,
-)
+from plumbob.engines.adapters.ported import PORTED, compiled, model_error, ported
 from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
@@ -36,27 +28,9 @@ if TYPE_CHECKING:
     from plumbob.models.gradient import Number
 
 METHODS = (
-    Method(
-        "mjx/default",
-        replace(EULER_STEP, unit=SINGLE),
-        1,
-        settings={"integrator": "EULER"},
-        systems=SMOOTH,
-    ),
-    Method(
-        "mjx/euler+float64",
-        EULER_STEP,
-        1,
-        settings={"integrator": "EULER", "float64": True},
-        systems=SMOOTH,
-    ),
-    Method(
-        "mjx/rk4+float64",
-        RK4_STEP,
-        4,
-        settings={"integrator": "RK4", "float64": True},
-        systems=SMOOTH,
-    ),
+    ported("mjx/default", "EULER"),
+    ported("mjx/euler+float64", "EULER", float64=True),
+    ported("mjx/rk4+float64", "RK4", float64=True),
 )
 LARGEST = 1e10  # above it MuJoCo calls a number huge
 

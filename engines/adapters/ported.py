@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
@@ -10,12 +11,22 @@ from plumbob.engines.method import Method, ModelError
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
 
-EULER_STEP, RK4_STEP = Scheme(EULER, "start", implicit_damping=True), Scheme(RK4, "start")
+STEPS = MappingProxyType(
+    {"EULER": (Scheme(EULER, "start", implicit_damping=True), 1), "RK4": (Scheme(RK4, "start"), 4)}
+)  # with their orders
 SINGLE = 2.0**29  # single precision has 29 bits fewer
 # Compiling takes seconds: one scene of each system, and none with contacts.
 SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
 OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
 PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
+
+
+def ported(name: str, integrator: str, **settings: Any) -> Method:
+    """A method of a port: one of MuJoCo's integrators, in single precision unless `float64`."""
+    scheme, order = STEPS[integrator]
+    scheme = scheme if settings.get("float64") else replace(scheme, unit=SINGLE)
+    settings = {"integrator": integrator, **settings}
+    return Method(name, scheme, order, settings=settings, systems=SMOOTH)
 
 
 def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
