@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.own_motion import NotCertifiable
 
 MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
@@ -97,9 +98,8 @@ class ContinuousField:
         return out
 
     def _put(self, t: float, y: Array) -> None:
-        data, nq, nv = self.data, self.model.nq, self.model.nv
-        data.qpos[:], data.qvel[:], data.act[:] = np.split(y, (nq, nq + nv))
-        data.time = t
+        put(self.data, y)
+        self.data.time = t
 
     def _sharp(self) -> Array:
         mujoco.mj_forwardSkip(self.model, self.data, _FROM_THE_START, 1)
