@@ -210,3 +210,14 @@ def test_an_uncertainty_does_not_depend_on_what_was_asked_before():
         conditioning._rounded.cache_clear()
         for name, known in rotation().uncertainty(times).items():
             np.testing.assert_array_equal(before[name], known)
+
+
+@pytest.mark.parametrize("change", ["a", "b", "c", "inertia"])
+@pytest.mark.parametrize("theta_dot", [37.0, 5.0])
+def test_a_change_of_2e_11_is_detected(change, theta_dot):
+    pendulum = replace(STEEL, theta_dot=theta_dot)
+    orbit = orbit_of(pendulum)
+    orbit = replace(orbit, **{change: getattr(orbit, change) * mpfr("1.00000000002")})
+    found = errors(pendulum.motion, orbit, PERIODS * pendulum.motion.period)
+    for name in ("period", "action", "theta", "theta_dot"):
+        assert found[name] > 1.0, name

@@ -9,6 +9,7 @@ import pytest
 from plumbob.engines.method import Unsupported
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
@@ -87,3 +88,30 @@ def test_the_closed_form_is_a_method():
     scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
     with pytest.raises(Unsupported, match="no closed form"):
         engine_of(how).prepare(case_of(scene), how, 1e-9)
+
+
+ORDERS = [
+    ("free-small", "ode/rk4", 4.0, 0.05),
+    ("free-large", "ode/rk4", 5.0, 0.4),
+    ("rotating-slow", "mujoco/rk4", 5.0, 0.1),
+    ("rotating-slow", "ode/leapfrog", 2.0, 0.05),
+    ("free-large", "mujoco/euler", 1.0, 0.05),
+    ("damped-small", "pymunk/default", 1.0, 0.05),
+    ("forced-small", "mujoco/rk4", 1.0, 0.05),
+    ("forced-large", "mujoco/rk4+midpoint", 2.0, 0.02),
+]
+
+
+@pytest.mark.long(keep=4)
+@pytest.mark.parametrize(("case", "method", "order", "band"), ORDERS)
+def test_order(case, method, order, band):
+    fourth = method == "ode/rk4" or (method == "mujoco/rk4" and "forced" not in case)
+    coarse = 0.05 if fourth else 0.02  # where the expansion is complete
+    step_sizes = tuple(coarse / 2**n for n in range(4))
+    scene = replace(find_scene(SIMPLE + case), duration=50.0 if fourth else 20.0)
+    found = convergence_study(scene, find_method(method), 20_000, step_sizes)
+    assert found.order is not None
+    assert found.predicted_order is not None
+    assert found.order.slope == pytest.approx(order, abs=band)
+    # four terms are left out at the fifth; nonlinear parts are a hundredth of the error at most
+    assert found.order.slope == pytest.approx(found.predicted_order.slope, abs=0.02)

@@ -12,10 +12,11 @@ from scipy.special import ellipk
 from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
+from plumbob.analytic.numerics.rotor.variational import sensitivity
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
-from plumbob.tests.support.pendulum_cases import CASES
+from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, motion
 
 NAMES = ("theta", "theta_dot")
 FREE = (Scheme(EULER), Scheme(EULER, position_first=True), Scheme(LEAPFROG), Scheme(RK4))
@@ -118,3 +119,27 @@ def test_unknown_schemes_have_no_theory():
     assert leading_error(case.rotor, case.theta, 0.0, np.array([1.0]), Scheme(ADAPTIVE)) == {}
     assert energy_drift_rate(case.rotor, case.theta, 0.0, 1.0, Scheme(ADAPTIVE)) == {}
     assert rotor_step(Scheme("velocity-verlet", implicit_damping=True)) is None
+
+
+@pytest.mark.parametrize("name", ["free-large", "rotating-fast", "cone"])
+def test_the_error_of_euler_is_half_the_acceleration_at_both_ends(name):
+    case, times = replace(CASES[name], duration=0.5), np.linspace(0.0, 0.5, 21)
+    rotor, theta, theta_dot = case.rotor, case.theta, case.theta_dot
+    exact = motion(case).observe(times)
+    lead = leading_error(rotor, theta, theta_dot, times, Scheme(EULER))[1]
+    by_rate = sensitivity(rotor, theta, theta_dot, times)[:, :, 1]
+    first = 0.5 * rotor.acceleration(0.0, theta, theta_dot)
+    last = 0.5 * rotor.acceleration(times, exact["theta"], exact["theta_dot"])
+    # semi-implicit Euler is leapfrog with the rate read half a step late, at both ends
+    assert lead["theta"] == pytest.approx(first * by_rate[:, 0], rel=1e-7, abs=1e-9)
+    assert lead["theta_dot"] == pytest.approx(first * by_rate[:, 1] - last, rel=1e-7, abs=1e-7)
+
+
+@pytest.mark.parametrize("scheme", FREE)
+def test_a_gravity_error_of_two_percent_spoils_the_prediction(scheme):
+    case = replace(CASES["free-large"], duration=5.0)
+    wrong = replace(case.rotor, sin=1.02 * GRAVITY)
+    steps = 200 if scheme.integrator == RK4 else 4000
+    for rotor, spoilt in ((case.rotor, False), (wrong, True)):
+        error, _, rest = remainders(case, scheme, steps, rotor)
+        assert np.any(rest > 0.02 * error) == spoilt

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -137,3 +138,35 @@ def test_a_series_reaches_where_its_last_terms_are_small():
     assert reaches({1: 1.0, 2: 0.06, 3: 0.03}, 1.0, 0.03)
     assert not reaches({1: 1.0, 2: 0.08, 3: 0.03}, 1.0, 0.0)
     assert not reaches({1: 1.0, 2: 0.0, 3: 0.0}, 1.0, 0.031)
+
+
+# Held from both sides: the rounding of an engine stays within what is derived for it, and is not
+# far below it: a start next to the top is the same double for all, the largest part of it.
+RUNS = (
+    ("simple-pendulum/rotating-slow", "mujoco/euler", 1e-2),
+    ("simple-pendulum/rotating-slow", "mujoco/implicitfast", 5e-3),  # it turns to 177 rad
+    ("simple-pendulum/rotating-slow", "mujoco/rk4", 1e-1),
+    ("simple-pendulum/rotating-slow", "ode/rk4", 1e-1),
+    ("simple-pendulum/rotating-slow", "pymunk/default", 1e-2),
+    ("simple-pendulum/rotating-slow", "pymunk/tight", 2e-2),
+    ("simple-pendulum/near-top-1e-6", "pymunk/default", 5e-4),
+    ("simple-pendulum/damped-rotating", "mujoco/implicitfast", 5e-2),
+    ("simple-pendulum/forced-large", "mujoco/rk4+midpoint", 1e-1),
+    ("linear-pendulum/forced-large", "mujoco/discrete", 1e-1),
+    ("linear-pendulum/forced-large", "pymunk/spring", 1e-1),
+    ("cone-pendulum/above-barrier-1e-6", "mujoco/euler", 2e-4),
+    ("cone-pendulum/above-barrier-1e-6", "ode/leapfrog", 5e-4),
+)
+
+
+@pytest.mark.long(keep=3)
+@pytest.mark.parametrize(("name", "method", "step"), RUNS)
+def test_an_engine_takes_these_steps(name, method, step):
+    theory, errors, steps = stepped(name, method, step)
+    assert theory.uncertainty is not None
+    parts = [
+        np.abs(error - theory.errors[n]).max()
+        / (theory.uncertainty[n].max() * (1 + 2 * math.sqrt(steps)))
+        for n, error in errors.items()
+    ]
+    assert 1e-4 < max(parts) < 1.0

@@ -191,3 +191,31 @@ def test_refsafe_holds_stiff_well_damped_contacts_at_any_step(damping_ratio, imp
         rest[2] = HEIGHT - depth * deeper
         expected = largest_contact_step(effect, (spring,), Scheme(EULER)) > step
         assert holds(compiled, rest, step) == expected, step
+
+
+def wrong_limits():
+    """Limits of the box with a mistake in each."""
+    ratio = frequency_ratio(model(BOX, "euler", 1))
+    frequency = OWN_STIFFNESS / WRITTEN
+    right = contact_spring(frequency, DAMPING, IMPEDANCE)
+
+    def limit(ratio: float, contact: ContactSpring, scheme: Scheme = EXPLICIT):
+        return largest_contact_step(np.eye(1) * ratio, (contact,), scheme)
+
+    return {
+        "one contact's frequency": limit(1.0, right),
+        "a ratio of 1.1": limit(1.1 * ratio, right),
+        "a factor of 1.0 for 1.2": limit(ratio, contact_spring(frequency, 0.25, IMPEDANCE)),
+        "undamped": limit(ratio, contact_spring(frequency, 0.0, IMPEDANCE)),
+        "damping implicit": limit(ratio, right, Scheme(EULER, implicit_damping=True)),
+        "RK4": limit(ratio, right, Scheme(RK4)),
+        "an impedance of 0.1": limit(ratio, contact_spring(frequency, DAMPING, 0.1)),
+    }
+
+
+@pytest.mark.parametrize("mistake", wrong_limits())
+def test_a_mistake_in_the_condition_is_noticed(mistake):
+    compiled = model(BOX, "euler", 1)
+    rest, wrong = settled(compiled, 2.5e-4), wrong_limits()[mistake]
+    sides = [holds(compiled, rest, side * wrong) for side in (1 - WITHIN, 1 + WITHIN)]
+    assert sides != [True, False]

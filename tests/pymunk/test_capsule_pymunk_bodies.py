@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from plumbob.analytic.errors.contact_models.sequential_impulse import slipping_feet_factor
+from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
+from plumbob.engines.adapters.pymunk.capsule_above import foot_mass
 from plumbob.engines.method import Unsupported
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of
-from plumbob.tests.support.pymunk_capsule import METHODS, moved
+from plumbob.tests.support.pymunk_capsule import METHODS, moved, problem_of
 from plumbob.tests.support.random_capsules import CHECK, LIMIT
 
 # Two light feet: when the body is held from the other side they are at their limits.
@@ -56,3 +60,18 @@ def test_what_cannot_be_built():
     tight = next(m for m in ENGINE.methods if m.name == "pymunk/tight")
     with pytest.raises(Unsupported, match="no model"):
         capsule.build(problem, tight, 1e-3)
+
+
+def test_with_light_feet_one_sticking_foot_stops_the_body():
+    # The bound is that of one sticking foot; with two of them the same body would exceed it.
+    line, method = uneven(1.0), METHODS["feet"]
+    step, problem = 0.03 * line.t2, problem_of(line)
+    count = capsule.described(problem, method, step).iterations
+    off = moved(line, "feet", step)["displacement"] - line.displacement
+    off -= float(step_error(line, step))
+    asked = line.closed.braking * step**2
+    mass = foot_mass(line.capsule)
+    one, two = (slipping_feet_factor(line.capsule, mass, n) ** count for n in (1, 2))
+    assert 10 * two * asked < off < one * asked
+    loads = line.normal_forces(np.array([line.t_star]))[0] / line.capsule.weight
+    assert sorted(loads)[1] < 0.3 < 0.5 < loads.max()
