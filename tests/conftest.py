@@ -1,7 +1,5 @@
 """Options and settings that every test shares."""
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Scenes of ours and small models as an audit gets them: compiled, without any exact answer."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, fields, replace
 from typing import Any

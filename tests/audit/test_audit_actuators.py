@@ -1,7 +1,5 @@
 """Actuators whose forces MuJoCo works out with the step: their continuous motion has none."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """what an audit advises: an option that a file takes, which does what was measured."""
 
-from __future__ import annotations
-
 import math
 import re
 import time

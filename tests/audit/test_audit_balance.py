@@ -1,7 +1,5 @@
 """Energy, penetration and limits at the own step, against what is known of them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

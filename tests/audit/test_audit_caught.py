@@ -1,7 +1,5 @@
 """Small defects of a reference are caught, not certified; what spoils an order is shown."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """An audit held against an older one: what has moved, and which of it fails."""
 
-from __future__ import annotations
-
 import json
 import math
 

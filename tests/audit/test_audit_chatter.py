@@ -5,8 +5,6 @@ back, ever faster the smaller the step. Its limit stays at the threshold of touc
 is the weight, and it decelerates by f g.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

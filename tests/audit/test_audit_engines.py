@@ -1,8 +1,6 @@
 """Other engines beside MuJoCo in an audit: MuJoCo with a change plays one, whose first differing
 term is known."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

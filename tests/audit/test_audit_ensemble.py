@@ -1,7 +1,5 @@
 """Means over many starts: a step that changes what is likely stands out, another does not."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The audit knows no closed form: its reference and its errors are held to those that have one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

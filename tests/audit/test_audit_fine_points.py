@@ -1,7 +1,5 @@
 """Where a reference needs finer tolerances, and where rounding decides a motion."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np

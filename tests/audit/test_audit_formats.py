@@ -1,7 +1,5 @@
 """Models that are no MJCF text: URDF, as MuJoCo's importer reads it, and compiled ones."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The result of an audit from Python: a line, text, a card, plain data and plots."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

@@ -1,8 +1,6 @@
 """Derivatives of a model's end: those of the continuous motion against closed forms and other
 computations, and the model's own ways against each other."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """An environment of Gymnasium, audited from its reset on: its own rollout, to the bit."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import sys

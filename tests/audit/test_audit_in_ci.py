@@ -1,7 +1,5 @@
 """The action and the hook: their own commands, run in a scratch repository."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """What an audit says when its time runs out: all that was certified by then, and its own step."""
 
-from __future__ import annotations
-
 import json
 import time
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The page of an audit stands alone, says what the text says, and is drawn from what was found."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

@@ -1,7 +1,5 @@
 """A policy of one's own: recorded at the model's own step, and replayed."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

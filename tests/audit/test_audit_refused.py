@@ -1,7 +1,5 @@
 """What no audit can follow is refused by name; bad input of the command is one line and exit 2."""
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib

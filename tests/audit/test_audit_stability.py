@@ -1,7 +1,5 @@
 """The largest step that an audit says: what sets it, what is no instability, and what raises it."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

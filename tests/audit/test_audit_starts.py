@@ -1,7 +1,5 @@
 """Where an audited motion starts: a keyframe, given positions and velocities, or a mjData."""
 
-from __future__ import annotations
-
 import json
 
 import mujoco

@@ -1,7 +1,5 @@
 """Several models by one command: a row each, the largest error first, whatever one of them is."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What benchmarks share: ratios of times are held to their limits, listed, and kept."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -4,8 +4,6 @@ Both sides of a ratio are timed in turn, by processor time, and compared turn by
 slower machine or a busy one moves them together.
 """
 
-from __future__ import annotations
-
 import time
 
 import mujoco

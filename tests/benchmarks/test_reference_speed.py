@@ -3,8 +3,6 @@
 The sides are timed in turn, by processor time, so that a busy machine moves them together.
 """
 
-from __future__ import annotations
-
 import math
 import time
 

@@ -4,8 +4,6 @@ Wall times are significant only on an idle machine, the processor time of each p
 alone: pytest -s tests/benchmarks/test_study_speed.py
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import statistics

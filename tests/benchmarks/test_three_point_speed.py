@@ -4,8 +4,6 @@ Processor time of one thread, turn by turn beside MuJoCo's step of an empty mode
 the machine touches both.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

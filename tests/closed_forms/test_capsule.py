@@ -1,7 +1,5 @@
 """The capsule: normal forces, valid paths, and why any line through C is possible."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

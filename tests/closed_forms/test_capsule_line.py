@@ -1,7 +1,5 @@
 """The line manoeuvre: closed form against 40 digits and equations of motion, and sensitivity."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Residual motions in closed form, against the equations of motion and smoothed friction."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

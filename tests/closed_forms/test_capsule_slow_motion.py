@@ -1,7 +1,5 @@
 """Slow motion, holding under tilted gravity, and repeated manoeuvres."""
 
-from __future__ import annotations
-
 import cmath
 import math
 

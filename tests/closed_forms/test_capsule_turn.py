@@ -1,7 +1,5 @@
 """Turns and spins as scenes: exact answers, repeated turns, errors of a fixed step."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 """The cone pendulum's mass properties, potential, equilibria and motion: the numbers that Sudakov
 2015 prints, recomputed to 17 digits, and the restrictions on the arguments of its formulas."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The references of hard scenes beside 40 digits, or a second method."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

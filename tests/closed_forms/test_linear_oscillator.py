@@ -1,7 +1,5 @@
 """The linear oscillator's closed form against 60 digits, with separate and with double roots."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from types import MappingProxyType

@@ -1,8 +1,6 @@
 """A pendulum released next to its top, by the complement of its angle: the start of engines that
 store the angle as a double. Its exact motion is held to 40 digits in test_pendulum_motion."""
 
-from __future__ import annotations
-
 import pytest
 from gmpy2 import mpfr
 

@@ -1,8 +1,6 @@
 """The pendulum where its motion has no period, or a degenerate one; and other results of the
 solution: the time of an angle, momentum, phase, condition numbers, uncertainty."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

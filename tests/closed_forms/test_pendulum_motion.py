@@ -4,8 +4,6 @@ Bounds are those of double precision: the set-up has 34 digits, so that conditio
 would allow larger errors, do not enter.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

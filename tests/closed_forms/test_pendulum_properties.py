@@ -1,7 +1,5 @@
 """What holds for every pendulum, whatever its parameters: symmetries, invariants, derivatives."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

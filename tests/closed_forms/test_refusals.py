@@ -1,7 +1,5 @@
 """Impossible parameters are refused by name, in one line, in every part of the theory."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The servo against 40 digits, its largest force, and where MuJoCo's step takes its damping."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, replace
 
 import mpmath as mp

@@ -1,7 +1,5 @@
 """The simple pendulum and its linear companion: scenes, references, and every engine on them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

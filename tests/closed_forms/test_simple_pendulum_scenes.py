@@ -1,7 +1,5 @@
 """The simple pendulum's scenes: references, facts, and parameters that are allowed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

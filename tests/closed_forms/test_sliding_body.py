@@ -1,7 +1,5 @@
 """A body that slides on points without turning: its loads exist where the hull says so."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

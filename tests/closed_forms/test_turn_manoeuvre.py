@@ -1,7 +1,5 @@
 """The turn manoeuvre's formulas, leading and second order, against the exact motion."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

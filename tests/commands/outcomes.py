@@ -1,7 +1,5 @@
 """What `validate` tells a person and a CI system, and engines that are sabotaged for it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Bad input that once ended in a traceback or a hang: one line, exit code 2, nothing written."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex

@@ -1,7 +1,5 @@
 """The command line as a user types it: answers, one clear line for bad input, exit codes."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

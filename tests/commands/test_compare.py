@@ -1,7 +1,5 @@
 """`plumbob compare`: versions, what vanished, what moved beyond rounding, and a limit on growth."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Exit codes of what goes wrong on plumbob's own side: 4 for a defect, 130 when interrupted."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import os

@@ -3,8 +3,6 @@
 A few examples here; HYPOTHESIS_PROFILE=search runs thousands.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

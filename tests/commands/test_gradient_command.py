@@ -1,7 +1,5 @@
 """`plumbob gradient`: records, a table, exit codes."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """`--like` on the command line: the error of a user's settings, and better methods."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

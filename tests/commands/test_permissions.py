@@ -1,7 +1,5 @@
 """Files and folders that commands write have the permissions that the user's umask leaves."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """`plumbob plan`: what it prints, and what it says of a pose that can't be reached."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """plumbob recommend asks for what is not stored, answers for families, and refuses bad input."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

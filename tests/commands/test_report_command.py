@@ -1,7 +1,5 @@
 """`plumbob report`: a stored study's page, the same to the byte, without any engine."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Sabotage of one thing at a time turns `validate` red, and the JUnit file with it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType

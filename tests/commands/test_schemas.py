@@ -2,8 +2,6 @@
 
 Every other test that has a command print JSON holds it to the schema, too (tests/conftest.py)."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

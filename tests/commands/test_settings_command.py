@@ -1,7 +1,5 @@
 """`plumbob settings` on the command line: what it prints, and what it finds in a model file."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """`plumbob solve` prints the digits that double precision holds, and no others."""
 
-from __future__ import annotations
-
 import json
 import re
 

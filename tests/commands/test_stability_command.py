@@ -1,7 +1,5 @@
 """`plumbob stability`: records, a table, a page, exit codes, and one line for what it cannot do."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

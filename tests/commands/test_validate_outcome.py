@@ -1,7 +1,5 @@
 """What `validate` and `run` tell a person and a CI system: exit codes, JUnit XML, the terminal."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Contracts on files: size, first line, name, state, complete systems, machine traces."""
 
-from __future__ import annotations
-
 import ast
 import re
 

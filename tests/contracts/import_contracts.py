@@ -1,7 +1,5 @@
 """Contracts on imports: layers one way, no circles, engines behind their adapters."""
 
-from __future__ import annotations
-
 import ast
 import graphlib
 import subprocess

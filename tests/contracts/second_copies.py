@@ -1,7 +1,5 @@
 """The contract on import names: every module of ours is imported as `plumbob.…` and once."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from plumbob.tests.contracts.tree import LAYERS, PACKAGE

@@ -1,7 +1,5 @@
 """The contracts hold for this tree, and each is red on a tree that breaks it."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

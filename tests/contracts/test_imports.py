@@ -1,7 +1,5 @@
 """Our modules are imported under one name, and the examples in their docstrings run."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import sys

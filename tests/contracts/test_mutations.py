@@ -1,7 +1,5 @@
 """The list of mutations can be run: each line is in its file once, and its tests are there."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

@@ -1,7 +1,5 @@
 """The wheel holds what the package needs and no more; every dependency has a lower bound."""
 
-from __future__ import annotations
-
 import configparser
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The project's files, modules and imports, as the folder contracts see them."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 from contextlib import suppress

@@ -4,8 +4,6 @@ Each pattern is a word that a robotics engineer would have to guess at, or that 
 in the field; beside it stands the term to use.
 """
 
-from __future__ import annotations
-
 import re
 from functools import cache
 

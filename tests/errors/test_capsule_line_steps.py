@@ -1,7 +1,5 @@
 """Effect of a fixed step on line manoeuvres: theory against the scheme run step by step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

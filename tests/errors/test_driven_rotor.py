@@ -1,7 +1,5 @@
 """The driven rotor: two methods against each other and 32 digits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mpmath as mp

@@ -1,7 +1,5 @@
 """Error coefficients and energy drift of fixed-step schemes against the schemes themselves."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

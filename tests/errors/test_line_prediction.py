@@ -1,7 +1,5 @@
 """The predicted error of a fixed step at every grid time: against the schemes run step by step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

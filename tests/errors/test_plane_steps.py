@@ -1,7 +1,5 @@
 """Steps of a fixed size in the plane: against closed forms of lines and turns, and as a minimum."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Schemes as data: their names and leads, and a scheme without theory."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from dataclasses import asdict, replace

@@ -1,7 +1,5 @@
 """Sensitivities, condition numbers and growth of errors along the driven rotor's motion."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Steps taken in plain numbers beside the series in the step, and beside the engines' own."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, replace
 

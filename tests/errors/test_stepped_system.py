@@ -1,7 +1,5 @@
 """Steps on any smooth system beside those on the driven rotor, which are written out apart."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, replace
 

@@ -1,8 +1,6 @@
 """The examples in CONTRIBUTING.md run as they are written there: their files in a copy of the tree,
 their commands beside it."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Every command in README.md and the texts that it links to runs as it is written there."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Findings that reports/analyses/README.md states, compared with fresh runs."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

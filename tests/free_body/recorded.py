@@ -4,8 +4,6 @@
 q' = q w/2. Two step sizes have to agree to 26 digits.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import gmpy2

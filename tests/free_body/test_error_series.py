@@ -1,8 +1,6 @@
 """What fixed steps do to a free body: the series in the step against engines, and why MuJoCo's RK4
 is of second order."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

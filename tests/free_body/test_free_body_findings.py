@@ -1,7 +1,5 @@
 """What the page says of the free body is so; the commands solve it and refuse what is no body."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

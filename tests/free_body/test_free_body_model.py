@@ -1,7 +1,5 @@
 """The free body's MJCF, its scenes, and every engine that simulates it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

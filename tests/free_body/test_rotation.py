@@ -1,7 +1,5 @@
 """The exact rotation of a free body: 45-digit integration, invariants, symmetries, limits."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 """Derivatives by differences of runs: their errors are the predicted ones, on both sides, and a
 wrong engine or a wrong prediction is seen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Engines' own derivatives: their errors are the derivatives of the predicted errors, and what a
 way cannot do has a reason."""
 
-from __future__ import annotations
-
 import mujoco
 import pytest
 

@@ -1,8 +1,6 @@
 """The capsule's MJCF files: their literal numbers, their motion outside the package, what the
 adapter builds from them, and their scenes."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The cone pendulum's MJCF: its literal numbers, its scene, and what the adapter builds from it."""
 
-from __future__ import annotations
-
 import math
 
 import mujoco

@@ -1,7 +1,5 @@
 """What `plumbob models export` writes works where it lands, with nothing but MuJoCo installed."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

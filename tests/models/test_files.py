@@ -1,8 +1,6 @@
 """Every system's folder: what the adapter builds at the default parameters is the MJCF file, the
 README states its numbers, and the picture is small."""
 
-from __future__ import annotations
-
 import re
 
 import mujoco

@@ -1,7 +1,5 @@
 """Which methods a system of a kind is for: those that say that they can do it, and no others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The bob's mass, and C and F(t) of the notebook's own equation: what they change, and what not."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

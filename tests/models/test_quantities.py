@@ -1,7 +1,5 @@
 """Quantities of interest: what each scene is about, and the scale that its errors are held to."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

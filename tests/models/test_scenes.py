@@ -1,7 +1,5 @@
 """Scenes have the parameters that their names, their summaries and their sources state."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,8 +1,6 @@
 """The simple pendulum's MJCF: its literal numbers, its scene, and what the adapter builds from
 it."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

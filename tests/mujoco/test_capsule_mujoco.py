@@ -1,7 +1,5 @@
 """MuJoCo's capsule against the closed forms: displacement, isotropy, holding, loads, momentum."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """MuJoCo's capsule in the plane: turns, spin and a plan against the exact motion."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

@@ -4,8 +4,6 @@ Contacts as `plumbob settings` writes them, for 1 ms, are kept while the step gr
 on them is nudged, and the step between a nudge that dies and one that grows is found by bisection.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from pathlib import Path
@@ -199,7 +197,7 @@ def wrong_limits():
     frequency = OWN_STIFFNESS / WRITTEN
     right = contact_spring(frequency, DAMPING, IMPEDANCE)
 
-    def limit(ratio: float, contact: ContactSpring, scheme: Scheme = EXPLICIT):
+    def limit(ratio, contact, scheme=EXPLICIT):
         return largest_contact_step(np.eye(1) * ratio, (contact,), scheme)
 
     return {

@@ -1,7 +1,5 @@
 """A user's own MuJoCo options as a method: what is taken, what is left, what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

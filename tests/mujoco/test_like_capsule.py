@@ -1,7 +1,5 @@
 """A user's contacts on the capsule: those of the file, and every system that MuJoCo supports."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

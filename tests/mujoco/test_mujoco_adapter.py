@@ -1,7 +1,5 @@
 """MuJoCo's cone pendulum against the exact motion and another solver: error, order, armature."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

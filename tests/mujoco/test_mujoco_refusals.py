@@ -1,7 +1,5 @@
 """What the MuJoCo adapter refuses, in one clear line, and which needless stages it leaves out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

@@ -1,7 +1,5 @@
 """MuJoCo runs: samples, divergence, the engine's own messages, controls held over steps."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -4,8 +4,6 @@ A free body slides at 30 degrees to the axes and stops under Coulomb friction af
 leading errors of Euler's step and of a tilt by the deflection of the contacts are predicted.
 """
 
-from __future__ import annotations
-
 import math
 
 import mujoco

@@ -1,7 +1,5 @@
 """A double pendulum of two points on massless rods, by its mass matrix and forces."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem

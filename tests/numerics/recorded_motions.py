@@ -4,8 +4,6 @@
 equations, in angles and momenta. Two step sizes have to agree to 34 digits.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import gmpy2

@@ -1,7 +1,5 @@
 """The certified reference of smooth systems: 40 digits, closed forms, conditioning, refusals."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

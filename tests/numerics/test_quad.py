@@ -1,7 +1,5 @@
 """34-digit numbers: parts that add up, choice by a condition, rounding to double and back."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

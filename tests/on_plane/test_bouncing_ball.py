@@ -1,7 +1,5 @@
 """The bouncing ball against 40 digits and event by event; contacts for a restitution."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

@@ -1,7 +1,5 @@
 """Bodies that friction holds: exact answers against 40 digits, drift and depths against theory."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,10 +1,7 @@
 """Routh's impact of a rod against 40 digits and a stiff spring; what engines make of Painleve's."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -14,7 +11,7 @@ from mpmath import mp
 from plumbob.analytic.errors.contact_models import impacts, rod_steps
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.analytic.systems.rod_impact import LAWS, RodImpact
+from plumbob.analytic.systems.rod_impact import LAWS
 from plumbob.engines.adapters.mujoco import rod_impact
 from plumbob.engines.method import meant
 from plumbob.engines.registry import limits_of, method, methods
@@ -22,7 +19,7 @@ from plumbob.engines.study.measurement import measure, scheme_of
 from plumbob.models.registry import case_of, scene, scenes
 from plumbob.reports.judge.verdict import judge
 
-ROD: RodImpact = case_of(scene("rod-impact/sticks")).problem
+ROD = case_of(scene("rod-impact/sticks")).problem
 STARTS = {  # angle, height, speed, friction
     "sticks": (0.7, 0.5, 0.5, 1.0),
     "slides": (1.1, 0.5, -2.0, 0.3),
@@ -36,12 +33,12 @@ STARTS = {  # angle, height, speed, friction
 }
 
 
-def rod(start: str, **more: Any) -> RodImpact:
+def rod(start, **more):
     named = dict(zip(("angle", "height", "speed", "friction"), STARTS[start], strict=True))
     return replace(ROD, **{**named, **more})
 
 
-def impulses(of: RodImpact) -> tuple[Any, Any]:
+def impulses(of):
     """P and Q [N s], by the slip and the speed v as functions of P, and its work as an integral."""
     m, t, f, e = (mp.mpf(x) for x in (of.mass, of.angle, of.friction, of.restitution))
     a, b, c = 1 + 3 * mp.sin(t) ** 2, -3 * mp.sin(t) * mp.cos(t), 1 + 3 * mp.cos(t) ** 2
@@ -50,17 +47,17 @@ def impulses(of: RodImpact) -> tuple[Any, Any]:
     first = -f * mp.sign(start) if start else held
     ends = -start * m / (b + a * first) if start * (b + a * first) <= 0 else mp.inf
 
-    def friction(p: Any) -> Any:
+    def friction(p):
         return first * min(p, ends) + (held * (p - ends) if p > ends else 0)
 
-    def off(p: Any) -> Any:
+    def off(p):
         return v + (c * p + b * friction(p)) / m
 
-    def work(low: Any, high: Any) -> Any:
+    def work(low, high):
         inside = [ends] if low < ends < high else []
         return mp.quad(off, [low, *inside, high])
 
-    def root(of_p: Any, low: Any, high: Any) -> Any:
+    def root(of_p, low, high):
         for _ in range(140):
             middle = (low + high) / 2
             low, high = (middle, high) if of_p(middle) < 0 else (low, middle)
@@ -80,7 +77,7 @@ def impulses(of: RodImpact) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("start", STARTS)
-def test_40_digits(start: str, law: str) -> None:
+def test_40_digits(start, law):
     if start == "jams at rest" and law == "newton":
         pytest.skip("nothing is given back")
     of = rod(start, law=law)
@@ -103,14 +100,14 @@ def test_40_digits(start: str, law: str) -> None:
     assert max(value.max() for value in doubt.values()) < 2e-13
 
 
-def energy_change(of: RodImpact) -> float:
+def energy_change(of):
     """Kinetic energy [J] that the impact adds: impulses times mean velocities of the end."""
     (a, b, c), (_, up, along) = of.weights, of.impulses
     slip, falls = 2 * of.speed + b * up + a * along, c * up + b * along - 2 * of.gravity * of.fall
     return (along * slip + up * falls) / 2
 
 
-def test_what_the_laws_agree_on_and_what_an_impact_does_to_energy() -> None:
+def test_what_the_laws_agree_on_and_what_an_impact_does_to_energy():
     totals = {s: {rod(s, law=law).impulses[1] for law in LAWS} for s in ("slides", "smooth")}
     for values in totals.values():
         assert max(values) == pytest.approx(min(values), rel=1e-14)
@@ -124,9 +121,7 @@ def test_what_the_laws_agree_on_and_what_an_impact_does_to_energy() -> None:
 
 
 @pytest.mark.parametrize("start", ["sticks", "slides", "reverses", "jams"])
-def test_a_stiff_spring_follows_the_energetic_law(
-    start: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_stiff_spring_follows_the_energetic_law(start, monkeypatch):
     """Without a damper a spring gives all work back; its steps become exact with their number."""
     monkeypatch.setattr(impacts, "RATE", 0.01)
     scale = 0.5  # of speeds: a shorter fall
@@ -143,7 +138,7 @@ def test_a_stiff_spring_follows_the_energetic_law(
 
 
 @pytest.mark.parametrize("chosen", scenes("rod-impact"), ids=lambda s: s.name)
-def test_every_method_makes_the_error_that_is_predicted(chosen: Any) -> None:
+def test_every_method_makes_the_error_that_is_predicted(chosen):
     for how in methods():
         if meant(how, chosen) and limits_of(how.name).limit(chosen.name, how.name) is None:
             for step in (1e-3, 3e-4) if how.control == "step" else how.step_sizes[-1:]:
@@ -153,9 +148,7 @@ def test_every_method_makes_the_error_that_is_predicted(chosen: Any) -> None:
 
 
 @pytest.mark.parametrize(("name", "constant"), [("euler+coulomb", "RATE"), ("contact", "TIP")])
-def test_a_slightly_different_contact_is_noticed(
-    name: str, constant: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_slightly_different_contact_is_noticed(name, constant, monkeypatch):
     engine = "mujoco" if constant == "RATE" else "pymunk"
     how, case = method(f"{engine}/{name}"), case_of(scene("rod-impact/sticks"))
     run = measure(case, how, 1e-3)[1]
@@ -170,7 +163,7 @@ def test_a_slightly_different_contact_is_noticed(
     assert np.abs(differs - stepped.errors["angle"]).max() > 1e-7
 
 
-def test_where_two_motions_exist_engines_lift_off() -> None:
+def test_where_two_motions_exist_engines_lift_off():
     """Painleve's rod that turns so fast that its end would rise: no force, or one that presses it
     down. It jams, and its free end accelerates upward."""
     of = rod("jams at rest", law="energetic")
@@ -201,7 +194,7 @@ def test_where_two_motions_exist_engines_lift_off() -> None:
         ("jams at rest", "law", "newton", ""),
     ],
 )
-def test_bad_input(start: str, name: str, value: Any, must: str) -> None:
+def test_bad_input(start, name, value, must):
     of = rod(start, law="energetic")
     with pytest.raises(ParameterError, match=f"must be {must}"):
         replace(of, **{name: value})
@@ -209,7 +202,7 @@ def test_bad_input(start: str, name: str, value: Any, must: str) -> None:
         of.observe(np.array([3.0]))
 
 
-def test_the_file_is_the_model_that_is_built() -> None:
+def test_the_file_is_the_model_that_is_built():
     path = case_of(scene("rod-impact")).system.mjcf
     file, built = mujoco.MjModel.from_xml_path(str(path)), rod_impact.whole(path, ROD).compile()
     for name in ("pair_solref", "pair_friction", "key_qpos", "key_qvel", "body_inertia"):

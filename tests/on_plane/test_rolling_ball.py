@@ -1,7 +1,5 @@
 """The rolling ball against 40 digits, an integration and theory; its file against its builder."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 """Packages with entry points, installed for one test: a folder on the path with their modules and
 their metadata, as pip leaves them."""
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from contextlib import contextmanager

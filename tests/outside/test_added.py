@@ -1,7 +1,5 @@
 """An engine and a system of other packages take part in everything; what is broken costs a line."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

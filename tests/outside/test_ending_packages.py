@@ -1,7 +1,5 @@
 """Packages that end the process when their engine runs."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,8 +1,6 @@
 """`plumbob check-engine`: what an adapter promises is seen, and each small defect turns its check
 red."""
 
-from __future__ import annotations
-
 import json
 import os
 

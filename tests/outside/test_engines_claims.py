@@ -1,8 +1,6 @@
 """What an added engine says of its own runs is held to what was asked of it: times, samples, the
 end, the number of steps, and what a step costs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The validation runs from an installed package in anybody's repository, by pytest's options."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,8 +1,6 @@
 """An engine whose scheme no theory covers converges where it reads a scene as it is, and not where
 it reads gravity or friction wrongly."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """The capsule in engines beside MuJoCo and pymunk: known errors, and what a small defect does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

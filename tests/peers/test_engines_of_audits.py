@@ -1,8 +1,6 @@
 """Other engines on plumbob's own files in an audit: the first term that differs is the one that the
 study's findings name, and where it can be put right the step's own error is left."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

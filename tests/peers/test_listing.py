@@ -1,7 +1,5 @@
 """Looking at what there is loads no engine, whichever are installed."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

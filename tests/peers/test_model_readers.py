@@ -1,7 +1,5 @@
 """What engines' own readers of model files take over, as `plumbob models check` tells it."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Derivatives by engines' own means, beside MuJoCo's: each has the error of its step."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.tests.peers.test_smooth_peers import CONE, DAMPED, FORCED, SWING, needed

@@ -1,7 +1,5 @@
 """Pendulums and cones in engines beside MuJoCo and pymunk: the error is the predicted one."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 

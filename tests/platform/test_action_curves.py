@@ -1,7 +1,5 @@
 """Action, phase, equilibria and the source's parametric form, against 40 digits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

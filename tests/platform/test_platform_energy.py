@@ -1,7 +1,5 @@
 """Energies on the platform against MuJoCo's own at any state, and the work of the drive."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

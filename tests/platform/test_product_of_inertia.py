@@ -1,7 +1,5 @@
 """A body without symmetry: a product of inertia tilts the closed form, X and Z do nothing."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

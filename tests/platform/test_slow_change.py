@@ -29,8 +29,6 @@ inertia A, whose drive returns its rate w to w0 at a `rate`:
     solve_ivp(slopes, (0, 1), [theta, theta_dot, w0], "DOP853", rtol=1e-12, atol=1e-12).y[::2, -1]
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 """How uniform rotation is: the quadrature against the closed form and 40 digits, and the proof that
 the range of speeds never shrinks."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

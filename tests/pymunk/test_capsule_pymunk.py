@@ -1,8 +1,6 @@
 """The capsule in pymunk: on feet and from the side errors are as predicted, on bare pivots they are
 not."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.engines.adapters.pymunk import capsule

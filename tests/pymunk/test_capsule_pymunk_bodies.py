@@ -1,7 +1,5 @@
 """Any capsule in pymunk: random bodies, momentum, and mistakes that must fail the verdict."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The parts of pymunk's capsule: feet and their pins, solver iterations, a driven slider."""
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import replace
 

@@ -1,8 +1,6 @@
 """Turns, spins and plans in pymunk: feet as predicted, small mistakes fail, bare pivots do not
 converge."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The cone pendulum in pymunk: its errors, and the energy that a torque set too early gains."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from plumbob.engines.registry import method as find_method

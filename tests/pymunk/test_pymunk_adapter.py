@@ -1,7 +1,5 @@
 """pymunk's simple pendulum against the exact motion and the theory of its joint."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

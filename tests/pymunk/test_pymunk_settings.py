@@ -1,7 +1,5 @@
 """`plumbob settings` for pymunk: a body that stands on the pasted feet stops as predicted."""
 
-from __future__ import annotations
-
 import math
 
 import pymunk

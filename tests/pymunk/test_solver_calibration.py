@@ -1,7 +1,5 @@
 """Calibrated constants of sequential impulses, each confirmed from both sides by runs of pymunk."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Replays of every quick scene, and a page of them alone, with the runs that they ask for."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import jinja2

@@ -1,7 +1,5 @@
 """Replays in a browser: a page opened, a replay stopped at a moment."""
 
-from __future__ import annotations
-
 FRACTION = 0.37  # of the replay: where each is stopped
 WIDTH, HEIGHT = 1280, 900
 
@@ -17,7 +15,7 @@ def opened(
     anything."""
     options = {"viewport": {"width": WIDTH, "height": HEIGHT}, "reduced_motion": "reduce", **given}
     page = browser.new_page(**options)
-    said: list[str] = []
+    said = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))
     prepare(page)

@@ -1,7 +1,5 @@
 """What a replay holds: few bytes, the exact motion to a pixel's fraction, runs from the store."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -29,7 +27,6 @@ from plumbob.reports.analyses.replay.runs import (
     shown_seconds,
 )
 from plumbob.reports.analyses.replay.samples import COUNTS, coded, sampled
-from plumbob.reports.view.records import Replay
 from plumbob.tests.replay.all_replays import decoded, plan, recorded, replays
 
 KILOBYTES = 160.0  # of a scene's data, in 24 bits a number
@@ -243,7 +240,7 @@ def test_the_speed_first_chosen_takes_some_seconds():
 
 
 def test_the_largest_factor_shows_the_smallest_errors():
-    shown: Replay = replays()["simple-pendulum/free-large"]
+    shown = replays()["simple-pendulum/free-large"]
     data = json.loads(shown.data)
     least = min(_largest(layer) for layer in data["layers"][1:3])
     assert 0.1 <= shown.factors[-1] * least < 1.0  # [rad]

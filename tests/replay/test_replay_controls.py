@@ -1,7 +1,5 @@
 """The replays' controls in a real browser: buttons, keys, magnifier, less motion, paper."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -304,7 +302,7 @@ def plan_of(figure):
 
 def covered(figure, *ring):
     """The part of a ring on a replay's canvas (x, y, radius, colour) that has this colour."""
-    part: float = figure.locator(".live canvas").evaluate(COVERED, list(ring))
+    part = figure.locator(".live canvas").evaluate(COVERED, list(ring))
     return part
 
 

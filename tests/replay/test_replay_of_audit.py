@@ -1,7 +1,5 @@
 """The replay of an audit: bodies where the certified motion has them, errors as they are."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The site of a study with its replays: one on the page of each scene, and in the one file."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.reports.view.site.writing import one_file, site

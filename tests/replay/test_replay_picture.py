@@ -1,7 +1,5 @@
 """The replays in a real browser: the canvas has the body where the exact answer puts it."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
@@ -10,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import PICTURES
@@ -135,7 +132,7 @@ def places(case, time):
         return {**seen, "picture": centre_of_mass(case, seen["theta"], time)}
     if case.system.family == "free_body":
         return {**seen, "picture": corner_of_box(case, seen)}
-    setup: CapsuleSetup = case.problem.setup
+    setup = case.problem.setup
     line = setup.heading + setup.direction
     if "displacement" in seen:
         place = seen["displacement"] * complex(math.cos(line), math.sin(line))

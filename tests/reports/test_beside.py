@@ -1,7 +1,5 @@
 """A run beside a method's step sizes is judged by itself, and tells of no plateau."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from plumbob.engines.registry import method as find_method

@@ -1,7 +1,5 @@
 """Statements of the page on the capsule's line, holding, coasting and repeated manoeuvres hold."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`check`, a test of one's own: it agrees with `validate`, and takes another expectation."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob import check

@@ -1,7 +1,5 @@
 """The verdict `converges`: an envelope that falls with the step, and nothing that stays."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The page runs no engine: it looks up exactly what its findings declared."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The experiment for a bench: its uncertainty by 30 digits, what MuJoCo sees, its plan."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

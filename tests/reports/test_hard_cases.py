@@ -1,7 +1,5 @@
 """Digits that hard cases lose: of the motion, and of methods beside it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Statements of the page on the simple pendulum hold."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """`plumbob plan --method`: the errors of a plan run in an engine, by kind of manoeuvre."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Plans reach their poses, exactly and in engines."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.reports.analyses.capsule_plan import legs, open_loop, poses

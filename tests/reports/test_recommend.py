@@ -1,11 +1,8 @@
 """The recommended step has the stated error, on made-up curves of every kind; fresh runs are in
 tests/validation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -17,7 +14,6 @@ from plumbob.analytic.stability import StepLimit
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study import store
-from plumbob.engines.study.request import Request
 from plumbob.engines.study.stability import (
     MeasuredLimit,
     PredictedLimits,
@@ -194,7 +190,7 @@ def _limited(study, step, measured=False):
     bound = Stability((MeasuredLimit("unstable", None, step, None, ""),))
     predicted = PredictedLimits((StepLimit("unstable", step, ""),))
     pairs = [(c.scene, c.method) for c in study.convergence]
-    extras: dict[Request[Any], Any] = {StepPrediction(*pair): predicted for pair in pairs}
+    extras = {StepPrediction(*pair): predicted for pair in pairs}
     if measured:
         extras = {StabilitySearch(*pair): bound for pair in pairs}
     return replace(study, extras=extras)

@@ -1,7 +1,5 @@
 """What solvers that choose their steps pay for stiffness, measured beside its prediction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

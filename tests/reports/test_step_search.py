@@ -1,7 +1,5 @@
 """The search for steps, on made-up errors: it finds the largest that holds, and runs few."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

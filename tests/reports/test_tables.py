@@ -1,12 +1,10 @@
 """The tables of a scene show what they say: the finest run, and the predicted beside the observed
 order."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import pytest
 
@@ -14,7 +12,6 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.order import Order
-from plumbob.engines.study.request import Request
 from plumbob.models.registry import case_of, system_of, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import section
@@ -251,7 +248,7 @@ def test_a_changed_run_changes_its_row():
     run = study.extras[request]
 
     def statement(theta):
-        changed: dict[Request[Any], Any] = dict(study.extras)
+        changed = dict(study.extras)
         changed[request] = replace(run, observables={**run.observables, "theta": theta})
         (found,) = finding(hamiltonian.PRINTED, replace(study, extras=changed)).statements
         return found

@@ -1,7 +1,5 @@
 """Derivatives through contact: converging, noise, or smooth and wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

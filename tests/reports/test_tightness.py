@@ -1,7 +1,5 @@
 """How tight tolerances are, and what verdicts would notice, as the page says it."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.reports.judge.study_verdicts import judge_study

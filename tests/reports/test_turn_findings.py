@@ -1,7 +1,5 @@
 """Statements of the page on turns and spins hold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Report on a user's settings, on made-up curves: cheaper methods, and more accurate ones."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What a verdict allows and no more: a series' remainder, an error that hardly falls, a failure."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

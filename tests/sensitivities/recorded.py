@@ -5,8 +5,6 @@ in it, which were drawn at random: an independent method, from the equations of 
 variables, with neither a variational equation nor a chain rule.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

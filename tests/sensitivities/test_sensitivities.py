@@ -1,7 +1,5 @@
 """Exact derivatives against differences of 40 and 60 digits, and where there are none."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

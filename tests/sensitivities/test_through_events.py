@@ -1,8 +1,6 @@
 """Derivatives from event to event against differences of whole motions at fixed times, and formulas
 of motions in which all supports stop together."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

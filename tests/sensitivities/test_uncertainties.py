@@ -1,8 +1,6 @@
 """The stated uncertainty of exact derivatives is never exceeded, at random parameters: of systems
 with a formula (of those without, test_sensitivities has recorded differences)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mpmath

@@ -1,7 +1,5 @@
 """What the verdict on solvers that control their local error would notice, and how tight it is."""
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np

@@ -1,7 +1,5 @@
 """MuJoCo's capsule: small mistakes are detected, bounds are not loose, random bodies pass."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 import mujoco

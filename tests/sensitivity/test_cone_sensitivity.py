@@ -1,8 +1,6 @@
 """Small mistakes fail the verdicts: gravity, the platform's rate, the Hamiltonian, the step. A
 tolerance that lets these pass has no purpose."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

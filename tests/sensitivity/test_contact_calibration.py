@@ -1,8 +1,6 @@
 """The calibrated factors of soft contacts are tested from both sides: runs refute smaller ones,
 larger ones give bounds that are too loose."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Engines that are wrong and hide it: the heading is left out, or the model-error bound is wide."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """A push that comes half a step early fails the verdict, whatever the kind of exact answer."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Normal forces of motions in the plane: predicted and bounded tightly; small mistakes are seen."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

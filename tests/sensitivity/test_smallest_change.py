@@ -1,8 +1,6 @@
 """The table of smallest noticed changes holds from both sides: an engine with a parameter wrong by
 twice the figure fails, and by a fifth of it still passes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

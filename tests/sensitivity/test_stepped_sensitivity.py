@@ -1,7 +1,5 @@
 """A prediction of the wrong sign, or for a step later, fails at steps that no series reaches."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import pytest

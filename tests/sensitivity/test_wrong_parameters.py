@@ -1,8 +1,6 @@
 """Small mistakes fail the verdict, in every system and for every kind of exact answer: a run passes
 when it is held to its own scene, and fails when one parameter of that is a little different."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is expensive to make, made once a run of pytest for all of its processes."""
 
-from __future__ import annotations
-
 import io
 import os
 import pickle

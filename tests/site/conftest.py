@@ -1,7 +1,5 @@
 """One site of the whole quick profile, invented and not run, for all that look."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.reports.view.site.writing import site

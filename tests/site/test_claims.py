@@ -1,8 +1,6 @@
 """Findings say what the stored study shows: another stored figure, another page; and what the
 figures do not show is not claimed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

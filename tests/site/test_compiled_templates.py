@@ -1,7 +1,5 @@
 """Compiled templates are kept between processes, and no state of their folder changes a page."""
 
-from __future__ import annotations
-
 import jinja2
 import pytest
 

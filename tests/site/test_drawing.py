@@ -1,7 +1,5 @@
 """Pages and numbers are the same for any number of processes that work them out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

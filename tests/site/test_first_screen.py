@@ -1,8 +1,6 @@
 """The first screen says which settings to use, what they cost and what they give, all of it from
 the stored study."""
 
-from __future__ import annotations
-
 import html
 import re
 from dataclasses import replace

@@ -1,8 +1,6 @@
 """The matrix of the index in Chromium: filter, engines and steps, by keyboard, from the address,
 and without JavaScript."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.tests.support.browser import visited

@@ -1,7 +1,5 @@
 """The pages load nothing from elsewhere, are written whole, and show what was measured."""
 
-from __future__ import annotations
-
 import html
 import json
 import math

@@ -1,7 +1,5 @@
 """The table of phenomena against engines: the best of an engine's methods, and its errors."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 from plumbob.reports.view.site import phenomena

@@ -1,7 +1,5 @@
 """Every plot is a picture with its labels inside it and apart, and plotly's where pressed."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What is shown with a link to a site: words, an icon and a picture."""
 
-from __future__ import annotations
-
 import re
 
 from plumbob.tests.support.page_document import site_files

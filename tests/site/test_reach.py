@@ -1,7 +1,5 @@
 """The pages of a whole study in Chromium: on a phone, by keyboard and screen reader, on paper."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

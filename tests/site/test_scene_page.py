@@ -1,7 +1,5 @@
 """A scene's page begins with what to expect and what to use, computed from the stored study."""
 
-from __future__ import annotations
-
 from math import inf
 
 import pytest

@@ -1,7 +1,5 @@
 """The search in a page's header: what it finds, where that leads, and by which keys."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

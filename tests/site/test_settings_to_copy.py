@@ -1,11 +1,8 @@
 """Settings on the page: the text of `plumbob settings`, which a button copies or selects."""
 
-from __future__ import annotations
-
 import html
 import json
 import re
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -15,9 +12,6 @@ from plumbob.reports.view.page import written
 from plumbob.reports.view.site.writing import render
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.studies import made_up, recorded
-
-if TYPE_CHECKING:
-    pass
 
 METHODS = ("mujoco/euler+coulomb", "pymunk/feet")
 CODE = re.compile(r"<pre [^>]*>(.*?)</pre>", re.DOTALL)

@@ -1,7 +1,5 @@
 """`plumbob report --single`: one file with the content of the whole site."""
 
-from __future__ import annotations
-
 import gzip
 import re
 

@@ -1,7 +1,5 @@
 """Figures that answer, driven in Chromium, against the closed forms in Python."""
 
-from __future__ import annotations
-
 import json
 import shlex
 

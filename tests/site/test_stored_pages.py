@@ -1,7 +1,5 @@
 """Pages are drawn from the store alone: no engine, exact motion or theory is loaded for them."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The pages of engines, sources and tolerances begin with sums of what they list."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections import Counter

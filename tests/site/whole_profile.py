@@ -1,8 +1,6 @@
 """What the pages show of the whole quick profile, invented and not run, and of a small study that
 was measured: made once a run, with engines that refuse to run, for all that look."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache

@@ -5,8 +5,6 @@ Euler's equations of each rod in the plane, with the forces in the pins as unkno
 have to agree to 34 digits.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import gmpy2

@@ -1,7 +1,5 @@
 """Every system with smooth degrees of freedom: its file, its invariants, and what methods make."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The four-bar linkage against an energy integral with 40 digits; its soft loop in MuJoCo."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple, replace
 

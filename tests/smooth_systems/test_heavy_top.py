@@ -1,7 +1,5 @@
 """The heavy top against integrals over its tilt with 40 digits, and what it refuses."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Chains of rods against 60 digits of each rod's own equations, and against their modes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import eigh

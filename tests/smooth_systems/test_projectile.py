@@ -1,7 +1,5 @@
 """The projectile against its parabola, and what steps add to it exactly."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mpmath import mp

@@ -1,7 +1,5 @@
 """Values that others publish for the same problems, and who is right to how many digits."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

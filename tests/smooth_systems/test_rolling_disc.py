@@ -1,10 +1,7 @@
 """The rolling disc against Newton's and Euler's vector equations, closed forms, and 25 digits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +11,17 @@ from plumbob.analytic.errors.contact_models import disc_steps
 from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, DiscErrors, rolling, turning
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
-from plumbob.analytic.systems.rolling_disc import RollingDisc
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 
-DISC: RollingDisc = case_of(scene("rolling-disc/falling")).problem
-CIRCLE: RollingDisc = case_of(scene("rolling-disc/circle")).problem
+DISC = case_of(scene("rolling-disc/falling")).problem
+CIRCLE = case_of(scene("rolling-disc/circle")).problem
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_accelerations_are_those_of_newton_and_euler(seed: int) -> None:
+def test_accelerations_are_those_of_newton_and_euler(seed):
     """Of a body with a force at its lowest point, whose velocity stays 0."""
     random = np.random.default_rng(seed)
     angles = np.array([random.uniform(-3, 3), random.uniform(0.3, 2.8), random.uniform(-3, 3)])
@@ -33,7 +29,7 @@ def test_accelerations_are_those_of_newton_and_euler(seed: int) -> None:
     system = DISC.motion.system
     found = np.array(system.acceleration(0.0, angles, rates, system.values))
 
-    def body(t: float) -> tuple[Any, Any, Any]:
+    def body(t):
         """Angular velocity, arm from the lowest point to the middle, moments of inertia at t."""
         at, speed = angles + rates * t + found * t * t / 2, rates + found * t
         axes = turning(at)
@@ -43,7 +39,7 @@ def test_accelerations_are_those_of_newton_and_euler(seed: int) -> None:
 
     h = 1e-4
 
-    def slope(of: Any) -> Any:
+    def slope(of):
         return (8 * (of(h) - of(-h)) - (of(2 * h) - of(-2 * h))) / (12 * h)
 
     moved = slope(lambda t: np.cross(*body(t)[:2]))  # acceleration of the middle
@@ -52,7 +48,7 @@ def test_accelerations_are_those_of_newton_and_euler(seed: int) -> None:
     np.testing.assert_allclose(turned, np.cross(-body(0.0)[1], force), 0, 1e-8)
 
 
-def test_a_circle_is_steady() -> None:
+def test_a_circle_is_steady():
     times = np.linspace(0.0, 1.0, 5)
     observed, doubt = CIRCLE.motion.observe(times), CIRCLE.motion.uncertainty(times)
     for name, exact in {
@@ -66,7 +62,7 @@ def test_a_circle_is_steady() -> None:
 
 
 @pytest.mark.parametrize("spin", [5.0, 8.0, 30.0])
-def test_small_wobbles_have_their_rate_and_grow_below_it(spin: float) -> None:
+def test_small_wobbles_have_their_rate_and_grow_below_it(spin):
     small = 1e-6
     disc = replace(DISC, tilt_rate=small, spin_rate=spin)
     times = np.linspace(0.0, 0.3, 7)
@@ -77,11 +73,11 @@ def test_small_wobbles_have_their_rate_and_grow_below_it(spin: float) -> None:
     assert (disc.wobble > 0.0) == (spin**2 > disc.gravity / (3 * disc.radius))
 
 
-def test_25_digits() -> None:
+def test_25_digits():
     """Taylor series of the rates about the disc's own axes, with the tilt as another unknown."""
     pull = mp.mpf(DISC.gravity) / mp.mpf(DISC.radius)
 
-    def slopes(_: Any, y: Any) -> list[Any]:
+    def slopes(_, y):
         tilt, leans, turn, axial, *_ = y
         c, s = mp.cos(tilt), mp.sin(tilt)  # turn = f' sin t
         around = turn / s
@@ -105,7 +101,7 @@ def test_25_digits() -> None:
             assert abs(value - mp.mpf(exact[name][0])) <= doubt[name][0] < 1e-13
 
 
-def test_the_spring_of_theory_is_the_profile_s() -> None:
+def test_the_spring_of_theory_is_the_profile_s():
     assert (disc_steps.RATE, disc_steps.DAMPING) == (contacts.STIFFNESS, contacts.DAMPING)
     yields = contacts.PROFILES["coulomb"].slip_compliance(1.0)
     assert yields == pytest.approx(disc_steps.YIELDS, rel=1e-12)
@@ -113,14 +109,14 @@ def test_the_spring_of_theory_is_the_profile_s() -> None:
 
 @pytest.mark.parametrize("step", [3e-3, 7e-4])
 @pytest.mark.parametrize("case", ["circle", "falling"])
-def test_runs_are_predicted_to_nine_digits(case: str, step: float) -> None:
+def test_runs_are_predicted_to_nine_digits(case, step):
     of, how = case_of(scene(f"rolling-disc/{case}")), method("mujoco/euler+coulomb")
     for error in measure(of, how, step)[0].errors.values():
         assert error.predicted
         assert error.predicted.difference < 1e-9 < 1e-3 < error.largest
 
 
-def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts() -> None:
+def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts():
     times, scheme = np.array([0.1]), Scheme(EULER, contact=ROLLS)
     assert DiscErrors(DISC).at_step(scheme, 1e-3, times).errors
     steep = replace(CIRCLE, precession_rate=12.0, spin_rate=30.0)
@@ -129,14 +125,14 @@ def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts() -> None
     assert not DiscErrors(DISC).at_step(soft, 1e-3, times).errors
 
 
-def test_where_it_touches_it_does_not_move() -> None:
+def test_where_it_touches_it_does_not_move():
     angles = np.array([0.3, 1.1, 0.2])
     held = rolling(DISC, angles)
     middle = held[:, 3:] @ [1.0, 2.0, 3.0]
     assert middle[2] == pytest.approx(-DISC.radius * math.cos(1.1) * 2.0)
 
 
-def test_bad_input() -> None:
+def test_bad_input():
     with pytest.raises(ParameterError, match=r"tilt = 0\.0: must be between 0 and pi"):
         replace(DISC, tilt=0.0)
     with pytest.raises(ParameterError, match="radius = 0: must be greater than 0"):

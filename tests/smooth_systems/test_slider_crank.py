@@ -1,7 +1,5 @@
 """The slider-crank against an integral of its energy with 40 digits; its soft loop in MuJoCo."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, replace
 
 import numpy as np

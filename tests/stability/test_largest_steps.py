@@ -1,7 +1,5 @@
 """The largest step of a linear system against closed forms, 40-digit numbers and other code."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

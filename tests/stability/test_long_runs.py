@@ -1,7 +1,5 @@
 """The time after which a method is wrong, against runs in plain numbers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Limits along exact motions against runs in plain numbers, and the records of the four systems."""
 
-from __future__ import annotations
-
 import math
 import operator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A small study by `plumbob validate` in processes of its own, which a test ends too early."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sqlite3

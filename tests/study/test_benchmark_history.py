@@ -1,7 +1,5 @@
 """Benchmarks are kept, and `plumbob compare` tells which ratios moved beyond their quartiles."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

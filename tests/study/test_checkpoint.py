@@ -1,7 +1,5 @@
 """Results of an unfinished study: known by what defines them, kept when its process ends."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sqlite3

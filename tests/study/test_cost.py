@@ -1,7 +1,5 @@
 """The timed part of a scene: it fits the budget and is long enough to represent the whole."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import repeat

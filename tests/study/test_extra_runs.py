@@ -1,7 +1,5 @@
 """Extra runs: declared as data, made once with the rest of a study, kept to the last bit."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

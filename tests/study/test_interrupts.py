@@ -1,7 +1,5 @@
 """The processes of a study leave interrupts to the one that began them, and end with it."""
 
-from __future__ import annotations
-
 import multiprocessing
 import signal
 import subprocess

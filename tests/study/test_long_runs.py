@@ -1,7 +1,5 @@
 """How long a method stays right, by an engine's runs: as predicted, and red for what is wrong."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The ODE solvers on the cone pendulum and on user equations: error, order, divergence."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

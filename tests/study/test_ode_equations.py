@@ -1,7 +1,5 @@
 """ODE solvers on equations of any number of coordinates: drag, and motions that diverge."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,8 +1,6 @@
 """The fitted order: exact powers are recovered, noise widens the interval, round-off is left
 out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,8 +1,6 @@
 """Rounding decides the steps of solvers that choose them: a few ulps of the start move an error at
 one tolerance by more than 2 %, and the median over tolerances by less than a factor of two."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 """The largest step that holds, by runs: against closed forms, whatever the prediction, and red for
 what is sabotaged."""
 
-from __future__ import annotations
-
 import math
 import operator
 from dataclasses import replace

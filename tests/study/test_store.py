@@ -1,7 +1,5 @@
 """Stored studies come back as they were; comparisons and recommendations are made from them."""
 
-from __future__ import annotations
-
 import json
 import math
 import sqlite3

@@ -1,7 +1,5 @@
 """A file that is no store of ours, or cannot be used now: one line, and no byte of it changed."""
 
-from __future__ import annotations
-
 import os
 import sqlite3
 from contextlib import closing, contextmanager

@@ -1,7 +1,5 @@
 """A study: equal errors by one process, two, or any executor; costs timed alone; large steps."""
 
-from __future__ import annotations
-
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A study that is ended before its time goes on: nothing lost, nothing done twice, same figures."""
 
-from __future__ import annotations
-
 import io
 import os
 import resource

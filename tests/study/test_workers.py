@@ -1,7 +1,5 @@
 """A worker that dies, hangs or runs out of memory costs its task; the others are worked out."""
 
-from __future__ import annotations
-
 import gc
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Ratios of times that are taken in turn, and the file to which every run of them is added."""
 
-from __future__ import annotations
-
 import json
 import math
 import statistics

@@ -1,19 +1,13 @@
 """Chromium on a local file: its console and requests, and axe-core on what it shows."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 AXE = "axe-core@4.14.1"  # rules change with versions
@@ -81,7 +75,7 @@ def chromium():
 class Visit:
     """A page as it stands in the browser, what it wrote on the console and what it asked for."""
 
-    page: Page
+    page: object  # of playwright
     console: list[str]
     requests: list[str]
 

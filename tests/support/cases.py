@@ -1,7 +1,5 @@
 """Cases for sensitivity tests: one scene is run and compared with the answer to another."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """The cone pendulum of Sudakov 2015 as a system and scene for tests of the engines alone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

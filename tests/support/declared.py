@@ -1,7 +1,5 @@
 """Studies of findings' tests: with the extra runs that a finding declares, each made once."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Derivatives in tests: the scale of their errors, and the judgement on one of them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from plumbob.engines.registry import method

@@ -1,7 +1,5 @@
 """A certified motion to hold engines against, and MuJoCo itself in the place of another."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import mujoco

@@ -4,8 +4,6 @@ Extrapolation of the modified midpoint rule to order 40 (Gragg 1965, SIAM J. Num
 gmpy2's numbers: an independent method, with neither formula nor arithmetic of what it checks.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """Fixed-step schemes on the driven rotor in plain floats, to compare the error theory with."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 import numpy as np

@@ -4,8 +4,6 @@ reliable: an independent method, with neither formula nor arithmetic of the clos
 gmpy2's MPFR numbers and not mpmath's, which take six times as long.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache

@@ -1,8 +1,6 @@
 """Sensitivity of a rotor's motion to its coefficients, its condition, and the growth of
 an error of the start."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from plumbob.analytic.numerics.rotor.variational import sensitivity, tangent_flow

@@ -1,8 +1,6 @@
 """Cranks of uniform links: when they pass an angle, by an integral of the energy in mpmath's
 digits, and how their soft loops pull, beside MuJoCo's."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from mpmath import mp

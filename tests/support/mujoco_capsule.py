@@ -1,7 +1,5 @@
 """Running the capsule in MuJoCo, for its tests."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem

@@ -1,7 +1,5 @@
 """A page read by a test, without running its scripts, and the commands in a text."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

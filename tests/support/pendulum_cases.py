@@ -1,7 +1,5 @@
 """The notebook's seven pendulums, three forced ones and the source's cone, for tests."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from types import MappingProxyType

@@ -1,8 +1,6 @@
 """Motions in the plane for tests: slider paths given by any function, loads at given times, and the
 closed form of coasting about a support at rest."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Running the capsule in pymunk, for its tests."""
 
-from __future__ import annotations
-
 import math
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup

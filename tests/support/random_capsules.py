@@ -1,7 +1,5 @@
 """Capsules, line manoeuvres and scenes of them that tests vary, at random or as they say."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

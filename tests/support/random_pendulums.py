@@ -1,7 +1,5 @@
 """Cone pendulums drawn at random, reproducibly, with the same number in each regime."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

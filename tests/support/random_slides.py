@@ -1,7 +1,5 @@
 """Random capsules, slider paths and starts for the three-point motion, by seed; one that coasts."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """JSON that commands print, held against their schemas."""
 
-from __future__ import annotations
-
 import json
 import sys
 from functools import cache

@@ -8,8 +8,6 @@ limit (delta^(4/5): v ~ t^2 and dv/dt ~ delta^2/v^2 there), and where a support 
 speed of the order of delta. Only the slider's path is common with the event-driven motion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Studies for tests of reports: a small measured one, and made-up ones."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """A cluster on this machine: one worker of two is killed, and nothing is lost."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

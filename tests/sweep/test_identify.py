@@ -1,7 +1,5 @@
 """A search finds the parameter that fits best: the true one, a falsified one, or a biased one."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import math

@@ -1,7 +1,5 @@
 """A sweep's errors are those of single runs, however it is cut into pieces and resumed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

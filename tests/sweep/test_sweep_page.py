@@ -1,7 +1,5 @@
 """The commands `sweep` and `worst`: what they print and write, and what they refuse."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A search finds what is known to be worst, and is not sure where the exact answer is wrong."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Plans along arbitrary arcs of the circle and segments of any two lines, exact and in MuJoCo."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """The actuator's force: against rational arithmetic, the slider's path in space, and engines."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """The equations of sliding, whose derivatives are those of small changes, and its segments."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from plumbob.analytic.systems.slider_path import arc_stroke

@@ -1,7 +1,5 @@
 """The mean speed of repeated manoeuvres, against the manoeuvres themselves and a grid."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from fractions import Fraction

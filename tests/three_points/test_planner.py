@@ -1,7 +1,5 @@
 """The planner: poses reached, limits observed, time compared with simple plans, sensitivity."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

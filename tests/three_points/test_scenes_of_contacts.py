@@ -1,8 +1,6 @@
 """Scenes that tell contact models apart: their exact answers against an independent integration, or
 against the same scene in other axes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

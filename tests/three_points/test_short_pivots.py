@@ -1,7 +1,5 @@
 """Short pivots of a body whose load only just exceeds the friction limit."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

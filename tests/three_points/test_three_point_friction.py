@@ -1,7 +1,5 @@
 """The exact three-point motion against formulas, an independent integrator and balances."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

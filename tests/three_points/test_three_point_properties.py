@@ -1,7 +1,5 @@
 """Properties of every three-point motion: Coulomb's law, balances, symmetries, error."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The set of wrenches that static friction balances, and how a body starts to move outside it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How a plan divides its heading into turns: any mass ratio, turns that miss, ties, refusals."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.analytic.parameters import ParameterError

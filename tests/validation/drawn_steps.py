@@ -7,8 +7,6 @@ the largest errors over those at listed steps, which the factors of `expectation
 calibrated against; exits with 1 where a run was unexpected.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from dataclasses import dataclass, replace

@@ -8,8 +8,6 @@ theory says of them to 1e-12, verdicts and numbers of steps exactly. `hard` are 
 the full profile, with at most 100,000 steps a run.
 """
 
-from __future__ import annotations
-
 import gzip
 import json
 import math

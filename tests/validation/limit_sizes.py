@@ -11,8 +11,6 @@ not hold. Look at the differences before they are committed: a size that changes
 engine, or plumbob, has.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -1,8 +1,6 @@
 """Convergence studies that several tests need: each is measured once in a run of the tests, by
 whichever of its processes comes first, and kept under the key that a study keeps it under."""
 
-from __future__ import annotations
-
 import os
 import pickle
 from dataclasses import dataclass

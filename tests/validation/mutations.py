@@ -7,8 +7,6 @@ tests that are to notice. Prints every mutation with `killed` or `SURVIVED`; exi
 survived that is not a known survivor.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

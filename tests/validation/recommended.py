@@ -1,7 +1,5 @@
 """Is a recommendation true? Fresh runs at and below its step, and a search for a cheaper one."""
 
-from __future__ import annotations
-
 import math
 import random
 from dataclasses import dataclass, replace

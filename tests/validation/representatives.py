@@ -2,8 +2,6 @@
 every scene is among them, and of each system every method and every declared expectation. Of tests
 that take seconds as many cases as their mark keeps."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

@@ -1,7 +1,5 @@
 """Every number of the index's matrices is what a run gives at 1 ms, or at the step beside it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import cache

@@ -3,8 +3,6 @@ those from a stored study, and those that the search for steps finds. The quick 
 scenes and a method of each kind; every scene with every method, and thirty random pairs of scene
 and error: pytest tests/validation/test_recommended.py --profile full."""
 
-from __future__ import annotations
-
 import pytest
 
 from plumbob.engines.registry import method as find_method

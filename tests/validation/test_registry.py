@@ -2,8 +2,6 @@
 test, with the same options: pytest tests/validation --profile full --scenes GLOB --methods GLOB;
 `make test` takes those that stand for the rest."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """The short suite of tests leaves out what it says and no more, and everything is run elsewhere."""
 
-from __future__ import annotations
-
 from plumbob.engines.registry import methods
 from plumbob.engines.study.runner import pairs
 from plumbob.models.registry import scenes

@@ -1,7 +1,5 @@
 """`plumbob stability --json` ends in an answer on every scene of the profile."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -5,8 +5,6 @@
 FOLDER is one that `plumbob validate --out` wrote; COUNT, 10 without, is how many are listed.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Bodies on planes for the contact audit: none of them plumbob's own."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

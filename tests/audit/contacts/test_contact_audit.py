@@ -1,7 +1,5 @@
 """The contact audit on bodies that are not plumbob's: Coulomb's distances, the predicted errors."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """plumbob audit --contacts: what it prints and writes, and what it refuses by name."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A slide with joints free, held against a box whose load is stiffly held, or not at all."""
 
-from __future__ import annotations
-
 import time
 
 import mujoco

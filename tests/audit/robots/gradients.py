@@ -9,8 +9,6 @@ certificate: DOP853 with another tolerance and eps, and differences of the file'
 steps. Exits 1 where one is outside.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from functools import partial

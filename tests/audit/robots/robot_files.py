@@ -1,7 +1,5 @@
 """Model files that other packages distribute: found where they are installed, not imported."""
 
-from __future__ import annotations
-
 import importlib.util
 import time
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Certificates held against a model's own integrators at steps 256 to 4096 times smaller: of two
 legs, and of the files that dm_control and gymnasium distribute (few in the quick profile)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

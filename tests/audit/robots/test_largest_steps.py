@@ -1,8 +1,6 @@
 """Limits of the step of model files that dm_control and gymnasium distribute, beside what is known
 of them: two in the quick profile, all of them in the full one."""
 
-from __future__ import annotations
-
 import time
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a model may do without: the same bits are the same bits, and a file without it has them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace

@@ -1,7 +1,5 @@
 """A trimmed file is the user's text: numbers keep their digits, and its bits are what is said."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from xml.etree import ElementTree
