@@ -16,10 +16,8 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import (
-    PENDULUM,
     audit_of,
     ball,
-    compiled,
     pendulum,
     recast,
 )
@@ -112,16 +110,6 @@ def test_clamp_that_is_left_out_is_caught():
         found.assert_within(1.0)
 
 
-def test_clamped_model_does_as_the_users_does_at_its_own_step():
-    model = ball(0.12, solref=".0001 1")
-    own = own_model(model, "ball")
-    motion = script(own, duration=0.1)
-    audited_states = own.stepped(motion, "euler", 20).states
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 100)
-    assert np.array_equal(audited_states[-1], np.concatenate([data.qpos, data.qvel]))
-
-
 def test_rk4_of_a_free_body_is_of_second_order():
     """MuJoCo adds the velocities of the stages without the correction of rotation."""
     found = audit_of(TOP, keyframe=0, duration=0.2)
@@ -140,41 +128,3 @@ def test_effective_contacts_are_those_that_refsafe_leaves():
     unchanged, nothing = own_model_module.clamped_for(ball(solref=".002 1"), 0.001)
     assert nothing == {}
     assert unchanged.geom_solref[:, 0].tolist() == [0.002, 0.002]
-
-
-def test_activation_at_its_limit_ends_the_reference():
-    """Steps hold an activation at its limit, where rates alone would go on."""
-    text = PENDULUM.format(integrator="Euler").replace(
-        '<motor joint="hinge" ctrlrange="-1 1"/>',
-        '<intvelocity joint="hinge" kp="1" actrange="-.1 .1" ctrlrange="-1 1"/>',
-    )
-    own = own_model(compiled(text), "held")
-    motion = script(own, np.ones((20, 1)), period=0.02)
-    found = certified(own, motion, Allowance(BUDGET))
-    assert found.until == pytest.approx(0.1)
-    assert "an activation reaches its limit" in found.why
-
-
-@pytest.mark.long
-def test_board_that_drags_is_certified():
-    """A board that lands at an angle and slides begins and ceases to touch."""
-    text = """<mujoco><option timestep="0.005"/><worldbody><geom type="plane" size="9 9 1"/>
-      <body pos="0 0 .0999"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
-      <joint axis="0 1 0"/><geom type="capsule" size=".1" fromto="-.3 0 0 .3 0 0" friction="1.5"/>
-      </body></worldbody><keyframe><key qvel="2 0 -1"/></keyframe></mujoco>"""
-    found = audit_of(text, keyframe=0, duration=0.3)
-    assert found.until == pytest.approx(0.3)
-    assert found.uncertainty < found.error / 5
-
-
-def test_what_was_known_before_the_layers_is_kept(monkeypatch):
-    """A ball that falls is known to rounding until it touches, whatever the layers are."""
-    monkeypatch.setattr(reference_module, "CHATTER", 0)
-    monkeypatch.setattr(reference_module, "WIDTHS", (3e-2, 1e-2))
-    own = own_model(ball(0.13), "ball")
-    found = certified(own, script(own, duration=0.2), Allowance(BUDGET))
-    assert found.widths
-    assert found.not_smooth
-    assert found.uncertainty[3] < 1e-9  # 0.06 s: it touches at 0.078 s
-    assert found.uncertainty[-1] > 1e-4
-    assert np.array_equal(found.uncertainty, np.maximum.accumulate(found.uncertainty))

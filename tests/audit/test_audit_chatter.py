@@ -5,12 +5,9 @@ back, ever faster the smaller the step. Its limit stays at the threshold of touc
 is the weight, and it decelerates by f g.
 """
 
-from itertools import product
-
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model import field as field_module
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
@@ -65,22 +62,6 @@ def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone):
     assert (apart(found) <= found.reference.uncertainty).all()
     assert found.resolved
     assert found.error > 1e-4  # of its own steps
-
-
-@pytest.mark.long
-def test_another_friction_is_not_certified_there():
-    found = foot("pyramidal", 1.001 * FRICTION)
-    assert apart(found)[-1] > 5 * found.uncertainty
-
-
-@pytest.mark.long
-def test_wrong_weights_within_the_layer_are_seen(monkeypatch):
-    """With the loads of contacts that act from the start of the layer on, the limit is another."""
-    monkeypatch.setattr(
-        field_module, "product", lambda states, repeat: product((True, True), repeat=repeat)
-    )
-    found = foot("pyramidal")
-    assert found.until < DURATION or apart(found)[-1] > found.uncertainty
 
 
 @pytest.mark.parametrize("power", [*POWERS, 0.4, 1.0])

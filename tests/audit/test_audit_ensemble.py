@@ -1,7 +1,5 @@
 """Means over many starts: a step that changes what is likely stands out, another does not."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
@@ -36,12 +34,3 @@ def test_large_step_stands_out_and_an_accurate_one_does_not():
     assert large.most[1] > STANDS_OUT
     k = int(np.argmax(np.abs(np.array(large.own) - large.finer)))
     assert abs(large.own[k] - large.finer[k]) > 100 * abs(accurate.own[k] - accurate.finer[k])
-
-
-def test_starts_beside_each_other_give_the_same_means():
-    model = ready(ball())
-    motion = script(model, duration=0.04)
-    with ThreadPoolExecutor(1) as executor:
-        beside = likely(model, motion, 20, Allowance(60.0, executor=executor))
-        assert likely(model, motion, 20, Allowance(0.0, executor=executor)) is None
-    assert beside == likely(model, motion, 20, Allowance(60.0))

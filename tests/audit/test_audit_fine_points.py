@@ -5,15 +5,13 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-import plumbob
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import audit as audit_module
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
+from plumbob.tests.audit.scenes_as_models import audit_of, ball
 
 BUDGET = 60.0  # [s], far more than these take
 
@@ -38,21 +36,6 @@ def test_tolerances_are_refined_where_they_do_not_resolve_the_error(monkeypatch)
     assert not coarse.resolved
     assert found.uncertainty < coarse.uncertainty / 10
     assert abs(coarse.error - found.error) <= coarse.uncertainty + found.uncertainty
-
-
-@pytest.mark.long
-def test_integrators_in_processes_give_the_same_errors(capsys):
-    model = compiled(ARM)
-    one, two = (plumbob.audit(model, duration=0.1, budget=60.0, jobs=jobs) for jobs in (1, 2))
-    assert one.found is not None
-    assert two.found is not None
-    here, there = (
-        [(s.integrator, s.step, *s.errors) for s in found.steps] for found in (one.found, two.found)
-    )
-    assert here == there
-    assert same_bits(one.reference, two.reference)
-    assert main(["audit", "my.xml", "--jobs", "0"]) == 2
-    assert "jobs = '0': must be a whole number" in capsys.readouterr().err
 
 
 def same_bits(one, other):

@@ -7,8 +7,6 @@ import mujoco
 import pytest
 
 from plumbob import audit
-from plumbob.engines.adapters.mujoco.own_model.fields import fields
-from plumbob.engines.adapters.mujoco.own_model.urdf import DROPPED, notes
 from plumbob.reports.cli import main
 
 INERTIAL = """<inertial><origin xyz="0 0 -.5"/><mass value="2"/>
@@ -32,28 +30,6 @@ ROBOT = f"""<robot name="r"><link name="base"/><link name="arm">{INERTIAL}</link
 {TAKEN[0]}{LEFT["soft limits"]}{LEFT["calibration"]}</joint>
 <joint name="wrist" type="continuous"><parent link="arm"/><child link="hand"/>
 <axis xyz="0 1 0"/>{TAKEN[2]}</joint>{LEFT["transmissions"]}{LEFT["gazebo"]}</robot>"""
-
-
-def test_what_is_said_to_be_dropped_of_urdf_is_and_nothing_else(tmp_path):
-    """Without it the compiled model is the same; without what is taken over it is another."""
-    file = tmp_path / "r.urdf"
-
-    def read(text):
-        file.write_text(text)
-        (note,) = notes(file)
-        return fields(mujoco.MjModel.from_xml_path(str(file))), note
-
-    model, note = read(ROBOT)
-    assert note == f"URDF, read without {', '.join(DROPPED)}; base fixed in the world"
-    assert list(LEFT) == list(DROPPED)
-    for what, text in LEFT.items():
-        assert ROBOT.count(text) == 1
-        same, note = read(ROBOT.replace(text, ""))
-        assert same == model
-        assert what not in note
-    for text in TAKEN:
-        assert ROBOT.count(text) == 1
-        assert read(ROBOT.replace(text, ""))[0] != model
 
 
 @pytest.mark.long(keep=1)

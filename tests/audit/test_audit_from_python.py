@@ -8,15 +8,12 @@ from operator import attrgetter
 from pathlib import Path
 
 import mujoco
-import numpy as np
 import pytest
 
 import plumbob
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.reports.view.audit.results import ContactResult, MotionResult
-from plumbob.tests.support.page_document import plotted_inside
 
 ROD = """<mujoco><worldbody><body><joint name="hinge" axis="0 1 0"/><geom size=".1" pos=".5 0 0"/>
 </body></worldbody><actuator><motor joint="hinge"/></actuator></mujoco>"""
@@ -50,32 +47,6 @@ def test_a_line_a_text_and_a_card_say_the_same(results, name):
         assert row.split(None, 1)[1] in html or row.split("  ", 1)[1].strip() in html
     assert "src=" not in html
     assert "<script" not in html
-
-
-@BOTH
-def test_a_page_says_what_the_text_says_and_loads_nothing(results, name):
-    answer = answered(results[name])
-    text = page(answer, results[name], "plumbob audit a.xml --out <folder>")
-    shown = unescape(text)
-    assert all(name in shown and line in shown for name, line in rows(answer))
-    assert "plumbob audit a.xml --out &lt;folder&gt;" in text
-    assert len(plotted_inside(text)) == len(answer.figures)
-    assert not re.search(r'(src|href)="(https?:)?//', text.partition("<footer")[0])
-
-
-@BOTH
-def test_plots_are_the_figures_of_the_page(results, name):
-    result = results[name]
-    figures = answered(result).figures
-    assert result.plot() == result.plot(figures[0].title)
-    for figure in figures:
-        plot = result.plot(figure.title)
-        assert plot.layout.title.text == figure.title
-        drawn = [np.array(trace.y, dtype=float) for trace in plot.data]
-        for trace, values in zip(figure.traces, drawn, strict=True):
-            assert np.array_equal(values, np.array(trace["y"], dtype=float), equal_nan=True)
-    with pytest.raises(ParameterError, match=f"title = 'none': must be .*{figures[-1].title}"):
-        result.plot("none")
 
 
 @BOTH

@@ -16,7 +16,7 @@ from plumbob.engines.audit.gradient import Entry, gradients
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
+from plumbob.tests.audit.scenes_as_models import PENDULUM, compiled, pendulum
 
 MASS, STIFFNESS, DURATION, STEP = 2.0, 50.0, 0.4, 0.01
 OSCILLATOR = f"""
@@ -64,18 +64,6 @@ def test_of_an_oscillator_all_are_those_of_the_closed_forms():
     for name, within in (("transition", 1e-8), ("central", 1e-10), ("forward", 1e-10)):
         assert at_end(found, name)[0] == pytest.approx(along[0], abs=within)
     assert found.horizon is None
-
-
-def test_ways_agree_on_a_body_that_turns_and_falls():
-    """Its positions are six, its quaternion's numbers seven."""
-    model = ball(2.0)
-    model.body_inertia[1] = [1e-3, 2e-3, 2.5e-3]
-    model.qpos0[3:] = [0.5, 0.5, 0.5, 0.5]
-    found = found_of(model, duration=0.1)
-    assert found.of[:3] == ("joint 0 x", "joint 0 y", "joint 0 z")
-    assert len(found.by) == 12
-    for name in ("transition", "central"):
-        assert at_end(found, name) == pytest.approx(found.exact[-1], abs=1e-5)
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "RK4"])

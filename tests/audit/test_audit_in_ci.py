@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import plumbob
-from plumbob.reports.commands.several_audits import Row, refused, workflow_commands
 
 ROOT = Path(plumbob.__file__).parent
 
@@ -59,14 +58,3 @@ def test_the_hooks_command_takes_files(tmp_path):
     assert [bool(re.search(pattern, name)) for name in ("a/b.xml", "r.urdf", "a.py")] == [1, 1, 0]
     (tmp_path / "bad.xml").write_text("<mujoco><no_such/></mujoco>")
     assert _run(f"{entry} bad.xml", tmp_path).returncode == 2
-
-
-def test_what_is_annotated(tmp_path):
-    """Each line that sets something, or the first; what would end a command is escaped."""
-    file = tmp_path / "m.xml"
-    file.write_text('<mujoco>\n<option integrator="RK4"/>\n<geom solref = ".02 1"/>\n</mujoco>')
-    row = Row(str(file), 0.1, 0.01, "keep", 0, {}, lines=("your error  5 %", "to do  x"))
-    command = f"::notice file={file},line={{}},title=plumbob audit::your error  5 %25%0Ato do  x"
-    assert list(workflow_commands(row)) == [command.format(2), command.format(3)]
-    (line,) = workflow_commands(refused("none.xml", "no model"))
-    assert line == "::error file=none.xml,line=1,title=plumbob audit::no model"

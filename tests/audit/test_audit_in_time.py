@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import plumbob
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
@@ -18,8 +17,7 @@ from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import compared, halved, unlike
-from plumbob.engines.audit.trims import strictest, trims
-from plumbob.engines.own_motion import Change, Start
+from plumbob.engines.own_motion import Start
 from plumbob.reports.view.audit.page import answered, page, rows
 from plumbob.reports.view.audit.records import record
 from plumbob.tests.audit.scenes_as_models import ball, compiled, pendulum
@@ -55,23 +53,6 @@ def test_the_own_step_is_run_whatever_the_time():
     assert "the time given for it ended" in found.reference.why
 
 
-def test_trims_end_with_their_time():
-    own = own_model(pendulum(), "rod")
-    motion = script(own, duration=0.2)
-    assert trims(own, motion, 2, 10, 1.0, Allowance(0.0, clock())).each == ()
-    assert len(trims(own, motion, 2, 10, 1.0, Allowance(0.003, clock())).each) == 2
-
-
-def test_all_that_is_left_out_is_said_once():
-    many, few, off = (
-        Change("iterations above 20", (("iterations", (), 20),)),
-        Change("iterations above 5", (("iterations", (), 5),)),
-        Change("island", (("disableflags", (), 1),)),
-    )
-    warm = Change("warmstart", (("disableflags", (), 2),))
-    assert strictest([many, few, off, warm]) == (few, off, warm)
-
-
 def test_steps_that_do_not_tend_to_a_reference_are_said_to():
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.1)
@@ -100,26 +81,6 @@ def test_a_solver_at_its_cap_is_said():
     assert own.stepped(script(own, duration=0.1), "euler", 20).remarks == ()
 
 
-def test_a_start_that_is_hardly_meant_is_said():
-    assert own_model(ball(0.0995), "ball").notes == ()
-    (note,) = own_model(ball(0.05), "ball").notes
-    assert note == "it starts with contacts 0.05 m deep: is that posture meant?"
-
-
-def test_a_model_that_diverges_prints_nothing_and_writes_no_log(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    text = """<mujoco><option timestep=".02"/>
-      <worldbody><body><joint axis="0 1 0" stiffness="1e6"/><geom size=".05" pos=".2 0 0"/></body>
-      </worldbody><keyframe><key qpos="1"/></keyframe></mujoco>"""
-    own = own_model(compiled(text), "stiff", Start(0))
-    motion = script(own, duration=0.2)
-    assert own.stepped(motion, "euler", 1).why.startswith("diverged")
-    own.changes(motion)
-    assert len(own.touching(motion).times) < 10
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_candidate_that_diverges_is_dropped_at_once():
     """RK4 on stiff joints: steps from numbers that are none would take a hundred times as long."""
     joints = '<joint axis="0 1 0" stiffness="1e7"/><joint type="slide" stiffness="1e7"/>'
@@ -136,25 +97,6 @@ def test_a_candidate_that_diverges_is_dropped_at_once():
     assert gone.why == "diverged within 0.02 s"
     assert holds.why == ""
     assert gone.seconds < 0.3 * holds.seconds  # an eighth of its steps in one of ten periods
-
-
-@pytest.mark.long
-def test_an_integrator_that_mujoco_refuses_is_not_the_end(tmp_path):
-    """Elasticity of a flex is not integrated implicitly."""
-    path = tmp_path / "cloth.xml"
-    path.write_text(
-        """<mujoco><worldbody><flexcomp name="f" type="grid" count="3 3 1" spacing=".1 .1 .1"
-        radius=".01" dim="2" mass="1"><elasticity young="1e4" poisson=".1" thickness="1e-2"
-        elastic2d="both"/></flexcomp></worldbody></mujoco>""",
-        "utf-8",
-    )
-    found = plumbob.audit(path, duration=0.1, budget=10.0)
-    assert {s.integrator for s in found.found.steps} == {"euler", "rk4"}
-    assert "implicitfast is not tried: MuJoCo refuses it" in dict(rows(answered(found)))["model"]
-    model = mujoco.MjModel.from_xml_path(str(path))
-    model.opt.integrator = int(mujoco.mjtIntegrator.mjINT_IMPLICIT)
-    with pytest.raises(ParameterError, match="MuJoCo refuses it"):
-        plumbob.audit(model, duration=0.1)
 
 
 @pytest.mark.long

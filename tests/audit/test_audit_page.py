@@ -1,23 +1,17 @@
 """The page of an audit stands alone, says what the text says, and is drawn from what was found."""
 
-import base64
 import json
 import re
-import zlib
 from html import unescape
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model import picture as picture_module
-from plumbob.engines.audit.controls import script
-from plumbob.engines.own_motion import Touching
 from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, card, page, rows
 from plumbob.reports.view.notation import metres
-from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball, ready
+from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball
 from plumbob.tests.support.page_document import plotted_inside
 
 
@@ -57,45 +51,6 @@ def test_figures_are_drawn_from_the_audit(found):
     ends = found.touching.events
     assert ends == 2 * len(lasting) - (lasting[-1, 1] >= 0.2)
     assert f"{ends / 0.2:.3g} begin or cease to in a second" in timeline.caption
-
-
-def test_contacts_are_looked_for_at_each_own_step():
-    looks = np.asarray(0.1 * np.arange(5), dtype=float)
-    touching = Touching(looks, {"a – b": np.array([False, True, True, False, True])})
-    assert touching.intervals("a – b") == pytest.approx(np.array([[0.1, 0.3], [0.4, 0.5]]))
-    assert touching.events == 3
-    model = ready(ball(0.12))
-    found = model.touching(script(model, duration=0.04))
-    assert found.times == pytest.approx(0.001 * np.arange(40))
-    assert found.pairs == {}
-
-
-@pytest.mark.long
-def test_a_picture_is_on_the_page_where_there_is_one(found):
-    answer = answered(found)
-    assert "No picture of the model" in page(answer, found, "")
-    text = page(answer, found, "", b"drawn")
-    assert "No picture of the model" not in text
-    assert f'src="data:image/png;base64,{base64.b64encode(b"drawn").decode()}"' in text
-
-
-def test_pictures_are_pngs_of_their_pixels():
-    pixels = np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8)
-    content = picture_module.png(pixels)
-    assert content.startswith(b"\x89PNG\r\n\x1a\n")
-    begin = content.index(b"IDAT")
-    size = int.from_bytes(content[begin - 4 : begin])
-    rows = np.frombuffer(zlib.decompress(content[begin + 4 : begin + 4 + size]), np.uint8)
-    assert np.array_equal(rows.reshape(5, 22)[:, 1:].reshape(5, 7, 3), pixels)
-    assert int.from_bytes(content[begin + 4 + size :][:4]) == zlib.crc32(
-        content[begin:][: 4 + size]
-    )
-
-
-def test_a_machine_that_cannot_draw_gives_no_picture(monkeypatch):
-    model = ball(0.12)
-    monkeypatch.setattr("sys.executable", "/bin/false")
-    assert picture_module.picture(model, model.qpos0) is None
 
 
 @pytest.mark.long

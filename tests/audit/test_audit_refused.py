@@ -10,16 +10,10 @@ import numpy as np
 import pytest
 
 import plumbob
-from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.own_model import field as field_module
-from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
-from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
-from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
+from plumbob.tests.audit.scenes_as_models import PENDULUM, pendulum
 
 CASES = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
 HOSTILE = CASES["hostile"]
@@ -61,17 +55,6 @@ def test_bad_options_of_contacts_are_one_line(words, reason, files, capsys):
     assert sorted(files.iterdir()) == before
 
 
-def test_callback_is_refused():
-    model = pendulum()
-    mujoco.set_mjcb_control(lambda model, data: None)
-    try:
-        with pytest.raises(NotCertifiable, match="a callback: mjcb_control"):
-            refused(model)
-    finally:
-        mujoco.set_mjcb_control(None)
-    refused(model)
-
-
 class WithPluginState:
     """A model that says it has a plugin with numbers of its own; no plugin of MuJoCo's own has."""
 
@@ -87,28 +70,6 @@ class WithPluginState:
 def test_a_plugin_with_a_state_of_its_own_is_refused():
     with pytest.raises(NotCertifiable, match="a plugin with a state of its own"):
         refused(WithPluginState(pendulum()))
-
-
-def test_too_many_contacts_in_the_layer_are_not_blended():
-    """A box of a hair's depth has four contacts within the layer, two such have eight."""
-    box = '<body pos="{} 0 .0999999"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
-    plane = '<geom type="plane" size="5 5 1"/>'
-    for count in (1, 2):
-        text = f"<mujoco><worldbody>{plane}{''.join(map(box.format, range(count)))}"
-        own = own_model(compiled(f"{text}</worldbody></mujoco>"), "boxes")
-        if count == 1:
-            own.field(1e-5)(0.0, own.state)
-            continue
-        with pytest.raises(NotCertifiable, match=r"8 contacts begin within 1e-05 m .* than 4"):
-            own.field(1e-5)(0.0, own.state)
-
-
-def test_solver_at_its_cap_is_not_believed(monkeypatch):
-    monkeypatch.setattr(field_module, "ITERATIONS", 1)
-    own = own_model(ball(0.0995), "ball")
-    found = certified(own, script(own, duration=0.1), Allowance(10.0))
-    assert found.until == 0.0
-    assert "the constraint solver stops at 1 iterations" in found.why
 
 
 @pytest.fixture(name="files")
@@ -177,35 +138,9 @@ def test_controls_from_a_file_and_an_array_agree(files):
         assert np.array_equal(controls_of(Path(file)), values)
 
 
-@pytest.mark.long
-def test_users_model_is_not_changed_anywhere():
-    model = ball(0.12, solref=".0001 1")
-    size = mujoco.mj_sizeModel(model)
-    before, after = np.zeros(size, np.uint8), np.zeros(size, np.uint8)
-    mujoco.mj_saveModel(model, None, before)
-    found = plumbob.audit(model, duration=0.05, budget=10.0)
-    mujoco.mj_saveModel(model, None, after)
-    assert np.array_equal(before, after)
-    assert found.clamped == {"geom_solref": 2}
-
-
 def test_no_reference_is_an_answer(capsys, files):
     """Exit code 0, also where the answer is "no reference, because ..."."""
     code = main(["audit", "my.xml", "--budget", "1e-9"])
     printed = capsys.readouterr()
     assert code == 0
     assert "none: the time given for it ended" in printed.out
-
-
-@pytest.mark.parametrize("model", [pendulum, pendulum().opt, None, b"<mujoco/>"])
-@pytest.mark.parametrize("audit", [plumbob.audit, plumbob.audit_contacts])
-def test_of_what_is_no_model_it_says_what_is_wanted(audit, model):
-    wanted = r"must be a path to a MuJoCo model file, a mujoco\.MjModel, a mujoco\.MjSpec, or"
-    with pytest.raises(ParameterError, match=f"model = '{type(model).__name__}': {wanted}"):
-        audit(model)
-
-
-@pytest.mark.parametrize("control", [None, pendulum, object(), 1.0, [["one"]]])
-def test_of_what_is_no_control_it_says_what_is_wanted(control):
-    with pytest.raises(ParameterError, match=r"ctrl = .* of shape \(periods, 1\)"):
-        plumbob.audit(pendulum(), control)

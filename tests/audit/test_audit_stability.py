@@ -9,23 +9,16 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import stability as stability_module
-from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
     DIFFERENCES,
     LEAST,
     LOST,
     MARGIN,
-    MOST,
-    SETTLED,
-    SPREAD,
     Course,
-    Limit,
     excess,
     limited,
-    remedied,
     stability,
-    tried_below,
 )
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
@@ -179,43 +172,6 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
         assert limit.why.startswith("by nudged runs")
 
 
-def test_a_limit_that_no_run_confirms_is_none(monkeypatch):
-    on = course(arm(more=""))
-    for name in ("unstable", "decidedly_unstable"):
-        monkeypatch.setattr(stability_module, name, lambda at, of, step: step > 0.004)
-    limit = limited(on, "euler")
-    assert (limit.largest_step, limit.confirmed) == (None, True)
-
-
-def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
-    """Some between them and the limit hold: an island, not a limit."""
-    on = course(arm())
-    limit, low, high = limited(on, "euler"), 0.0030, 0.0034
-    assert tried_below(on, limit) == limit
-    rate = Course.rate
-
-    def islands(self, integrator, step, duration):
-        return math.inf if low < step < high else rate(self, integrator, step, duration)
-
-    monkeypatch.setattr(Course, "rate", islands)
-    lower = tried_below(on, limit)
-    assert lower.confirmed
-    assert low / SPREAD**2 < lower.largest_step < low
-    assert lower.why.startswith("by nudged runs")
-
-
-@pytest.mark.parametrize(("integrator", "holds", "moves"), [("rk4", 0.0040, 0.0046)])
-def test_a_ball_that_does_not_come_to_rest_chatters(integrator, holds, moves):
-    on = course(DROP)
-    limit = tried_below(on, limited(on, integrator))
-    assert limit.reach == math.inf
-    assert holds < limit.chatters < moves
-    rates = [on.rate(integrator, step, MOST * moves) for step in (holds, moves)]
-    assert rates[0] < SETTLED < rates[1]
-    pole = course(POLE, 2.0)
-    assert tried_below(pole, limited(pole, integrator)).chatters is None
-
-
 @pytest.mark.long
 def test_a_remedy_that_is_followed_gives_what_it_claims():
     on = course(arm())
@@ -237,22 +193,6 @@ def test_a_remedy_that_is_followed_gives_what_it_claims():
     assert remedy.moved == pytest.approx(apart.max(), rel=0.01)
 
 
-def test_a_remedy_of_one_of_two_equal_joints_is_none(monkeypatch):
-    """Whatever runs say: the other one is as stiff."""
-    begin, end = (arm().index(tag) for tag in ('<body pos=".2', "</body></body>"))
-    forearm = arm()[begin : end + len("</body>")]
-    twin = forearm.replace(".2 0 0", "-.2 0 0").replace("elbow", "other")
-    drives = DRIVE + DRIVE.replace("elbow", "other").replace('"drive"', '"second"')
-    text = arm(drives).replace(forearm, forearm + twin).replace('"0 .1"', '"0 .1 .1"')
-    beyond = Limit("euler", None, confirmed=True)
-    for on, helps in ((course(text), False), (course(arm()), True)):
-        limit = limited(on, "euler")
-        assert limit.confirmed
-        with monkeypatch.context() as patched:
-            patched.setattr(stability_module, "limited", lambda *_: beyond)
-            assert bool(remedied(on, [limit])) == helps
-
-
 @pytest.mark.long
 def test_implicit_damping_and_kv_are_remedies_where_they_help():
     damped = course(arm("", 'damping="20"', 0.0005, flag='eulerdamp="disable"'))
@@ -264,14 +204,6 @@ def test_implicit_damping_and_kv_are_remedies_where_they_help():
     driven = course(arm(integrator="implicitfast"))
     names = [r.name for r in stability(driven.model, driven.script, driven.states).remedies]
     assert names == ["kv 9", "armature 0.02"]
-
-
-def test_what_the_time_does_not_allow_is_not_claimed():
-    on = course(arm())
-    found = stability(on.model, on.script, on.states, Allowance(0.0))
-    assert found.own.confirmed
-    assert [limit.confirmed for limit in found.limits[1:]] == [False] * 3
-    assert found.remedies == ()
 
 
 @pytest.mark.long

@@ -11,7 +11,6 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.reports.cli import main
 from plumbob.reports.commands.several_audits import Row, model_files, refused, write_badge
-from plumbob.reports.view.audit.page import mark_of
 
 ROD = """<mujoco><option timestep="{step}"/><worldbody><body><joint axis="0 1 0"/>
 <geom size=".1" pos=".5 0 0"/></body></worldbody></mujoco>"""
@@ -80,30 +79,6 @@ def test_what_diverges_comes_first(folder, capsys):
     _, first, second = capsys.readouterr().out.splitlines()
     assert first.split()[:4] == ["stiff.xml", "100", "ms", "diverges"]
     assert second.split()[0] == "coarse/rod.xml"
-
-
-def test_an_interrupt_keeps_what_is_done(folder, capsys, monkeypatch):
-    def interrupted(files, *rest):
-        yield Row(str(files[0]), 0.5, 0.01, "this", 0, {})
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("plumbob.reports.commands.several_audits.audited", interrupted)
-    assert main(["audit", str(folder / "fine"), str(folder / "coarse")]) == 130
-    assert "rod.xml  10 ms  50 cm  this" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("turn", [1, -1])
-def test_names_of_pages_do_not_depend_on_which_audit_ends_first(folder, turn, monkeypatch):
-    def audited(files, *rest):
-        for file in files[::turn]:
-            mark = f'<p data-model="{mark_of(str(file))}">'
-            yield Row(str(file), 0.5, 0.01, "this", 0, {}, f"{mark} {file.parent.name}")
-
-    monkeypatch.setattr("plumbob.reports.commands.several_audits.audited", audited)
-    out = folder / "out"
-    main(["audit", str(folder / "fine"), str(folder / "coarse"), "--out", str(out)])
-    assert (out / "audit-rod.html").read_text().endswith("coarse")
-    assert (out / "audit-fine-rod.html").read_text().endswith("fine")
 
 
 @pytest.mark.long
@@ -176,26 +151,3 @@ def test_a_badge_says_the_largest_error(rows, bounded, message, color, tmp_path)
     badge = json.loads((tmp_path / "badge.json").read_text("utf-8"))
     label = {"schemaVersion": 1, "label": "simulation error"}
     assert badge == {**label, "message": message, "color": color}
-
-
-def test_the_command_writes_the_badge_and_fails_without_a_reference(folder, capsys):
-    badge, junit = folder / "new" / "badge.json", folder / "junit.xml"
-    asked = ["--absolute", "0.01", "--require-reference", "--badge", str(badge)]
-    for name, budget, code, color, outcome in (
-        ("fine/rod.xml", "5", 0, "brightgreen", None),
-        ("fine/rod.xml", "1e-9", 1, "red", "failure"),
-        ("broken.xml", "5", 2, "red", "error"),
-    ):
-        words = ["--duration", "0.1", "--budget", budget, "--junitxml", str(junit)]
-        assert main(["audit", str(folder / name), *words, *asked]) == code
-        assert json.loads(badge.read_text("utf-8"))["color"] == color
-        (case,) = ElementTree.parse(junit).getroot()
-        assert [e.tag for e in case.findall("*[@message]")] == [outcome] * bool(outcome)
-    assert "no reference beyond 0 s" in capsys.readouterr().err
-    assert main(["audit", str(folder / "fine/rod.xml"), "--badge", str(folder)]) == 2
-    assert capsys.readouterr().err.startswith(f"plumbob: badge = '{folder}': must be a new file")
-
-
-def test_one_line_for_what_cannot_be(folder, capsys):
-    assert main(["audit", str(folder), "--write-trimmed", str(folder / "new.xml")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

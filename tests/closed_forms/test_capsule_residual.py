@@ -10,20 +10,9 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.residual_motion import spin, translation
-from plumbob.tests.support.plane_motions import pivoting
-from plumbob.tests.support.random_capsules import CHECK, capsules
+from plumbob.tests.support.random_capsules import capsules
 
 CENTRE, ARM = (0.03, 0.02), 0.2  # a triangle with its circumcentre away from C
-ROUND_ABOUT = Capsule(
-    *(1.0, 0.3, 0.02),
-    (
-        (CENTRE[0] + ARM * math.cos(0.3), CENTRE[1] + ARM * math.sin(0.3)),
-        (CENTRE[0] + ARM * math.cos(2.2), CENTRE[1] + ARM * math.sin(2.2)),
-        (CENTRE[0] + ARM * math.cos(4.4), CENTRE[1] + ARM * math.sin(4.4)),
-    ),
-    *(0.3, 9.81),
-)
-BALANCED = (CENTRE[0] / ROUND_ABOUT.mass_ratio, CENTRE[1] / ROUND_ABOUT.mass_ratio)
 
 
 @given(capsules(), st.floats(0.01, 3.0), st.floats(-7.0, 7.0))
@@ -50,15 +39,3 @@ def test_spin_about_the_body_centre():
     assert not seen["x"].any()
     assert not seen["y"].any()
     assert seen["heading"][-1] == pytest.approx(-18.0 / braking, rel=1e-14)
-
-
-@pytest.mark.parametrize(
-    "motion", [spin(ROUND_ABOUT, BALANCED, 5.0), pivoting(CHECK, (0.6, 0), 1, 2)]
-)
-def test_velocities_are_those_of_the_places(motion):
-    """Central differences over 1e-6 s of a motion of a few rad/s: 1e-10 of rounding."""
-    times, small = np.linspace(0.1, 0.9, 9) * motion.duration, 1e-6
-    later, sooner, now = (motion.observe(times + shift) for shift in (small, -small, 0.0))
-    for place, rate in (("x", "velocity_x"), ("y", "velocity_y"), ("heading", "heading_rate")):
-        slope = (later[place] - sooner[place]) / (2 * small)
-        np.testing.assert_allclose(slope, now[rate], rtol=0, atol=2e-9)

@@ -13,11 +13,9 @@ from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.engines.sampling import sampled
 from plumbob.models.registry import scene, system_of
-from plumbob.models.tripod_capsule.turn import EPSILONS, SCENES
+from plumbob.models.tripod_capsule.turn import EPSILONS
 from plumbob.tests.support.random_capsules import CHECK
 
 RATIO = turn_of(CHECK, 0.12, 1.0).inertia_ratio
@@ -48,35 +46,6 @@ def test_a_turn_says_its_angles(epsilon):
     assert case.parameters["half_time"] * 2.0 < facts["rest_time"] <= case.duration
 
 
-@pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
-def test_samples_fall_on_the_slider_s_stop(case):
-    """Every step has a whole number of steps in a half time and in the scene, and of the samples
-    that are kept one is at 2 tau, where the source's formula holds; repeated turns are too many."""
-    tau = case.parameters["half_time"]
-    for step in case.steps:
-        stop, steps = 2.0 * tau / step, case.duration / step
-        assert max(abs(stop - round(stop)), abs(steps - round(steps))) <= 1e-9 * steps
-        if case.parameters.get("count", 1) == 1:
-            assert round(stop) in sampled(round(steps))
-
-
-def test_consecutive_turns_are_the_whole_motion():
-    """Against the same turns followed as one path; the difference is the error of both motions."""
-    repeated = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
-    motion = three_point_motion(CHECK, repeated.path)
-    assert repeated.duration == pytest.approx(motion.rest_time, rel=1e-12)
-    times = np.linspace(0.0, 1.05 * repeated.duration, 200)
-    for name in ("position", "heading", "velocity", "angular_velocity"):
-        turns, path = (getattr(m.at(times), name) for m in (repeated, motion))
-        np.testing.assert_allclose(turns, path, rtol=0, atol=1e-11 * np.abs(path).max())
-    assert repeated.error.heading[0] >= 3 * repeated.single.error.heading[0]
-
-
-def test_a_repeated_motion_needs_its_pauses():
-    with pytest.raises(ParameterError, match=r"^pause = 0\.0: must be at least"):
-        RepeatedTurn(WHOLE, 2, 0.0)
-
-
 @pytest.mark.parametrize("friction", [0.0, 1e-308, 1e-17])
 def test_friction_that_no_double_shows_is_refused_before_anything_is_worked_out(
     friction, monkeypatch
@@ -98,29 +67,6 @@ def test_friction_that_changes_the_last_digit_of_the_largest_rate_ends_a_turn():
     assert math.isfinite(RepeatedTurn(slippery).single.rest_time)
 
 
-def test_a_reference_is_in_the_axes_of_its_start():
-    path = turn_of(CHECK, 0.12, 0.3).path
-    times = np.linspace(0.0, 0.2, 9)
-    plain = PlaneReference(three_point_motion(CHECK, path))
-    moved = PlaneReference(three_point_motion(CHECK, path, Start((0.4, -0.3), 2.0)))
-    for name, values in plain.observe(times).items():
-        np.testing.assert_allclose(moved.observe(times)[name], values, rtol=0, atol=1e-13 * 20.0)
-    predicted = [plane_errors(r, POSITION_FIRST, 1e-3, times) for r in (plain, moved)]
-    np.testing.assert_allclose(predicted[0]["x"], predicted[1]["x"], rtol=0, atol=1e-13)
-
-
-def test_what_a_reference_keeps_belongs_to_its_times_and_stays():
-    times = np.linspace(0.0, 0.2, 9)
-    reference = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3)))
-    first = reference.observe(times)
-    with pytest.raises(ValueError, match="read-only"):
-        first["x"][0] = 1.0
-    first.pop("x")
-    other, fresh = reference.observe(0.5 * times), PlaneReference(reference.motion)
-    np.testing.assert_equal(dict(other), dict(fresh.observe(0.5 * times)))
-    np.testing.assert_equal(dict(reference.observe(times)), dict(fresh.observe(times)))
-
-
 @pytest.mark.parametrize(
     ("name", "scheme", "observable", "coefficient"),
     [
@@ -140,9 +86,3 @@ def test_the_error_of_steps_is_of_first_order(name, scheme, observable, coeffici
     grid = np.array([0.0, case.duration])
     ends = [plane_errors(reference, scheme, h, grid)[observable][-1] / h for h in steps]
     assert 2.0 * ends[1] - ends[0] == pytest.approx(coefficient, rel=0.03)
-
-
-def test_nothing_is_predicted_of_an_unknown_scheme_or_a_run_too_long():
-    reference, grid = exact(scene("capsule-turn/0.3")), np.array([0.0, 0.2])
-    assert plane_errors(reference, Scheme("verlet"), 1e-3, grid) == {}
-    assert plane_errors(reference, POSITION_FIRST, 1e-7, grid) == {}

@@ -86,14 +86,6 @@ def test_printed_hamiltonian_is_another_problem():
     assert still == pytest.approx(at(RESTING, 0.5, 0), rel=1e-15)  # the same without rotation
 
 
-def test_general_body_turns_by_its_i_y():
-    """The source's I_x in place of I_y is correct for a symmetric body only."""
-    moments = {"inertia_y": STEEL.inertia_y + 0.03}
-    pendulum = replace(TURNING, body=replace(STEEL, **moments))
-    assert at(pendulum, 0.5, 0) == pytest.approx(19.729448, abs=5e-7)
-    assert at(TURNING, 0.5, 0) == pytest.approx(19.655093, abs=5e-7)
-
-
 def test_coefficients_are_those_of_the_independent_derivation():
     """The closed form and 40-digit quadrature start from the same doubles."""
     for _, pendulum in pendulums(110, seed=7):
@@ -125,22 +117,3 @@ def test_equilibria_against_40_digits():
 def test_pitchfork(rate, kinds):
     level = replace(TURNING, pivot_y=0.0, platform_rate=rate * TURNING.pitchfork_rate)
     assert [e.kind for e in level.equilibria] == kinds
-
-
-def test_at_the_pitchfork_rounding_decides():
-    """One equilibrium at 0, or three within 1e-7."""
-    level = replace(TURNING, pivot_y=0.0, platform_rate=TURNING.pitchfork_rate)
-    near = {abs(e.theta) <= 1e-7: e.kind for e in level.equilibria}
-    assert near == {True: "degenerate", False: "saddle"}
-
-
-def test_there_is_no_pitchfork_for_a_flat_body():
-    assert replace(TURNING, body=cone(8000.0, 0.3, math.radians(150.0))).pitchfork_rate == math.inf
-
-
-def test_started_gives_the_excess_as_a_speed():
-    given = replace(TURNING, theta=0.3, theta_dot=-1.0, excess=2.0)
-    assert given.started.excess is None
-    assert double(given.started.motion.energy - given.motion.energy) == pytest.approx(0, abs=1e-12)
-    assert given.started.theta_dot < 0
-    assert TURNING.started is TURNING

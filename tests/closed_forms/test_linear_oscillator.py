@@ -11,7 +11,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
-from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
 DIGITS = 60
 TIMES = np.concatenate([np.linspace(0.0, 50.0, 26), 10.0 ** np.linspace(-9.0, 0.9, 20)])
@@ -94,12 +93,6 @@ def test_the_closed_form_is_accurate_to_double_precision(name):
     assert worst(OSCILLATORS[name], TIMES, moving, at_rest) < ROUNDING
 
 
-@pytest.mark.parametrize("name", ["forced", "near resonance", "free with drag"])
-def test_a_short_time_loses_nothing(name):
-    # from rest the answer is 1e-13 of the terms that a naive formula subtracts
-    assert worst(OSCILLATORS[name], np.array([1e-7, 3e-7]), (0.0, 0.0)) < ROUNDING
-
-
 # Smaller ones give motions whose last digits are below the smallest normal double.
 normal = st.floats(-3.0, 3.0).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
 
@@ -137,20 +130,3 @@ def test_a_coefficient_error_of_1e_9_is_detected(name, field, off):
     wrong = replace(right, **{field: getattr(right, field) + off})
     x, y = (oscillator.motion(0.7, -0.4, TIMES)[0] for oscillator in (wrong, right))
     assert np.abs(x - y).max() > 1e4 * ROUNDING * np.abs(y).max()
-
-
-@pytest.mark.parametrize("name", ["underdamped", "forced", "resonance", "overdamped"])
-def test_two_integrations_agree_with_the_closed_form(name):
-    oscillator, times = OSCILLATORS[name], np.linspace(0.0, 50.0, 201)
-    motion = DrivenMotion(oscillator.rotor, 0.7, -0.4)
-    assert motion.closed_form == oscillator
-    allowed = motion.uncertainty(times)["theta"] + motion.certified.uncertainty(times)["theta"]
-    gaps = np.abs(motion.observe(times)["theta"] - motion.certified.observe(times)["theta"])
-    assert (gaps <= allowed).all()
-    assert allowed.max() < 1e-11
-
-
-def test_times_may_have_any_shape():
-    times = np.linspace(0.0, 1.0, 6)
-    square, flat = (OSCILLATORS["forced"].motion(1.0, 0.0, t) for t in (times.reshape(2, 3), times))
-    np.testing.assert_array_equal(square, np.reshape(flat, (2, 2, 3)))

@@ -42,12 +42,3 @@ def test_the_error_bar_covers_rounding_of_the_start():
         error = found.errors["theta"]
         assert error.largest == pytest.approx(size, rel=0.15)
         assert error.largest < error.uncertainty < 10 * error.largest
-
-
-def test_theta_and_its_complement_are_interchangeable():
-    near, far = problem("near-top-1e-3"), problem("free-large", theta_from_top=-1e-3)
-    assert near.elliptic.period == far.elliptic.period
-    back = problem("near-top-1e-3", theta=-2.0)
-    assert (back.theta, back.theta_from_top, back.started) == (-2.0, None, back)
-    rest = problem("free-large", theta_from_top=0.0)
-    assert rest.elliptic.regime == "rest"

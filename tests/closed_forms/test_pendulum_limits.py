@@ -89,14 +89,6 @@ def test_angle_from_the_top_is_on_the_turn_nearest_to_theta(theta):
     assert math.remainder(start - math.pi - 1e-3, 2 * math.pi) == pytest.approx(0.0, abs=3e-14)
 
 
-@pytest.mark.parametrize("theta", [1.0, -1.0])
-def test_of_two_equal_tops_the_nearer_counts(theta):
-    tops = [e.theta for e in FLAT.equilibria if e.kind == "saddle"]
-    motion = PendulumMotion(FLAT.potential, 1.0, theta, 0.0, theta_from_top=0.01)
-    expected = min(tops, key=lambda x: abs(x - theta)) + 0.01
-    assert motion.state(np.zeros(1))[0] == pytest.approx(expected, abs=1e-15)
-
-
 @pytest.mark.parametrize("index", range(11))
 def test_time_of_an_angle(index):
     """theta(time_at(x)) = x, and no earlier time has it."""
@@ -112,15 +104,6 @@ def test_time_of_an_angle(index):
     rounding = np.sqrt(1e-15 * (1.0 + np.abs(theta)) / np.ptp(theta))
     assert (reached <= times + rounding * motion.period).all()
     assert np.isnan(motion.time_at(theta[:1] - 7.0 * np.sign(pendulum.theta_dot or 1.0))).all()
-
-
-def test_momentum_and_phase():
-    motion = replace(STEEL, theta_dot=-37.0).motion
-    times = np.linspace(0.0, 0.5, 300)
-    theta, theta_dot = motion.state(times)
-    assert motion.momentum(theta) == pytest.approx(motion.inertia * theta_dot, rel=1e-13)
-    assert motion.phase(np.array([motion.period])) == pytest.approx(2 * math.pi, rel=1e-15)
-    assert np.isnan(replace(STEEL, theta_dot=5.0).motion.momentum(np.array([math.pi]))).all()
 
 
 INPUTS = ("a", "b", "c", "inertia", "theta", "theta_dot")

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from gmpy2 import mpfr
 
-from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
@@ -143,58 +142,6 @@ HARD = {
 @pytest.mark.parametrize("case", HARD)
 def test_hard_case(case):
     assert_exact(HARD[case].motion, orbit_of(HARD[case]))
-
-
-@pytest.mark.parametrize("offset", [1e-3, 1e-6, 1e-9, 1e-12, 0.0, -1e-12, -1e-6])
-def test_deeper_well_at_the_height_of_the_shallower(offset):
-    """Where the other two turning points are about to vanish, and the map is nearly singular."""
-    level = min(e.potential for e in STEEL.equilibria[:3]) + 500.0 * offset
-    depth = float(double(STEEL.potential.value(1.0)))
-    speed = math.sqrt(2 * (level - depth) / STEEL.body.inertia_x)
-    pendulum = replace(STEEL, theta=1.0, theta_dot=speed)
-    assert_exact(pendulum.motion, orbit_of(pendulum))
-
-
-def action_condition(motion):
-    """Relative change of the action over a relative change of the inputs, summed as for the period:
-    dI = (T/2 pi) (dH - the mean of dH at fixed theta and p over the orbit)."""
-    near = motion.neighbours
-    theta, rate = motion.state(motion.period * np.arange(4096) / 4096)
-    v, sine, cosine = near.potential, np.sin(theta), np.cos(theta)
-    energy = near.kinetic + v.value(near.theta0)
-    change = double(energy - energy[0])
-    means = (np.mean(sine**2), np.mean(sine), np.mean(cosine))
-    for coefficient, mean in zip((v.a, v.b, v.c), means, strict=True):
-        change = change + double(coefficient - coefficient[0]) * mean
-    change = change + double(near.inertia - near.inertia[0]) * np.mean(rate**2) / 2
-    return float(np.abs(change).sum() * motion.period / (2 * np.pi * ULP * motion.action))
-
-
-def test_the_error_in_a_quartic_well_is_its_condition_number():
-    """The energy of 1e-6 rad is 1e-25 of the barrier, of which 34 digits leave 9."""
-    motion = replace(LEVEL, platform_rate=PITCHFORK, theta=1e-6, theta_dot=0.0).motion
-    orbit = orbit_of(replace(LEVEL, platform_rate=PITCHFORK, theta=1e-6, theta_dot=0.0))
-    period, action, _ = orbit.follow()
-    assert motion.period_condition > 1e12
-    assert abs(float(motion.period / period - 1)) <= 1e-13 * motion.period_condition
-    assert abs(float(motion.action / action - 1)) <= 1e-13 * action_condition(motion)
-
-
-@pytest.mark.parametrize("theta_dot", [37.0, -37.0, 5.0])
-def test_long_times(theta_dot):
-    """To 10^9 s, 6 x 10^9 turns: the angle is then rounded to 7e-6 rad."""
-    pendulum = replace(STEEL, theta_dot=theta_dot)
-    times = np.array([-1e9, -1e6, 1e3, 1e6 + 0.1, 1e9])
-    assert_exact(pendulum.motion, replace(orbit_of(pendulum), agreement=1e-17), times)
-
-
-def test_a_rotation_without_any_force():
-    free = replace(STEEL, platform_rate=0.0, gravity=0.0, theta=0.5, theta_dot=-2.0).motion
-    theta, theta_dot = free.state(np.array([-1.0, 0.0, 1000.0]))
-    assert theta == pytest.approx([2.5, 0.5, -1999.5], rel=1e-15)
-    assert theta_dot == pytest.approx(-2.0, rel=1e-15)
-    assert free.period == pytest.approx(math.pi, rel=1e-15)
-    assert free.barriers.size == 0
 
 
 def test_an_uncertainty_does_not_depend_on_what_was_asked_before():

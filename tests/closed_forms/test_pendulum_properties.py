@@ -35,12 +35,6 @@ def scale(motion):
     return float(motion.exact_potential.scale) + motion.inertia * motion.theta_dot**2
 
 
-def pull(motion):
-    """Rate [rad/s] that the forces give over 1 rad, and the start's own."""
-    forces = math.sqrt(2 * float(motion.exact_potential.scale) / motion.inertia)
-    return forces + abs(motion.theta_dot)
-
-
 def times_of(motion):
     """Some periods, either side of the start."""
     span = motion.period if math.isfinite(motion.period) else 1.0
@@ -60,17 +54,6 @@ def test_time_reversal(motion):
     theta, theta_dot = motion.closed_form.state(times)
     back, rate = replace(motion, theta_dot=-motion.theta_dot).closed_form.state(-times)
     close(motion, times, theta - back, theta_dot + rate)
-
-
-@given(motions())
-def test_mirror_image(motion):
-    v, times = motion.potential, times_of(motion)
-    mirrored = PendulumMotion(
-        TrigonometricPotential(v.a, -v.b, v.c), motion.inertia, -motion.theta, -motion.theta_dot
-    )
-    theta, theta_dot = motion.closed_form.state(times)
-    other, rate = mirrored.closed_form.state(times)
-    close(motion, times, theta + other, theta_dot + rate)
 
 
 def close(motion, times, angle, rate):

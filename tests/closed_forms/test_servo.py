@@ -56,15 +56,6 @@ def test_a_motion_beyond_the_limit_of_force_is_refused():
         replace(LIGHT, force_limit=3.9999)
 
 
-def test_the_limit_that_an_engine_leaves_out_changes_nothing():
-    case, how = case_of(scene("servo/motor-damped")), method("mujoco/implicitfast")
-    free, limited = (engine_of(how).prepare(case, how, 1e-3) for _ in range(2))
-    model = limited
-    model.model.actuator_forcelimited[:] = 1
-    first, second = (run.run().observables["theta"] for run in (free, limited))
-    np.testing.assert_array_equal(first, second)
-
-
 @pytest.mark.parametrize("part", [0.5, 0.49, 1.0, 0.0], ids=lambda part: f"part={part}")
 def test_euler_takes_the_joints_part_of_the_damping_implicitly(part):
     case, euler = case_of(scene("servo/lightly-damped")), method("mujoco/euler")

@@ -9,9 +9,8 @@ from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judge
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -30,12 +29,6 @@ def measured(name, method, step, **changes):
     found, trajectory = measure(case_of(scene), how, step)
     assert trajectory is not None
     return found, trajectory
-
-
-def judged(name, method, step, **changes):
-    """One run, judged."""
-    scene, how = run(name, method, step, **changes)
-    return judge(measured(name, method, step, **changes)[0], system_of(scene), how)
 
 
 # physics.md section 3: RK4, dt 0.05 s, 1000 steps; three digits, as measured with the same method
@@ -62,21 +55,6 @@ def test_the_error_of_the_notebook(case, method):
         error = found.errors["theta"]
         assert error.largest == pytest.approx(wanted, rel=5e-3)
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
-
-
-def test_the_spring_of_discrete_is_implicit():
-    # Judged as if it were not, it fails: it damps a free swing at the relative rate k h / 2.
-    how = find_method("mujoco/discrete")
-    assert how.scheme.implicit_spring
-    plain = replace(how, scheme=replace(how.scheme, implicit_spring=False))
-    assert judged(LINEAR + "free-large", how, 1e-3, duration=6.0).verdict == "predicted"
-    assert judged(LINEAR + "free-large", plain, 1e-3, duration=6.0).verdict == "off-prediction"
-
-
-def test_midpoint_methods_are_for_what_is_forced():
-    scene, how = run(SIMPLE + "damped-large", "mujoco/rk4+midpoint", 1e-2)
-    with pytest.raises(Unsupported, match="the same as mujoco/rk4"):
-        engine_of(how).prepare(case_of(scene), how, 1e-2)
 
 
 def test_the_closed_form_is_a_method():

@@ -1,18 +1,12 @@
 """The simple pendulum's scenes: references, facts, and parameters that are allowed."""
 
-import math
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scenes, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judge
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
@@ -52,30 +46,6 @@ def test_an_error_that_is_not_small_is_reported():
     )
     assert 0.0 < small == pytest.approx(large / 10, rel=1e-6)
     assert linear.reference.nonlinearity(times, dict(errors)) == 0.0
-
-
-@pytest.mark.long(keep=4)
-@pytest.mark.parametrize(
-    ("changes", "step"),
-    [
-        ({"theta": 0.0}, 1e-3),
-        ({"theta": math.pi}, 1e-3),
-        ({"gravity": 0.0, "theta_dot": 2.0}, 1e-3),
-        ({"theta": 0.0, "theta_dot": 2 * math.sqrt(9.8)}, 1e-3),
-        ({"length": 0.02}, 1e-4),
-        ({"length": 300.0}, 1e-3),
-        ({"damping_rate": 20.0}, 1e-4),
-        ({"forcing_amplitude": 5.0}, 1e-3),
-        ({"theta": 1e-8}, 1e-3),
-    ],
-)
-@pytest.mark.parametrize("system", ["simple-pendulum", "linear-pendulum"])
-def test_unusual_parameters_have_an_answer(system, changes, step):
-    case = case_of(replace(find_scene(system, changes), duration=2.0))
-    assert case.system.facts(case.problem)["kind"]
-    how = find_method("mujoco/rk4")
-    verdict = judge(measure(case, how, step)[0], case.system, how)
-    assert verdict.verdict in ("predicted", "pre-asymptotic"), verdict.reason
 
 
 def test_facts_say_what_the_motion_does():

@@ -42,11 +42,6 @@ def test_loads_exist_where_the_hull_says(seed):
     assert stopping_distance(0.5, FRICTION, GRAVITY) == pytest.approx(0.5**2 / -2 / acceleration)
 
 
-def test_points_on_a_line_carry_nothing():
-    line = Stance(np.array([[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]]), 1.0)
-    assert line.inside(np.zeros(2)) == -math.inf
-
-
 @pytest.mark.parametrize("heading", [0.0, 0.4, 1.3])
 def test_a_tilt_moves_the_centre_as_springs_say(heading):
     """The same from the balance of springs under the points."""

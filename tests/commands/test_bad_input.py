@@ -1,6 +1,5 @@
 """Bad input that once ended in a traceback or a hang: one line, exit code 2, nothing written."""
 
-import json
 import os
 import shlex
 import sqlite3
@@ -9,14 +8,11 @@ from contextlib import chdir, closing
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
-from plumbob.engines.study.codec import from_json, plain
 from plumbob.engines.study.provenance import Provenance
-from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.cli import main
 from plumbob.reports.judge import benchmarks
 from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
@@ -149,15 +145,6 @@ def test_a_study_without_a_run_has_a_page(scene, method, verdict, tmp_path, caps
     assert scene.replace("/", "/<wbr>") in (tmp_path / "index.html").read_text("utf-8")
 
 
-def test_names_of_folders_may_hold_anything(tmp_path, capsys, monkeypatch):
-    out = str(tmp_path / os.fsdecode(b"a#1 \xff"))
-    words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", out, "--jobs", "1"]
-    monkeypatch.setattr("sys.argv", ["plumbob", *words])
-    assert main(words) == 0
-    assert main(["compare", out, f"{out}#1"]) == 0
-    assert capsys.readouterr().out.endswith("nothing has moved\n")
-
-
 def _damaged(file, table, body):
     """Every body in a table put in another's place, as by a program whose checksums fit."""
     with closing(sqlite3.connect(file)) as held, held:
@@ -207,45 +194,6 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     assert "Not shown by this study: 1 of the findings" in text
     assert "cone_pendulum/equilibria (&#39;fork&#39; is undefined)" in text
     assert "Two equilibria become four" not in text
-
-
-def test_runs_of_a_study_that_is_not_there_are_bad_input(stored, tmp_path, capsys):
-    (tmp_path / store.FILE).write_bytes(stored)
-    with closing(sqlite3.connect(tmp_path / store.FILE)) as held, held:
-        held.execute("delete from study")
-    words = ["recommend", SMALL, "--error", "1e-3", "--stored", "--out", str(tmp_path)]
-    assert main(words) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert "(study 1 is not as it was stored)" in err
-
-
-@pytest.mark.parametrize(
-    "text", [b"body text, results", b'"scene": "linear-pendulum'], ids=["definition", "value"]
-)
-def test_a_store_with_a_text_that_is_no_utf_8_is_bad_input(text, stored, tmp_path, capsys):
-    assert text in stored
-    (tmp_path / store.FILE).write_bytes(stored.replace(text, text[:-3] + b"\xff" + text[-2:]))
-    assert main(["report", str(tmp_path)]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert err.startswith("plumbob: store = ")
-
-
-@pytest.mark.parametrize("table", ["study", "result"])
-def test_an_unknown_field_in_a_store_is_left_out(table, stored, tmp_path, capsys):
-    (tmp_path / store.FILE).write_bytes(stored)
-    _damaged(tmp_path / store.FILE, table, "'{\"later\": 1, ' || substr(body, 2)")
-    assert main(["report", str(tmp_path)]) == 0
-    assert capsys.readouterr().err == ""
-
-
-def test_a_damaged_recording_is_no_recording():
-    held = plain(Trajectory(np.zeros(1), {"theta": np.zeros(1)}))
-    shape, numbers = held["times"]
-    for times in ([shape, numbers[:-8]], [shape, ""], [[7], numbers], [shape], numbers, None):
-        with pytest.raises(ValueError, match="no Trajectory"):
-            from_json(json.dumps({**held, "times": times}), Trajectory)
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,6 @@
 """The command line as a user types it: answers, one clear line for bad input, exit codes."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 
@@ -18,20 +16,6 @@ def _run(capsys, *words):
         code = int(stop.code or 0)
     out, err = capsys.readouterr()
     return code, out, err
-
-
-def test_folders_of_the_same_names_do_no_harm(tmp_path):
-    for name in ("analytic", "models", "engines", "reports", "tests"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "__init__.py").write_text("raise RuntimeError('not ours')")
-    done = subprocess.run(
-        [sys.executable, "-m", "plumbob", "list"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-    )
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", list(systems()))
@@ -90,14 +74,3 @@ def test_list_and_cite_name_everything(capsys):
 def test_version_is_printed(capsys):
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
-
-
-def test_run_marks_the_row_that_decided(capsys):
-    line = ["run", "capsule-line/heading-030"]
-    assert main([*line, "mujoco/euler", "--step", "1e-3"]) == 0
-    marked = [row for row in capsys.readouterr().out.splitlines() if "<-" in row]
-    assert len(marked) == 1
-    assert marked[0].lstrip().startswith("displacement: error")
-    assert marked[0].endswith("  <- off-prediction")
-    assert main([*line, "mujoco/euler+coulomb", "--step", "1e-3"]) == 0
-    assert "<-" not in capsys.readouterr().out  # every row is within its tolerance

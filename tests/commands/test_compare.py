@@ -100,20 +100,6 @@ def test_a_small_change_is_listed_beyond_rounding(factor, listed, study, compare
     assert ("theta error at 0.001" in compare(changed(study, errors_times(factor)))[1]) == listed
 
 
-def test_rounding_of_an_observable_that_stays_zero_is_not_listed(study, compare):
-    def rounded(m):
-        zero = {n: e for n, e in m.errors.items() if e.scale == 0.0}
-        more = {
-            n: replace(e, largest=e.largest + 2.7e-18, uncertainty=0.0) for n, e in zero.items()
-        }
-        return replace(m, errors={**m.errors, **more})
-
-    new = [replace(c, measurements=tuple(map(rounded, c.measurements))) for c in study.convergence]
-    assert tuple(new) != study.convergence
-    code, out = compare(replace(study, convergence=tuple(new)))
-    assert (code, out.splitlines()[-1]) == (0, "nothing has moved")
-
-
 def with_costs(study, factors):
     """What the study has of mujoco/euler on the cone, as if on so many scenes, with costs that are
     so many times the usual ones."""
@@ -152,13 +138,6 @@ def test_a_cost_that_moved_is_listed(factors, moved, study, compare):
     assert moved == 0 or f"2 -> {2 * factors[0]:.6g}" in out
 
 
-def test_a_verdict_that_changes_is_listed(study, compare):
-    code, out = compare(changed(study, errors_times(1.5)))
-    assert code == 1
-    assert "mujoco/euler: verdict predicted -> off-prediction" in out
-    assert "mujoco/rk4+coulomb" not in out
-
-
 def test_what_vanished_and_what_is_new_is_said(study, compare):
     first, *rest = study.convergence
     _, out = compare(replace(study, convergence=tuple(rest)))
@@ -171,17 +150,6 @@ def test_what_vanished_and_what_is_new_is_said(study, compare):
     _, out = compare(replace(study, convergence=(shorter, *rest)))
     last = first.measurements[-1].step
     assert f"{first.scene} {first.method}: steps of one study alone: {last:g} -> none" in out
-
-
-def test_a_run_that_diverges_has_grown(study, compare, monkeypatch):
-    monkeypatch.setattr("plumbob.reports.commands.compare._verdicts", lambda old, new: [])
-    new = changed(study, lambda m: replace(m, status="diverged", errors={}))
-    assert compare(new)[0] == 0
-    code, out = compare(new, "--fail-above", "1000%")
-    assert code == 1
-    assert f"{EULER}: run at 0.001 done -> diverged\n" in out
-    rows = json.loads(compare(new, "--json")[1])
-    assert {"run at 0.001"} == {row["what"] for row in rows}
 
 
 def test_a_page_of_it(study, compare, tmp_path):

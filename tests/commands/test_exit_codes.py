@@ -1,19 +1,16 @@
 """Exit codes of what goes wrong on plumbob's own side: 4 for a defect, 130 when interrupted."""
 
 import hashlib
-import io
 import os
 import re
 import shlex
 import signal
-import sys
 import tempfile
 import threading
 from pathlib import Path
 
 import pytest
 
-from plumbob.__main__ import main as start
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.reports.commands import cite
@@ -94,39 +91,3 @@ def test_an_interrupt_in_one_long_call_of_a_library(number, tmp_path, monkeypatc
             os._exit(99)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
     assert (tmp_path / "said").read_text().endswith("plumbob: interrupted\n")
-
-
-def test_an_interrupt_that_a_library_makes_an_error_of_its_own(capsys, monkeypatch):
-    def loading(_):
-        try:
-            os.kill(os.getpid(), signal.SIGINT)
-            raise AssertionError("not interrupted")
-        except KeyboardInterrupt:
-            raise ImportError("the library failed to load") from None
-
-    monkeypatch.setattr(cite, "command", loading)
-    assert main(["cite"]) == 130
-    assert capsys.readouterr().err == "plumbob: interrupted\n"
-
-
-def test_an_interrupt_while_the_command_line_loads(capsys, monkeypatch):
-    class Interrupted:
-        """Finds no module: the user stops it."""
-
-        def find_spec(self, *_):
-            raise KeyboardInterrupt
-
-    monkeypatch.delitem(sys.modules, "plumbob.reports.cli")
-    monkeypatch.setattr(sys, "meta_path", [Interrupted()])
-    assert start() == 130
-    assert capsys.readouterr().err == "plumbob: interrupted\n"
-
-
-def test_what_a_terminal_cannot_show_is_escaped(monkeypatch):
-    shown = io.BytesIO()
-    with io.TextIOWrapper(shown, encoding="ascii") as terminal:
-        monkeypatch.setattr(sys, "stdout", terminal)
-        assert main(["cite"]) == 0
-        terminal.flush()
-        assert b"P\\xeandulo" in shown.getvalue()
-        monkeypatch.undo()

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from plumbob.engines.study.measurement import measure, relative_error
-from plumbob.models.registry import case_of, scenes
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
-from plumbob.reports.commands.arguments.like import SCENES, beside, own_method
+from plumbob.reports.commands.arguments.like import own_method
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import without_findings
 
@@ -60,14 +60,6 @@ def _error(name, like):
     return relative_error(run, (replace(first, scale=1.0),))
 
 
-def test_others_are_measured_at_the_users_step(tmp_path):
-    scene, own = find_scene(LINE), own_method(written(tmp_path, "Euler"))
-    assert beside(scene, own).steps == (STEP, *scene.steps)
-    assert beside(find_scene(PENDULUM), own) == find_scene(PENDULUM)  # has that step already
-    far = replace(own, step_sizes=(0.01,))
-    assert beside(scene, far) == scene
-
-
 def test_run_takes_the_files_step(tmp_path, capsys):
     like = written(tmp_path, "RK4")
     assert main(["run", LINE, "--like", like, "--json"]) == 0
@@ -77,10 +69,3 @@ def test_run_takes_the_files_step(tmp_path, capsys):
     answer = capsys.readouterr().out
     assert f"{LINE} with mujoco/euler+coulomb at 0.001: predicted" in answer
     assert f"{LINE} with mujoco/mine at 0.001:" in answer
-
-
-def test_without_scenes_the_line_is_run_at_four_headings():
-    chosen = {scene.name for scene in scenes(SCENES, "quick")}
-    headings = {name for name in chosen if name.startswith("capsule-line/heading-")}
-    assert headings == {f"capsule-line/heading-{angle:03d}" for angle in (0, 30, 45, 90)}
-    assert {scene.name for scene in scenes("*", "quick")} <= chosen

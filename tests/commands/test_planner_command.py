@@ -4,10 +4,7 @@ import json
 
 import pytest
 
-from plumbob.models.tripod_capsule.parameters import BODY
-from plumbob.models.tripod_capsule.plan import LIMITS
 from plumbob.reports.cli import main
-from plumbob.reports.commands.plan import PLACES
 
 
 @pytest.mark.long
@@ -24,28 +21,6 @@ def test_the_command_prints_manoeuvres_time_and_errors(capsys):
     last = answer["manoeuvres"][-1]
     assert answer["total_time"] == pytest.approx(last["start"] + last["duration"])
     assert max(answer["position_error"], answer["heading_error"]) <= 1e-9
-
-
-def test_any_two_lines_of_the_curve(capsys):
-    words = ["plan", "--to", "0.02", "0.01", "0", "--track", "curve", "--set", "legs=[3, 1]"]
-    assert main([*words, "--arc", "longer"]) == 0
-    assert "on the curve C-A3, longer arc, C-A1:" in capsys.readouterr().out
-    assert main([*words, "--json"]) == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert (answer["legs"], answer["arc"]) == ([3, 1], "shorter")
-    assert answer["position_error"] < 1e-9
-    assert 0.0 < answer["drive"]["driving_force_rms"] < answer["drive"]["driving_force_peak"]
-
-
-def test_help_names_every_parameter(capsys):
-    with pytest.raises(SystemExit):
-        main(["plan", "--help"])
-    shown = capsys.readouterr().out
-    for name in (*BODY, *LIMITS, *PLACES):
-        assert name in shown
-    assert main(["plan", "--to", "0.1", "0", "0", "--set", "leg=[1, 2]"]) == 2
-    error = capsys.readouterr().err
-    assert all(name in error for name in (*BODY, *LIMITS, *PLACES))
 
 
 def test_a_plan_for_an_engine_that_is_missing_is_exit_code_3(monkeypatch, capsys):

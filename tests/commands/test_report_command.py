@@ -5,7 +5,6 @@ import sys
 
 import pytest
 
-from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.tests.support.page_document import Document
 
@@ -41,19 +40,6 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out):
     )
     assert (done.returncode, done.stdout) == (0, f"{page}\n"), done.stderr
     assert page.read_bytes() == written
-
-
-@pytest.mark.long
-def test_any_study_by_its_number(out, tmp_path, capsys):
-    study = store.load(out / store.FILE, 1)
-    assert study
-    assert [store.save(study, tmp_path / store.FILE) for _ in range(2)] == [1, 2]
-    assert main(["report", str(tmp_path), "--study", "1"]) == 0
-    assert (tmp_path / "index.html").read_bytes() == (out / "index.html").read_bytes()
-    capsys.readouterr()
-    for number in ("3", "0", "one"):
-        assert main(["report", str(tmp_path), "--study", number]) == 2
-        assert capsys.readouterr().err.startswith("plumbob: study = ")
 
 
 @pytest.mark.long

@@ -46,23 +46,3 @@ def test_what_a_schema_does_not_allow_is_named(capsys):
         assert misses("run", {**answer, **change}).startswith("run --json: $")
     del answer["verdict"]
     assert "verdict" in misses("run", answer)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["models", "check", "--json"],
-        ["sources", "--json"],
-        ["settings", "mujoco/euler+coulomb", "--step", "1e-3", "--json"],
-    ],
-)
-def test_answers_keep_to_them(words, capsys):
-    assert main(words) == 0
-    assert json.loads(capsys.readouterr().out)
-
-
-def test_schemas_are_listed(capsys):
-    assert main(["list", "schemas"]) == 0
-    rows = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines()]
-    assert [name for name, _ in rows] == COMMANDS
-    assert all(Path(path).is_file() for _, path in rows)

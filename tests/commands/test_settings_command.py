@@ -128,20 +128,6 @@ def test_too_many_feet_for_the_stiffness_are_warned_of(tmp_path, capsys):
         assert ["too stiff" in line for line in found["warnings"]] == [True] * expected
 
 
-def test_contacts_of_a_body_with_no_inverse_weight(tmp_path, capsys):
-    """A link whose centre of mass is on its axis touches its base, as the panda's does."""
-    path = tmp_path / "my.xml"
-    box = '<geom type="box" size=".1 .1 .1"/>'
-    path.write_text(
-        f'<mujoco><worldbody>{box}<body pos="0 0 .2"><joint axis="0 0 1"/>{box}</body></worldbody>'
-        "</mujoco>",
-        "utf-8",
-    )
-    code, found = _check(capsys, path)
-    assert code == 0
-    assert found["warnings"] == []
-
-
 @pytest.mark.parametrize("step", ["1e-3", "2.5e-5"])
 def test_models_are_exported_for_a_step(step, tmp_path, capsys):
     """The same contacts as the adapter gives the model at that step, and at rest at the start."""

@@ -1,7 +1,6 @@
 """`plumbob solve` prints the digits that double precision holds, and no others."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -94,25 +93,3 @@ def test_angles_are_the_parameter(capsys):
     seen = case_of(scene("cone-pendulum")).reference.observe(np.array([time]))
     assert seen["theta"][0] == pytest.approx(3.1, rel=1e-10)
     assert found["also"]["phase"][-1] == pytest.approx(0.5 * found["mean_rate"])
-
-
-def test_figures_for_parameters_of_one_s_own(tmp_path):
-    place = tmp_path / "figures.html"
-    words = ["solve", "cone-pendulum", "--set", "platform_rate=20", "--set", "inertia_yz=0.01"]
-    assert main([*words, "--figures", str(place)]) == 0
-    page = place.read_text(encoding="utf-8")
-    assert page.count('class="area"') == 5
-    assert re.search(r"inertia_yz(</th>)?\s*<td>0.01", page)
-    for title in ("a: V(", "b: t(", "c: p(", "d: p(t)", "e: d"):
-        assert title in page
-
-
-@pytest.mark.parametrize("command", ["solve", "run", "recommend"])
-def test_help_names_every_parameter(command, capsys):
-    with pytest.raises(SystemExit):
-        main([command, "--help"])
-    _, _, end = capsys.readouterr().out.partition("parameters that --set takes:")
-    said = dict(re.findall(r"^  (\S+): ((?:.|\n    )+)", end, re.MULTILINE))
-    assert said.keys() == systems().keys()
-    for name, system in systems().items():
-        assert tuple(said[name].replace(",", "").split()) == system.parameters

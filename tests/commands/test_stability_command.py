@@ -1,14 +1,10 @@
 """`plumbob stability`: records, a table, a page, exit codes, and one line for what it cannot do."""
 
 import json
-from dataclasses import replace
 
 import pytest
 
 from plumbob.engines.adapters.ode import integrators
-from plumbob.engines.method import Unsupported
-from plumbob.engines.registry import engine_of
-from plumbob.engines.study import stability as measuring
 from plumbob.reports.cli import main
 
 OVERDAMPED = "linear-pendulum/overdamped"
@@ -33,19 +29,6 @@ def test_a_limit_that_no_step_reaches_is_null(capsys):
     assert record["why"] == "every step that was tried holds"
 
 
-def test_a_page_and_what_is_measured_are_kept(tmp_path, capsys):
-    out = tmp_path / "new" / "out"
-    assert main(["stability", OVERDAMPED, "ode/*", "--jobs", "1", "--out", str(out)]) == 0
-    printed = capsys.readouterr().out
-    assert printed.splitlines()[-1] == f"page: {out / 'stability.html'}"
-    page = (out / "stability.html").read_text("utf-8")
-    assert "What is the largest step I may take?" in page
-    for method in ("ode/euler", "ode/leapfrog", "ode/rk4"):
-        assert method in printed
-        assert method in page
-    assert (out / "stability.sqlite3").is_file()
-
-
 def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["stability", OVERDAMPED, "ode/euler"]) == 1
@@ -62,18 +45,6 @@ def test_on_supports_only_losses_and_nudges_count(capsys):
         "measured",
         None,
     )
-
-
-def test_what_an_engine_does_not_run_is_one_line(capsys, monkeypatch):
-    def refusing(*_):
-        raise Unsupported("it has no hinges")
-
-    monkeypatch.setattr(
-        measuring, "engine_of", lambda method: replace(engine_of(method), prepare=refusing)
-    )
-    assert main(["stability", OVERDAMPED, "ode/euler", "--json"]) == 0
-    (record,) = json.loads(capsys.readouterr().out)
-    assert (record["kind"], record["why"]) == (None, "it has no hinges")
 
 
 def test_long_runs_have_a_record_a_table_and_a_page(tmp_path, capsys):

@@ -18,12 +18,11 @@ from plumbob.reports.judge import expectations
 from plumbob.reports.judge.expectations import (
     as_expected,
     expected,
-    refused,
     run_surprise,
     standing,
     surprise,
 )
-from plumbob.reports.judge.verdict import NO_STEP_FITS, Judgement
+from plumbob.reports.judge.verdict import Judgement
 from plumbob.reports.view import notation
 from plumbob.tests.commands.outcomes import (
     break_engine,
@@ -98,23 +97,6 @@ def test_an_engine_that_refuses_every_model_is_unexpected(whole, monkeypatch):
     assert found.case(CONE, "ode/rk4").find("failure") is None
     page = Path(found.out.splitlines()[-1].removeprefix("page: ")).read_text("utf-8")
     assert "✗ 3 unexpected" in page
-
-
-def test_what_the_profile_leaves_out_and_a_users_settings_are_no_surprise():
-    untried = Judgement("unsupported", {}, NO_STEP_FITS, cut=True)
-    assert not refused(CONE, "ode/rk4", untried)
-    assert refused(CONE, "ode/rk4", replace(untried, reason="the engine refuses"))
-    assert refused(CONE, "ode/rk4", replace(untried, cut=False))
-    assert not refused(CONE, "mujoco/mine", replace(untried, reason="the engine refuses"))
-
-
-@pytest.mark.parametrize("scene", ["capsule-turn/0.3", "capsule-plan/ahead-free"])
-def test_a_closed_form_that_appears_is_reported(scene):
-    how = registry.method("exact/closed-form")
-    assert as_expected(find_scene(scene), how, Judgement("unsupported", {}, "none"))
-    assert standing(find_scene(scene), how, Judgement("unsupported", {}, "none")) == "not run"
-    assert not as_expected(find_scene(scene), how, Judgement("predicted", {}, ""))
-    assert not as_expected(find_scene(CONE), how, Judgement("unsupported", {}, "none"))
 
 
 def test_a_limit_that_disappears_is_first_on_the_terminal(validate, monkeypatch):
@@ -263,25 +245,6 @@ def test_a_known_limit_has_a_size(factor):
     assert as_expected(changed, how, study)  # no size is known of it
 
 
-@pytest.mark.parametrize(
-    ("name", "factor", "accepted"),
-    [
-        ("ode/radau", 1.12, True),  # by one thread of LAPACK in place of two
-        ("ode/radau", 2.1, False),
-        ("ode/lsoda", 1.44, True),  # on another processor
-        ("ode/dop853", 1.1, True),
-        ("ode/dop853", 2.1, False),
-    ],
-)
-def test_sizes_that_differ_between_machines_are_known_loosely(name, factor, accepted):
-    how, scene = registry.method(name), find_scene("simple-pendulum/rotating-slow")
-    limits = registry.limits_of(name)
-    known = limits.solvers[scene.name, name]
-    errors = {tolerance: factor * error for tolerance, error in known.items()}
-    found = Judgement("predicted", {}, "", errors=errors, versions=limits.measured_with)
-    assert as_expected(scene, how, found) == accepted
-
-
 def test_a_known_limit_without_a_size_is_unexpected(monkeypatch):
     monkeypatch.setattr(
         expectations, "limits_of", lambda name: replace(registry.limits_of(name), sizes={})
@@ -317,16 +280,6 @@ def test_every_solver_of_the_quick_profile_has_the_sizes_of_its_errors():
     assert solvers <= held.keys()
     for pair in solvers:  # the loosest are far above the round-off level, with every solver
         assert {1e-3, 1e-4, 1e-5, 1e-6} <= held[pair].keys()
-
-
-def test_a_second_verdict_that_is_expected_has_a_size_too(monkeypatch):
-    how = registry.method("mujoco/rk4")
-    declare(
-        monkeypatch, KnownLimit(QUICK, how.name, "predicted", "at times", other="off-prediction")
-    )
-    failed = Judgement("off-prediction", {}, "", errors={1e-3: 0.1})
-    assert surprise(find_scene(QUICK), how, failed).endswith("no size of it is known")
-    assert as_expected(find_scene(QUICK), how, Judgement("predicted", {}, ""))
 
 
 @pytest.mark.long(keep=1)

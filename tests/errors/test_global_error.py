@@ -11,7 +11,7 @@ from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
 from plumbob.analytic.errors.smooth_motion.global_error import leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
 from plumbob.analytic.numerics.rotor.variational import sensitivity
-from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
 from plumbob.tests.support.pendulum_cases import CASES, GRAVITY, motion
@@ -110,13 +110,6 @@ def test_symplectic_schemes_have_no_drift(name, scheme):
     rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, scheme)
     assert rates
     assert not any(rates.values())
-
-
-def test_unknown_schemes_have_no_theory():
-    case = CASES["free-large"]
-    assert leading_error(case.rotor, case.theta, 0.0, np.array([1.0]), Scheme(ADAPTIVE)) == {}
-    assert energy_drift_rate(case.rotor, case.theta, 0.0, 1.0, Scheme(ADAPTIVE)) == {}
-    assert rotor_step(Scheme("velocity-verlet", implicit_damping=True)) is None
 
 
 @pytest.mark.parametrize("name", ["free-large", "rotating-fast", "cone"])

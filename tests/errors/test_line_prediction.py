@@ -8,7 +8,6 @@ import pytest
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import (
     coasting_errors,
-    hold_errors,
     line_errors,
     repeated_line_errors,
     stroke_errors,
@@ -18,7 +17,6 @@ from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
-from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
@@ -140,18 +138,3 @@ def test_a_small_change_is_not_predicted(perturb):
     theory = partial(line_errors, wrong)
     unexplained = left(LINE, LineReference(wrong), theory, 1e-3, EULER, 0.15)
     assert unexplained["displacement"] > 1e3 * ROUNDING
-
-
-def test_nothing_is_predicted_of_other_schemes():
-    held, stroke = TiltedHold(CHECK, 0.9), SlowStroke(CHECK, 0.08)
-    times, hold = np.linspace(0.0, 0.1, 5), partial(hold_errors, held)
-    theories = (
-        (partial(line_errors, LINE), LineReference(LINE)),
-        (partial(repeated_line_errors, REPEATED), REPEATED),
-        (partial(stroke_errors, stroke), stroke),
-        (hold, held),
-    )
-    for theory, reference in theories:
-        assert theory(Scheme("adams"), 1e-3, times) == {}
-        assert reference.nonlinearity(times, {}) == 0.0
-    assert not any(np.any(error) for error in hold(Scheme(RK4), 1e-3, times).values())

@@ -7,17 +7,15 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead, plane_errors
+from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
-from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import EULER
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.implicit_friction import FrictionProblem, after_friction
-from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
 X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
@@ -50,22 +48,6 @@ def test_a_turn_leaks_angular_momentum(angle):
     assert abs(found[-1] / lead - 1.0) < 0.005
     extrapolated = 2.0 * found[-1] - found[-2]
     assert abs(extrapolated / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5
-
-
-def test_schemes_that_it_covers():
-    reference, times = PlaneReference(RepeatedTurn(turn_of(CHECK, 0.12, 0.3))), np.array([0.0, 0.1])
-    groups = (
-        (Scheme(EULER), Scheme(EULER, "mean", implicit_damping=True)),
-        (Scheme(RK4), Scheme(RK4, "mean")),
-        (Scheme(EULER, position_first=True),),
-    )
-    ends = [
-        {float(plane_errors(reference, scheme, 0.01, times)["heading"][-1]) for scheme in schemes}
-        for schemes in groups
-    ]
-    assert [len(found) for found in ends] == [1, 1, 1]
-    assert len(set.union(*ends)) == 3
-    assert plane_errors(reference, Scheme(RK4), 1e-7, times) == {}
 
 
 SIZE = st.floats(-1.0, 1.0)

@@ -1,12 +1,11 @@
 """Schemes as data: their names and leads, and a scheme without theory."""
 
-import math
 import pickle
 from dataclasses import asdict, replace
 
 import pytest
 
-from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.registry import engines
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
@@ -24,24 +23,6 @@ def test_every_method_hands_over_a_scheme_that_theory_knows(method):
     assert Scheme(**asdict(scheme)) == scheme
     assert pickle.loads(pickle.dumps(scheme)) == scheme
     assert len({scheme, replace(scheme)}) == 1
-
-
-def test_schemes_in_words():
-    damped = Scheme(EULER, "start", implicit_damping=True)
-    assert str(damped) == (
-        "semi-implicit-euler, control held from the start of a step, implicit damping"
-    )
-    assert str(Scheme(RK4)) == "rk4"
-    jointed = Scheme(EULER, position_first=True, joint_closing_rate=math.inf)
-    assert str(jointed) == "semi-implicit-euler, position first, joints closing in one step"
-
-
-def test_leads():
-    assert Scheme(EULER).position_lead == 0.5
-    assert Scheme(EULER, position_first=True).position_lead == -0.5
-    assert Scheme(RK4).position_lead == 0.0
-    jointed = Scheme(EULER, position_first=True, joint_closing_rate=1.0)
-    assert jointed.position_lead is Scheme("velocity-verlet").position_lead is None
 
 
 @pytest.mark.parametrize("name", ["cone-pendulum/rotating-base", "simple-pendulum/free-large"])

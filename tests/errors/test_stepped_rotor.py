@@ -8,10 +8,8 @@ import pytest
 
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import MOST_STEPS
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
-from plumbob.analytic.theory import reaches
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
@@ -87,15 +85,6 @@ def stepped(name, method, step):
     return case.errors.at_step(how.scheme, step, run.times), errors, found.steps
 
 
-def test_the_uncertainty_is_that_of_the_stepped_orbit():
-    # leapfrog stays next to the saddle for a while and then falls to the other side
-    theory, _, _ = stepped("cone-pendulum/above-barrier-1e-6", "ode/leapfrog", 1e-4)
-    scene = find_scene("cone-pendulum/above-barrier-1e-6")
-    case = case_of(scene)
-    exact = case.reference.uncertainty(np.array([scene.duration]))["theta"][0]
-    assert theory.uncertainty["theta"].max() > 5 * exact
-
-
 def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty():
     times, scheme, off = 0.05 * np.arange(0.0, 401.0), Scheme(EULER), 1e-8
 
@@ -112,30 +101,6 @@ def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty():
     ratio = uncertain["theta"][times > 5.0] / moved[times > 5.0]
     assert ratio.min() > 1.0
     assert np.median(ratio) < 5.0
-
-
-@pytest.mark.parametrize(
-    ("scheme", "step", "times"),
-    [
-        (Scheme("some-other"), 0.1, np.array([0.0, 0.1])),
-        (Scheme(EULER), 0.1, np.array([0.0, 0.15])),
-        (Scheme(EULER), 0.1, np.array([0.0, 0.1 * (MOST_STEPS + 1)])),
-        (Scheme(EULER), 0.1, np.array([0.0])),
-    ],
-)
-def test_nothing_is_said_where_there_are_no_such_steps(scheme, step, times):
-    assert not RotorErrors(ROTOR, *START).at_step(scheme, step, times).errors
-
-
-def test_an_orbit_that_diverges_says_nothing():
-    stiff = RotorErrors(DrivenRotor(stiffness=1e4), 1.0, 0.0)
-    assert not stiff.at_step(Scheme(EULER), 1.0, np.arange(500.0)).errors
-
-
-def test_a_series_reaches_where_its_last_terms_are_small():
-    assert reaches({1: 1.0, 2: 0.06, 3: 0.03}, 1.0, 0.03)
-    assert not reaches({1: 1.0, 2: 0.08, 3: 0.03}, 1.0, 0.0)
-    assert not reaches({1: 1.0, 2: 0.0, 3: 0.0}, 1.0, 0.031)
 
 
 # Held from both sides: the rounding of an engine stays within what is derived for it, and is not

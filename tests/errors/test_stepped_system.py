@@ -1,6 +1,5 @@
 """Steps on any smooth system beside those on the driven rotor, which are written out apart."""
 
-import math
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
-from plumbob.tests.numerics.double_pendulum import NAMES, double_pendulum
+from plumbob.tests.numerics.double_pendulum import double_pendulum
 
 ROTOR = DrivenRotor(3.0, 1.0, 9.0, 0.3, 1.2, 2.1, 0.4, 0.7)  # every coefficient at once
 START = (0.7, 1.3)
@@ -26,14 +25,6 @@ STEPPED = (
     Scheme(RK4),
     Scheme(RK4, "start"),
     Scheme(RK4, "midpoint"),
-)
-UNKNOWN = (
-    Scheme("euler with contacts"),
-    Scheme("another", position_first=True),
-    Scheme(RK4, "mean"),
-    Scheme(EULER, implicit_damping=True),
-    Scheme(EULER, implicit_damping=True, implicit_spring=True),
-    Scheme(EULER, position_first=True, joint_closing_rate=math.inf),
 )
 
 
@@ -71,21 +62,6 @@ def test_the_comparison_notices_a_coefficient():
     off = off - theirs.at_step(scheme, step, times).errors["theta"]
     off = off + changed.observe(times)["theta"] - theirs.exact.observe(times)["theta"]
     assert np.abs(off).max() > 2e-13
-
-
-@pytest.mark.parametrize("scheme", UNKNOWN, ids=str)
-def test_what_is_not_stepped_is_not_predicted(scheme):
-    theory = smooth_errors(CertifiedMotion(system()))
-    assert not theory.at_step(scheme, 1e-2, np.array([0.0, 0.1])).errors
-
-
-def test_implicit_damping_changes_nothing_without_damping():
-    theory, times = smooth_errors(CertifiedMotion(double_pendulum())), np.linspace(0.0, 0.5, 51)
-    plain, implicit = (
-        theory.at_step(scheme, 1e-2, times).errors
-        for scheme in (Scheme(EULER), Scheme(EULER, "start", implicit_damping=True))
-    )
-    assert all(np.array_equal(plain[name], implicit[name]) for name in NAMES)
 
 
 def test_steps_that_diverge_or_do_not_end_at_the_samples_have_no_error():

@@ -117,12 +117,6 @@ def test_each_kind_of_addition_has_an_example():
     assert all(example.commands for example in EXAMPLES.values())
 
 
-def test_a_system_is_a_few_short_files():
-    blocks = EXAMPLES["A system"].blocks
-    assert sum(path.suffix == ".py" for path, _, _ in blocks) <= 5
-    assert sum(code.count("\n") for _, _, code in blocks) <= 250
-
-
 # The engines that a new system is for, of all that there are adapters for, installed or not.
 CLAIMED = """
 from plumbob.engines.method import meant

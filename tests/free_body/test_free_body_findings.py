@@ -8,9 +8,9 @@ from plumbob.engines.registry import method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene
-from plumbob.reports.analyses.free_body import SECTION, second_order
+from plumbob.reports.analyses.free_body import second_order
 from plumbob.reports.cli import main
-from plumbob.tests.support.declared import findings_of, nothing
+from plumbob.tests.support.declared import nothing
 
 FLIP, STEPS = scene("free-body/flip"), (3.2e-2, 1.6e-2, 8e-3, 4e-3, 2e-3, 1e-3)
 
@@ -21,10 +21,6 @@ def study(*names):
     found = tuple(convergence_study(FLIP, how, 25_000, STEPS) for how in chosen)
     empty = nothing()
     return Study(empty.profile, (FLIP,), chosen, found, {}, 1.0, dict(empty.seconds))
-
-
-def test_an_empty_study_has_no_findings():
-    assert not findings_of(SECTION, nothing())
 
 
 @pytest.mark.long
@@ -49,13 +45,3 @@ def test_solve_in_words_and_in_json(capsys):
     assert "angular_velocity_x" in text
     assert '"kind"' in text
     assert "half_period" in text
-
-
-@pytest.mark.parametrize(
-    "change", ["angular_velocity=[1,2]", "inertia_x=9", "inertia_y=0", 'angular_velocity="fast"']
-)
-def test_what_is_no_body_is_one_line(change, capsys):
-    assert main(["solve", "free-body", "--times", "1", "--set", change]) == 2
-    said = capsys.readouterr().err.strip()
-    assert change.partition("=")[0] in said
-    assert len(said.splitlines()) == 1

@@ -8,13 +8,7 @@ import pytest
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.engines.adapters.mujoco.free_body import whole
-from plumbob.engines.adapters.mujoco.options import needless_stages
-from plumbob.engines.method import Unsupported, meant
-from plumbob.engines.registry import engine_of, method, methods
-from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, scenes, systems
-from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.verdict import judge
 
 SYSTEM = systems()["free-body"]
 MJCF = SYSTEM.mjcf
@@ -29,29 +23,6 @@ def test_numbers_are_those_of_the_default_scene():
     np.testing.assert_array_equal(start.qvel[3:], FLIP.problem.angular_velocity)
     np.testing.assert_array_equal(start.qpos, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     assert not model.opt.gravity.any()
-
-
-def test_the_box_that_is_drawn_has_these_moments():
-    model = mujoco.MjModel.from_xml_path(str(MJCF))
-    a, b, c = model.geom("box").size ** 2
-    mass = model.body("body").mass[0]
-    moments = mass / 3 * np.array([b + c, c + a, a + b])
-    np.testing.assert_allclose(moments, FLIP.problem.inertia, 1e-12)
-
-
-def test_only_what_has_no_effect_is_left_out():
-    model = mujoco.MjModel.from_xml_path(str(MJCF))
-    assert model.opt.disableflags
-    assert model.opt.disableflags & needless_stages(model) == model.opt.disableflags
-    assert not model.geom_contype.any()
-    assert not model.geom_conaffinity.any()
-
-
-def test_the_scene_is_the_model_with_a_floor():
-    scenery = mujoco.MjModel.from_xml_path(str(MJCF.parent / "scene.xml"))
-    model = mujoco.MjModel.from_xml_path(str(MJCF))
-    assert (scenery.nq, scenery.nv) == (model.nq, model.nv)
-    np.testing.assert_array_equal(scenery.body("body").inertia, model.body("body").inertia)
 
 
 def test_every_parameter_reaches_the_model():
@@ -81,26 +52,3 @@ def test_scenes_are_as_far_off_the_separatrix_as_they_say(k):
     square = float(double((turning.b / turning.a) ** 2))
     assert square == pytest.approx(1.6 * 10.0**-k, rel=0.5)
     assert body.half_period < case.scene.duration  # it turns over
-
-
-def test_the_separatrix_is_met_exactly():
-    assert case_of(scene("free-body/separatrix")).problem.kind == "separatrix"
-    assert case_of(scene("free-body/flip")).problem.kind == "about the smallest"
-
-
-def test_pymunk_has_no_third_dimension():
-    planar = methods("pymunk")
-    assert planar
-    assert not any(meant(m, FLIP.scene) for m in planar)
-    found, _ = measure(FLIP, method("pymunk/tight"), 1e-3)
-    judged = judge(found, SYSTEM, method("pymunk/tight"))
-    assert judged.verdict == "unsupported"
-    assert as_expected(FLIP.scene, method("pymunk/tight"), judged)
-
-
-def test_mujoco_takes_no_body_without_size():
-    body = replace(FLIP.problem, inertia_x=1e-16, inertia_y=1e-16, inertia_z=1e-16)
-    with pytest.raises(Unsupported, match="1e-15"):
-        engine_of(method("mujoco/euler")).prepare(
-            replace(FLIP, problem=body), method("mujoco/euler"), 1e-3
-        )

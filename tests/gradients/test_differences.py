@@ -3,22 +3,20 @@ wrong engine or a wrong prediction is seen."""
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import gradient as measuring
-from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.extra_runs import StudyPlan
-from plumbob.engines.study.gradient import Gradients, GradientSearch, best_eps, gradients
+from plumbob.engines.study.gradient import GradientSearch, gradients
 from plumbob.engines.study.order import fit_order
 from plumbob.models.gradient import numbers
 from plumbob.models.registry import case_of, scene
 from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.analyses.engines.gradients import BESIDE, SAMPLE, with_each_pair
 from plumbob.reports.analyses.engines.gradients import requests as sampled
+from plumbob.reports.analyses.engines.gradients import with_each_pair
 from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
 
@@ -27,7 +25,6 @@ LINE, SWING, CONE = (
     "simple-pendulum/free-large",
     "cone-pendulum/rotating-base",
 )
-SOLVERS = {"ode/dop853", "heyoka/taylor"}
 SMOOTH = (
     (CONE, "mujoco/euler", "theta", "platform_rate"),
     (CONE, "mujoco/rk4", "theta", "theta_dot"),
@@ -99,13 +96,6 @@ def test_contacts_that_converge_have_the_derivative_of_their_step(how):
         assert judged.verdict == "predicted"
 
 
-def test_two_branches_meet_at_their_least_sum():
-    eps = np.array(measuring.SWEEP)
-    found = best_eps(eps.tolist(), (7.0 * eps**2 + 1e-13 / eps).tolist(), 2)
-    assert found == pytest.approx((1e-13 / 14.0) ** (1 / 3), rel=0.05)
-    assert best_eps(eps[:3].tolist(), eps[:3].tolist(), 2) is None
-
-
 def test_the_order_of_a_derivative_is_that_of_its_scheme():
     for how, order in (("mujoco/euler", 1), ("ode/leapfrog", 2), ("ode/rk4", 4)):
         steps, errors, predicted = [4e-3, 2e-3, 1e-3, 5e-4], [], []
@@ -151,22 +141,6 @@ def test_where_no_derivative_exists_the_one_sided_ones_stand_beside():
     assert forward.gradient.one_sided
     assert forward.tried
     assert forward.tried.computed == pytest.approx(forward.gradient.one_sided[1], rel=1e-4)
-
-
-def test_derivatives_are_stored_as_they_are():
-    search = GradientSearch(CONE, "ode/rk4", ("theta",), "gravity", eps=(1e-3,))
-    found = gradients(case_of(scene(CONE)), method("ode/rk4"), search)
-    assert from_json(to_json(found), Gradients).records[0] == found.records[0]
-    assert from_json(to_json(search), GradientSearch) == search
-
-
-def test_the_full_profile_asks_for_what_there_is():
-    scenes, methods = find_scenes("*", "full"), find_methods("*")
-    searches = sampled(StudyPlan("full", scenes, methods))
-    assert {search.scene for search in searches} >= {of[0] for of in BESIDE}
-    for search in searches:
-        search.check(case_of(scene(search.scene)))
-        assert (search.step is None) <= (search.method in {m for _, m, *_ in SAMPLE} | SOLVERS)
 
 
 def test_a_start_is_the_one_that_a_scene_gives():

@@ -76,20 +76,6 @@ def test_what_a_way_cannot_do_has_a_reason(name, how, of, by, way, why):
     assert why in judged.why
 
 
-@pytest.mark.parametrize(("step", "verdict"), [(1e-3, "predicted"), (4e-3, "pre-asymptotic")])
-def test_of_a_run_that_is_lost_nothing_is_claimed(step, verdict):
-    name = "cone-pendulum/fast-platform"
-    judged = judged_way(name, "mujoco/euler", "theta", "gravity", "central", step)
-    assert judged.verdict == verdict
-
-
-def test_beside_a_barrier_the_prediction_is_of_no_use():
-    """A difference of the start that is larger than its distance crosses it."""
-    name = "cone-pendulum/above-barrier-1e-9"
-    judged = judged_way(name, "mujoco/euler", "theta", "theta", "transition")
-    assert judged.verdict == "pre-asymptotic"
-
-
 @pytest.mark.parametrize(
     ("way", "function", "part"),
     [("transition", "mjd_transitionFD", 1e-6), ("inverse", "mjd_inverseFD", 1e-4)],

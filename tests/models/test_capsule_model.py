@@ -142,18 +142,3 @@ def test_free_inertias_are_possible_and_large_enough(pytestconfig):
             across >= capsule.weight / capsule.gravity / 3 * np.square(capsule.supports).sum() / 2
         )
         assert armature(problem.setup) >= ARMATURE_RATIO * capsule.slider_mass
-
-
-def test_line_says_what_the_source_does():
-    default = scene("capsule-line")
-    facts = system_of(default).facts(system_of(default).problem(default.parameters))
-    # physics section 2, to 1e-14: the manoeuvre's own numbers are rounded once
-    assert facts["displacement"] == pytest.approx(-0.0055917, rel=1e-14)
-    assert facts["stroke"] == pytest.approx(0.0817786125, rel=1e-14)
-    assert facts["source_assumption"] == {"com_inside": True, "slider_inside": True}
-    assert "t1" in facts["findings"]["eq_19"]
-
-
-def test_a_direction_takes_the_place_of_a_support():
-    assert "support" not in scene("capsule-line/ca1", {"direction": 0.5}).parameters
-    assert "direction" not in scene("capsule-line/at-50", {"support": 3}).parameters

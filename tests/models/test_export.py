@@ -59,19 +59,8 @@ def test_what_a_text_names_is_there(exported, name):
         assert (folder / file).is_file(), file
 
 
-def test_a_path_of_the_source_is_seen():
-    assert NAMED.findall("as `analytic/errors/orders.py` says") == [
-        ("analytic/errors/orders.py", "")
-    ]
-
-
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_every_file_starts_from_its_keyframe(exported, folder):
     for file in (exported / folder).glob("*.xml"):
         model = mujoco.MjModel.from_xml_path(str(file))
         assert model.key("start").id == 0, file.name
-
-
-def test_licence_and_citation_are_there(exported):
-    assert "Apache License" in (exported / "LICENSE").read_text("utf-8")
-    assert (exported / "CITATION.cff").is_file()

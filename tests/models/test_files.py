@@ -9,7 +9,6 @@ import pytest
 
 from plumbob.engines.adapters.mujoco import capsule, cone_pendulum, simple_pendulum
 from plumbob.engines.adapters.mujoco.contacts import PROFILES
-from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.models.registry import case_of, scene, systems
 
 # Softened further, because the armature of a compiled model needs it; and names and keys.
@@ -39,18 +38,6 @@ def test_rebuilt_at_the_default_parameters_it_is_the_file(name, whole, relative,
     assert sum(values.size > 0 for values in arrays.values()) > 50  # so that the loop is not empty
     np.testing.assert_array_equal(rebuilt.opt.gravity, file.opt.gravity)
     assert rebuilt.opt.disableflags == file.opt.disableflags or name == "simple-pendulum"
-
-
-@pytest.mark.parametrize("name", ["cone-pendulum", "simple-pendulum"])
-def test_only_what_has_no_effect_is_left_out(name):
-    """The flags set in the file are those of the disabled pipeline stages; of the simple pendulum's
-    some, as springs, damping and forcing may be added."""
-    model = mujoco.MjModel.from_xml_path(str(systems()[name].mjcf))
-    flags, needless = model.opt.disableflags, needless_stages(model)
-    assert flags & needless == flags > 0
-    assert name == "simple-pendulum" or flags == needless
-    assert not model.geom_contype.any()
-    assert not model.geom_conaffinity.any()
 
 
 @pytest.mark.parametrize(

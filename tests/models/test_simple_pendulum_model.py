@@ -7,7 +7,6 @@ import pytest
 
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.engines.adapters.hinged_body import POINT
 from plumbob.engines.adapters.mujoco.simple_pendulum import whole
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import system_of, systems
@@ -21,18 +20,6 @@ def problem(name="simple-pendulum", **changes):
     found = system_of(scene).problem(scene.parameters)
     assert isinstance(found, SimplePendulum)
     return found
-
-
-def test_numbers_are_those_of_the_default_scene():
-    model, given = mujoco.MjModel.from_xml_path(str(MJCF)), problem()
-    bob, start = model.body("bob"), model.key("start")
-    assert bob.mass[0] == MASS
-    np.testing.assert_array_equal(bob.ipos, [0.0, 0.0, -given.length])
-    np.testing.assert_array_equal(bob.inertia, POINT)
-    np.testing.assert_array_equal(model.opt.gravity, [0.0, 0.0, -given.gravity])
-    assert (start.qpos[0], start.qvel[0]) == (given.theta, given.theta_dot)
-    assert model.dof_damping[0] == given.damping_rate
-    assert model.actuator("forcing").gear[0] == MASS * given.length**2
 
 
 def test_every_parameter_reaches_the_model():

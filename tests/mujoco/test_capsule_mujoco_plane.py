@@ -6,16 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.contact_models import soft_contact_plane
-from plumbob.analytic.errors.contact_models.soft_contact_plane import missing_loads, plane_motion
-from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, systems
-from plumbob.tests.support.mujoco_capsule import LOADS, METHODS, problem, run
+from plumbob.models.registry import case_of, scene
+from plumbob.tests.support.mujoco_capsule import LOADS, METHODS, run
 
-TURN = systems()["capsule-turn"]
 EULER, RK4 = "euler+coulomb", "rk4+coulomb"
 
 
@@ -44,50 +40,6 @@ def test_implicitfast_takes_another_step_with_a_lone_body():
     lone = run("capsule-coast/spin", "implicitfast+coulomb", 1e-3)[0]
     assert all(error.predicted is None for error in lone.errors.values())
     assert "no error theory" in lone.note
-
-
-def test_loads_are_exact_where_nothing_deflects():
-    posed = problem("capsule-turn/0.3")
-    motion, across = plane_motion(posed, 0.1), 0.046
-    np.testing.assert_array_equal(missing_loads(posed, motion, 0.0, across), 0.0)
-    lost = missing_loads(posed, motion, 1e-7, across)
-    np.testing.assert_allclose(missing_loads(posed, motion, 2e-7, across), 2.0 * lost, rtol=1e-9)
-
-
-@pytest.mark.parametrize(("method", "least", "most"), [(EULER, 0.6, 0.7), (RK4, 0.98, 1.0)])
-def test_a_bound_ends_where_the_steps_rest(method, least, most, monkeypatch):
-    """Of Euler's steps that is later than the exact motion's rest, of RK4's it is not."""
-    case = case_of(scene("capsule-turn/heavy-slider"))
-    given = (case, METHODS[method], case.scene.steps[0])
-    stepped = sum(ENGINE.model_error(*given)["body_angle"].values())
-    monkeypatch.setattr(soft_contact_plane, "_stepping", lambda *given: False)
-    assert least < sum(ENGINE.model_error(*given)["body_angle"].values()) / stepped <= most
-
-
-def test_the_file_turns_by_itself():
-    model = mujoco.MjModel.from_xml_path(str(TURN.mjcf.with_name("turning.xml")))
-    rebuilt = compiled(case_of(scene("capsule-turn")), METHODS[EULER], 1e-4).model
-    for name in (
-        "body_mass",
-        "body_inertia",
-        "body_pos",
-        "dof_armature",
-        "jnt_axis",
-        "pair_friction",
-    ):
-        np.testing.assert_allclose(getattr(model, name), getattr(rebuilt, name), rtol=1e-12)
-    assert measure(case_of(scene("capsule-turn/0.3")), METHODS[RK4], 1e-2)[0].status == "done"
-
-
-@pytest.mark.parametrize("method", ["euler", "euler+coulomb"])
-def test_where_a_body_rests_is_kept_for_one_model_alone(method):
-    """Contacts of `coulomb` are stiffer at a smaller step; MuJoCo's own are the same at each."""
-    case = case_of(scene("capsule-turn/0.3"))
-    heights = [float(compiled(case, METHODS[method], h).translation.qpos[2]) for h in (1e-3, 5e-4)]
-    heavier = case_of(scene("capsule-turn/0.3", {"gravity": 12.0}))
-    lower = float(compiled(heavier, METHODS[method], 1e-3).translation.qpos[2])
-    assert (heights[0] == heights[1]) == (method == "euler")
-    assert lower < heights[0] < 0.0
 
 
 @pytest.mark.parametrize("case", ["ca1", "frictionless"])

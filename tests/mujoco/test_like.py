@@ -69,23 +69,6 @@ def test_options_are_taken(integrator, tmp_path):
     assert not spec.option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
 
-def test_contact_defaults_are_taken(tmp_path):
-    contact = user_method(written(tmp_path)).settings["contact"]
-    assert contact["solref"] == (0.004, 0.9)
-    assert contact["solimp"][:3] == (0.8, 0.97, 0.002)
-    assert contact["condim"] == 4
-    assert "friction" not in contact
-
-
-def test_overridden_contacts_are_taken(tmp_path):
-    path = written(tmp_path, flags='override="enable" energy="enable"')
-    path.write_text(path.read_text("utf-8").replace('cone="', 'o_solref="-500 -9" cone="'), "utf-8")
-    found = user_method(path)
-    assert found.settings["contact"]["solref"] == (-500.0, -9.0)
-    assert found.settings["contact"]["condim"] == 4  # which no option overrides
-    assert found.settings["enableflags"] == 0  # the flag would override the scene's friction too
-
-
 @pytest.mark.parametrize(
     "name", ["simple-pendulum/damped-large", "linear-pendulum/damped-large", "cone-pendulum"]
 )

@@ -6,10 +6,8 @@ import mujoco
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco.options import BIT, collected, needless_stages
-from plumbob.engines.method import Unsupported
+from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
 from plumbob.tests.mujoco.one_hinge import HINGE
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
@@ -22,20 +20,6 @@ def test_a_step_that_cannot_be_is_refused(step):
         prepare(SYSTEM.case(scene()), EULER, step)
 
 
-@pytest.mark.parametrize(
-    ("said", "raised"),
-    [
-        (ValueError("Error: engine error: Could not allocate memory"), MemoryError),
-        (mujoco.FatalError("Could not allocate memory"), MemoryError),
-        (ValueError("mass and inertia of moving bodies must be larger"), ValueError),
-        (mujoco.FatalError("mj_stackAlloc: out of stack"), mujoco.FatalError),
-    ],
-)
-def test_memory_that_is_used_up_is_a_memory_error(said, raised):
-    with pytest.raises(raised), collected():
-        raise said
-
-
 def test_a_model_without_memory_is_not_refused(monkeypatch):
     def compiled(spec):
         raise ValueError("Error: engine error: Could not allocate memory")
@@ -43,23 +27,6 @@ def test_a_model_without_memory_is_not_refused(monkeypatch):
     monkeypatch.setattr(mujoco.MjSpec, "compile", compiled)
     with pytest.raises(MemoryError):
         prepare(SYSTEM.case(scene()), EULER, 1e-3)
-
-
-@pytest.mark.parametrize("name", ["theta", "theta_dot", "platform_rate", "pivot_y"])
-def test_nan_is_refused_by_name(name):
-    with pytest.raises(ParameterError, match=f"^{name} = nan: must be a finite number$"):
-        prepare(SYSTEM.case(scene(**{name: float("nan")})), EULER, 1e-3)
-
-
-def test_a_system_without_builder_is_unsupported():
-    system = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
-    with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(system.case(scene()), EULER, 1e-3)
-
-
-def test_a_body_that_the_engine_refuses_is_unsupported():
-    with pytest.raises(Unsupported, match=r"MuJoCo refuses the model: [^\n]*$"):
-        prepare(SYSTEM.case(scene(body=cone(1e-14, 0.3, 0.5))), EULER, 1e-3)
 
 
 @pytest.mark.parametrize("text", [None, "", "no model", "<mujoco><worldbody></mujoco>", "<urdf/>"])

@@ -11,12 +11,9 @@ import pytest
 from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco import simulation as simulations
-from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
-from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.options import BIT
+from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation
 from plumbob.engines.adapters.mujoco.translation import Translation
-from plumbob.engines.registry import method as find_method
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.tests.mujoco.one_hinge import HINGE
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
@@ -69,18 +66,6 @@ def test_samples_end_with_the_run_and_times_are_multiples_of_the_step():
     np.testing.assert_array_equal(np.diff(trajectory.times)[:-1] > 0.9 * 2 * 7e-4, True)
 
 
-@pytest.mark.parametrize("steps", [1, 3, 499, 500, 501, 8191, 8192, 8193, 20_011])
-def test_samples_do_not_depend_on_how_the_steps_are_grouped(steps):
-    simulated = compiled(SYSTEM.case(scene(duration=steps * 1e-5)), EULER, 1e-5)
-    trajectory, again = simulated.run(), simulated.run()
-    data = mujoco.MjData(simulated.model)
-    data.qpos[:], data.qvel[:] = simulated.translation.qpos, simulated.translation.qvel
-    mujoco.mj_step(simulated.model, data, nstep=steps)
-    assert trajectory.steps == steps == round(trajectory.times[-1] / 1e-5)
-    assert trajectory.observables["theta"][-1] == data.qpos[1]
-    np.testing.assert_array_equal(again.observables["theta"], trajectory.observables["theta"])
-
-
 @pytest.mark.parametrize("method", METHODS.values(), ids=lambda method: method.name)
 def test_a_step_far_too_large_is_a_divergence(method):
     # the torque is bounded, so a step of half a turn exceeds any speed the body can have
@@ -90,17 +75,6 @@ def test_a_step_far_too_large_is_a_divergence(method):
     for values in (*trajectory.observables.values(), *trajectory.channels.values()):
         assert len(values) == len(trajectory.times)
         assert np.isfinite(values).all()
-
-
-def test_divergence_is_found_at_the_same_step_whatever_the_blocks(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    spring = HINGE.format(joint='stiffness="-1e6"', contype=0, more="")
-    at = []
-    for block in (simulations.BLOCK, 7, 3, 1):
-        monkeypatch.setattr(simulations, "BLOCK", block)
-        at.append(simulation(spring, {"qpos": np.array([1e-3])}, 200).run().diverged_at)
-    assert at[0] is not None
-    assert at == [at[0]] * 4
 
 
 def test_the_engines_own_alarm_ends_the_run(tmp_path, monkeypatch, capfd):
@@ -114,19 +88,6 @@ def test_the_engines_own_alarm_ends_the_run(tmp_path, monkeypatch, capfd):
     assert any("unstable" in message for message in trajectory.warnings)
     assert not list(tmp_path.iterdir())
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("start", [np.nan, np.inf, 1e11])
-def test_a_start_that_is_no_state_gives_no_samples(start):
-    given = {"qpos": np.array([start])}
-    trajectory = simulation(HINGE.format(joint="", contype=0, more=""), given, 100).run()
-    assert trajectory.diverged_at == 0.0
-    assert len(trajectory.times) == trajectory.steps == 0
-
-
-def test_the_engine_is_kept_from_starting_afresh_by_itself():
-    model = compiled(SYSTEM.case(scene()), EULER, 1e-3).model
-    assert model.opt.disableflags == needless_stages(model) | int(BIT.mjDSBL_AUTORESET)
 
 
 def test_limits_cut_a_run_that_the_engine_itself_is_content_with():
@@ -190,19 +151,3 @@ def test_a_command_begins_no_process_that_looks_for_windows(chosen, monkeypatch)
         [sys.executable, "-c", code, *words], check=True, capture_output=True, text=True
     )
     assert done.stdout.splitlines()[-1] == f"0 True {bool(chosen)}"
-
-
-@pytest.mark.parametrize("name", ["mujoco/euler", "mujoco/rk4", "mujoco/implicitfast"])
-def test_sensors_are_those_of_the_samples_to_the_bit(name):
-    case = case_of(find_scene("simple-pendulum/damped-rotating"))
-    made = compiled(case, find_method(name), 1e-2)
-    kept = simulations.take_steps(made.model, made.data, made._start(), 40)
-    before = made.model.opt.disableflags, made.model.opt.integrator
-    found = made.readings(kept)
-    assert (made.model.opt.disableflags, made.model.opt.integrator) == before
-    made.model.opt.disableflags &= ~int(BIT.mjDSBL_SENSOR)
-    for row, state in zip(found, kept.states, strict=True):
-        mujoco.mj_setState(made.model, made.data, state, simulations.STATE)
-        mujoco.mj_step(made.model, made.data)  # whose sensors are read at its start
-        np.testing.assert_array_equal(row, made.data.sensordata)
-    assert np.ptp(found[:, 2]) > 0.0

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from plumbob.analytic.numerics.quad import PI, choose, double, everywhere, quad, split
+from plumbob.analytic.numerics.quad import PI, choose, everywhere, quad, split
 
 MP = mpmath.MPContext()
 MP.dps = 50
@@ -37,11 +37,3 @@ def test_parts_add_up_and_the_first_multiplies_exactly(value):
     assert abs(gap) <= exact(whole) * MP.mpf(2) ** -72
     for count in (7.0, 2.0**33 - 1):
         assert MP.mpf(float(first)) * int(count) == MP.mpf(float(first) * count)
-
-
-def test_rounding_to_double_and_back():
-    values = np.array([0.1, -3.0, np.inf])
-    assert (double(quad(values)) == values).all()
-    assert double(quad(0.1)) == 0.1
-    assert np.isnan(double(quad(np.nan)))
-    assert isinstance(double(quad(np.array(0.1))), float)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from mpmath import mp
@@ -10,12 +9,10 @@ from scipy.integrate import solve_ivp
 
 from plumbob.analytic.errors.contact_models import impacts
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import bouncing_ball
 from plumbob.engines.method import meant
 from plumbob.engines.registry import method, methods
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, scenes
-from plumbob.reports.analyses.bouncing_ball import METHODS
 from plumbob.reports.judge.verdict import judge
 
 SCENES = scenes("bouncing-ball")
@@ -48,15 +45,6 @@ def test_40_digits(e):
         ]
     assert np.all(np.array(errors) <= doubt)
     assert doubt.max() < 1e-10  # an ulp of e moves impact n by n of its own
-
-
-def test_impacts_are_where_the_height_is_zero():
-    ball = replace(BALL, restitution=0.8)
-    at, heights = ball.impacts(np.arange(1.0, 9.0))
-    assert np.all(ball.observe(at)["z"] < 1e-14)
-    tops = at + np.sqrt(2 * heights / ball.gravity)
-    np.testing.assert_allclose(ball.observe(tops)["z"], heights, 1e-13)
-    assert ball.zeno_time == pytest.approx(at[-1] + 2 * ball.fall * 0.8**8 / 0.2, rel=1e-14)
 
 
 @pytest.mark.parametrize("e", [1.0, 0.9, 0.5, 0.2, 0.1353352832366127, 0.05])
@@ -104,16 +92,3 @@ def test_a_slightly_different_contact_is_noticed(constant, value, name, monkeypa
     predicted = stepped.errors["z"] + case.reference.observe(run.times)["z"]
     allowed = stepped.uncertainty["z"].max() * 2 * np.sqrt(run.steps)
     assert np.abs(run.observables["z"] - predicted).max() > 10 * allowed
-
-
-def test_the_file_is_the_model_that_is_built():
-    path = case_of(SCENES[0]).system.mjcf
-    file, built = mujoco.MjModel.from_xml_path(str(path)), bouncing_ball.whole(path, BALL).compile()
-    for name in ("geom_solref", "geom_solimp", "key_qpos", "body_mass", "geom_size"):
-        np.testing.assert_allclose(getattr(built, name), getattr(file, name), 1e-14)
-    np.testing.assert_array_equal(built.opt.gravity, file.opt.gravity)
-
-
-def test_the_methods_of_the_finding_are_those_of_the_system():
-    meant_for = {m.name for m in methods() if meant(m, SCENES[0])}
-    assert meant_for == {*METHODS, "exact/closed-form"}

@@ -3,7 +3,6 @@
 import math
 import re
 from dataclasses import replace
-from functools import cache
 
 import mujoco
 import numpy as np
@@ -100,18 +99,6 @@ def test_runs_are_predicted(chosen, how):
             assert held.predicted.difference < 1e-3 * held.largest + 1e-9 > 0.0
 
 
-@pytest.mark.parametrize("name", BUILDERS)
-def test_the_file_is_the_model_that_is_built(name):
-    case = case_of(scene(name))
-    file = mujoco.MjModel.from_xml_path(str(case.system.mjcf))
-    built = BUILDERS[name].whole(case.system.mjcf, case.problem).compile()
-    for field in ("pair_friction", "key_qvel", "key_ctrl", "body_mass", "geom_size"):
-        np.testing.assert_allclose(getattr(built, field), getattr(file, field), 1e-14)
-    np.testing.assert_allclose(built.body_pos, file.body_pos, 1e-14)
-    np.testing.assert_allclose(built.body_inertia, file.body_inertia, 1e-14)
-    np.testing.assert_allclose(built.opt.gravity, file.opt.gravity, 1e-14)
-
-
 def settled(cone, ratio, part, heading):
     """A cube on default contacts but for their cone after 1 s, and what theory takes."""
     case = case_of(scene("incline/rest"))
@@ -144,34 +131,6 @@ def test_drift_depth_and_softness(cone, ratio, part, heading):
     soft = held.edge(point) if point.pyramidal else 1.0 / ratio
     row = 0 if point.pyramidal else 1
     assert data.efc_R[row] == pytest.approx((1 - d) / d * soft * held.weight, rel=1e-6)
-
-
-@cache
-def threshold(cone, degrees):
-    """Where the acceleration no longer vanishes: tan(slope)/f, by bisection."""
-    low, high = 0.5, 1.5
-    for _ in range(16):
-        middle = (low + high) / 2
-        _, model, data, _ = settled(cone, 1.0, middle, math.radians(degrees))
-        before = data.qvel[:2].copy()
-        mujoco.mj_step(model, data, nstep=100)
-        slides = np.hypot(*(data.qvel[:2] - before)) > 1e-5
-        low, high = (low, middle) if slides else (middle, high)
-    return low
-
-
-@pytest.mark.parametrize("degrees", [0.0, 10.0, 30.0, 45.0])
-def test_a_pyramid_holds_less_between_its_edges_and_a_cone_does_not(degrees):
-    turned = math.radians(degrees)
-    less = 1.0 / (math.cos(turned) + math.sin(turned))
-    assert threshold("pyramidal", degrees) == pytest.approx(less, rel=3e-4)
-    assert threshold("elliptic", degrees) == pytest.approx(1.0, rel=3e-4)
-
-
-def test_a_user_s_own_contacts_have_no_theory():
-    how = replace(method("mujoco/euler"), settings={"contact": {"solref": (0.02, 1.0)}})
-    assert not scheme_of(case_of(scene("incline/rest")), how).known
-    assert engine_of(how).name == "mujoco"
 
 
 @pytest.mark.parametrize(
@@ -272,32 +231,6 @@ def test_forces_in_a_stack(name, mass_ratio):
         assert force == pytest.approx(held.normal_forces[level] / 4, rel=1e-5)
         assert -contact.dist == pytest.approx(corners(held)[level].depth(point, 1e-3), rel=1e-7)
     np.testing.assert_allclose(data.qacc, 0.0, atol=1e-10)
-
-
-@pytest.mark.parametrize("above", [1.0, 1e4, 1e-4])
-def test_contacts_that_settings_promise_hold_free_cubes(above):
-    """Three cubes with six degrees of freedom each, none of plumbob's own."""
-    asked = method("mujoco/euler+stiff")
-    ability = engine_of(asked).ability(SettingsToPaste)
-    assert ability
-    head = ability.write(asked, 1e-3, None, 0.5).snippets[0].mjcf
-    masses = [1.0, 1.0, above]
-    cubes = "".join(
-        f'<body pos="0 0 {0.1 + 0.2 * i}"><freejoint/>'
-        f'<geom type="box" size=".1 .1 .1" mass="{mass}"/></body>'
-        for i, mass in enumerate(masses)
-    )
-    floor = '<geom type="plane" size="2 2 .1"/>'
-    model = mujoco.MjModel.from_xml_string(
-        f"<mujoco>{head}<worldbody>{floor}{cubes}</worldbody></mujoco>"
-    )
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, nstep=300)
-    loads = 9.81 * np.cumsum(masses[::-1])[::-1] / 4
-    weights = model.body_invweight0[1:, 0] + model.body_invweight0[:-1, 0]
-    deep = allowed_by("mujoco/euler+stiff") * (loads * weights).sum()
-    assert 0.5 - data.xpos[-1, 2] == pytest.approx(deep, rel=2e-3)
-    assert np.abs(data.qvel).max() < 1e-9
 
 
 @pytest.mark.parametrize("fraction", ["0.5", "0.9"])

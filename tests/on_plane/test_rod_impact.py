@@ -1,9 +1,7 @@
 """Routh's impact of a rod against 40 digits and a stiff spring; what engines make of Painleve's."""
 
-import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from mpmath import mp
@@ -12,7 +10,6 @@ from plumbob.analytic.errors.contact_models import impacts, rod_steps
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import LAWS
-from plumbob.engines.adapters.mujoco import rod_impact
 from plumbob.engines.method import meant
 from plumbob.engines.registry import limits_of, method, methods
 from plumbob.engines.study.measurement import measure, scheme_of
@@ -163,27 +160,6 @@ def test_a_slightly_different_contact_is_noticed(name, constant, monkeypatch):
     assert np.abs(differs - stepped.errors["angle"]).max() > 1e-7
 
 
-def test_where_two_motions_exist_engines_lift_off():
-    """Painleve's rod that turns so fast that its end would rise: no force, or one that presses it
-    down. It jams, and its free end accelerates upward."""
-    of = rod("jams at rest", law="energetic")
-    assert of.jams
-    spin = math.sqrt(3.0 * of.gravity / (of.length / 2.0 * math.sin(of.angle)))
-    built = rod_impact.build(
-        case_of(scene("rod-impact")).system.mjcf, of, method("mujoco/euler+coulomb"), 1e-4
-    )
-    model = built.spec.compile()
-    built.tune(model)
-    data = mujoco.MjData(model)
-    half = of.length / 2.0 * np.array([math.cos(of.angle), math.sin(of.angle)])
-    data.qpos[:] = np.add(built.qpos, [0.0, 1e-6, 0.0])
-    data.qvel[:] = of.speed - spin * half[1], spin * half[0], spin
-    for _ in range(100):
-        mujoco.mj_step(model, data)
-        assert not data.ncon
-    assert data.qvel[2] == spin
-
-
 @pytest.mark.parametrize(
     ("start", "name", "value", "must"),
     [
@@ -200,11 +176,3 @@ def test_bad_input(start, name, value, must):
         replace(of, **{name: value})
     with pytest.raises(ParameterError, match="it strikes again"):
         of.observe(np.array([3.0]))
-
-
-def test_the_file_is_the_model_that_is_built():
-    path = case_of(scene("rod-impact")).system.mjcf
-    file, built = mujoco.MjModel.from_xml_path(str(path)), rod_impact.whole(path, ROD).compile()
-    for name in ("pair_solref", "pair_friction", "key_qpos", "key_qvel", "body_inertia"):
-        np.testing.assert_allclose(getattr(built, name), getattr(file, name), 1e-14)
-    np.testing.assert_array_equal(built.opt.gravity, file.opt.gravity)

@@ -3,18 +3,15 @@
 import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from mpmath import mp
 from scipy.integrate import solve_ivp
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco import rolling_ball
-from plumbob.engines.method import meant
-from plumbob.engines.registry import method, methods
+from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, scenes, systems
+from plumbob.models.registry import case_of, scene, scenes
 from plumbob.reports.judge.verdict import judge
 
 SCENES = scenes("rolling-ball")
@@ -92,32 +89,6 @@ def test_an_integration_of_smoothed_friction_comes_near(changes):
         assert np.abs(exact[name] - values).max() < 1e-3 * size, name
 
 
-@pytest.mark.parametrize(("speed", "spin"), [(2.0, 0.0), (1.0, -40.0), (1.0, -25.0), (-1.0, 30.0)])
-def test_where_rolling_begins(speed, spin):
-    ball = replace(BALL, speed=speed, spin=spin)
-    rolls = ball.rolling_begins
-    arm = ball.radius * spin
-    later = abs(speed - arm) / (3.5 * ball.friction * ball.gravity)
-    assert rolls.time == pytest.approx(later, rel=1e-14)
-    assert rolls.v == pytest.approx((5 * speed + 2 * arm) / 7, rel=1e-14, abs=1e-15)
-    slowed = ball.friction * ball.gravity * math.copysign(1.0, speed - arm)
-    assert rolls.x == pytest.approx(later * (speed - slowed * later / 2), rel=1e-13)
-    assert ball.rest_time == (rolls.time if 5 * speed == -2 * arm else math.inf)
-
-
-def test_facts_of_a_ball_that_comes_to_rest_and_of_those_that_do_not_roll():
-    facts = systems()["rolling-ball"].facts
-    stopped = facts(replace(BALL, rolling_friction=5e-3))
-    slowed = 5 / 7 * 0.05 * BALL.gravity
-    lasted = stopped["rolling_speed"] / slowed
-    assert stopped["rest_time"] == pytest.approx(stopped["rolling_time"] + lasted, rel=1e-14)
-    assert stopped["rest_place"] == pytest.approx(
-        stopped["rolling_place"] + slowed * lasted**2 / 2, rel=1e-14
-    )
-    assert set(facts(replace(BALL, friction=0.0)).values()) == {None}
-    assert facts(replace(BALL, rolling_friction=0.05))["rolling_time"] is None
-
-
 @pytest.mark.parametrize(
     ("name", "value", "must"),
     [
@@ -151,31 +122,3 @@ def test_a_slightly_different_friction_is_noticed(name):
     case, how = case_of(SCENES[0]), method(name)
     near = replace(case, errors=case.system.errors(replace(BALL, friction=0.2 * (1 + 1e-6))))
     assert judge(measure(near, how, 1e-3)[0], case.system, how).verdict == "off-prediction"
-
-
-def test_methods():
-    names = {m.name for m in methods() if meant(m, SCENES[0])}
-    plain = {"exact/closed-form", "mujoco/euler", "mujoco/rk4"}
-    assert names == {*plain, "mujoco/euler+coulomb", "pymunk/contact"}
-
-
-def test_the_file_is_the_model_that_is_built():
-    path = case_of(SCENES[0]).system.mjcf
-    file, built = mujoco.MjModel.from_xml_path(str(path)), rolling_ball.whole(path, BALL).compile()
-    for name in ("pair_friction", "key_qvel", "body_mass", "body_inertia", "geom_size", "body_pos"):
-        np.testing.assert_allclose(getattr(built, name), getattr(file, name), 1e-14)
-    np.testing.assert_array_equal(built.opt.gravity, file.opt.gravity)
-
-
-@pytest.mark.parametrize(
-    ("changes", "condim"),
-    [
-        ({}, 3),
-        ({"friction": 0.0, "torsional_friction": 0.1}, 1),
-        ({"torsional_friction": 0.1}, 4),
-        ({"rolling_friction": 0.1}, 6),
-    ],
-)
-def test_the_contact_has_the_dimensions_that_it_needs(changes, condim):
-    path = case_of(SCENES[0]).system.mjcf
-    assert rolling_ball.whole(path, replace(BALL, **changes)).compile().pair_dim[0] == condim

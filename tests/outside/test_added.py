@@ -2,14 +2,10 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from plumbob.engines.added import wrong_limits
-from plumbob.engines.registry import built_in
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.models import entry_points
@@ -58,14 +54,6 @@ def test_the_readme_shows_the_package_of_the_tests():
     shown = f"[project.entry-points{points.partition('[tool')[0].rstrip()}"
     assert f"```toml\n{shown}\n```" in readme
     assert len(ENGINE.splitlines()) <= 40
-
-
-def test_both_are_listed(both, capsys):
-    assert main(["list"]) == 0
-    out, err = capsys.readouterr()
-    assert re.search(r"^  tiny/euler +semi-implicit-euler, order 1$", out, re.MULTILINE)
-    assert re.search(r"^  falling-body +Falling body with drag$", out, re.MULTILINE)
-    assert err == ""
 
 
 @pytest.mark.long
@@ -209,11 +197,6 @@ def test_a_broken_file_of_pair_costs_the_engine(limits, why, site, capsys):
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("name", built_in())
-def test_limits_of_our_engines_are_held_to_the_same_rules(name):
-    assert wrong_limits(built_in()[name]) == ""
-
-
 @pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DEFECTS["engines"])
 def test_a_broken_engine_costs_a_line(kind, site, capfd):
@@ -245,33 +228,6 @@ def test_a_broken_engine_costs_a_line(kind, site, capfd):
         assert not (site / "out").exists()
 
 
-@pytest.mark.parametrize("printing", ["print('hello')", "import os; os.write(1, b'hello')"])
-def test_what_an_import_prints_is_a_line_on_stderr(printing, site, capfd):
-    broken(site, f"{printing}\n{ENGINE}")
-    with seen(site):
-        assert main(["list", "methods"]) == 0
-    out, err = capfd.readouterr()
-    assert "tiny/euler" in out
-    assert "hello" not in out
-    assert err == "plumbob: their-package 1.0 prints when it is imported: hello\n"
-
-
-def test_two_packages_with_one_name_are_left_out(both, capsys):
-    broken(both, ENGINE)
-    with seen(both):
-        assert main(["run", SWING, "tiny/euler", "--step", "1e-3"]) == 2
-    assert "more than one package adds 'tiny'" in capsys.readouterr().err
-
-
-def test_the_name_of_an_engine_of_ours_is_taken(site, capsys):
-    broken(site, ENGINE.replace("tiny", "ode"), name="ode")
-    with seen(site):
-        assert main(["list", "methods"]) == 0
-    out, err = capsys.readouterr()
-    assert "ode/rk4" in out
-    assert "plumbob has an engine called 'ode' itself" in err
-
-
 BAD = "return type('Bad', (), {'run': lambda self: %s, 'stepped': lambda self, part: 3})()"
 WRONG_RUNS = {
     "prepare raises RuntimeError: no licence": "raise RuntimeError('no licence')",
@@ -292,17 +248,6 @@ def test_an_engine_that_raises_is_a_verdict(why, site, tmp_path, monkeypatch, ca
     assert found.code == 1
     assert f"their-package 1.0: {why}" in found.failure(SWING, "tiny/euler")
     assert found.failure(SWING, "ode/euler") == ""
-
-
-@pytest.mark.long
-def test_a_printing_run_leaves_stdout_alone(site, capfd):
-    broken(site, ENGINE.replace("        state = [", "        print('hello')\n        state = ["))
-    with seen(site):
-        assert main(["run", SWING, "tiny/euler", "--step", "1e-2", "--json"]) == 0
-    out, err = capfd.readouterr()
-    assert json.loads(out)
-    assert "their-package 1.0 prints: hello" in out
-    assert err == ""
 
 
 @pytest.mark.long(keep=3)
@@ -356,21 +301,3 @@ def test_a_defect_in_an_added_system_costs_its_pieces(kind, site, tmp_path, monk
         assert re.search(r"ode/euler +predicted", said.out)
     else:
         assert (tmp_path / "out" / "index.html").is_file()
-
-
-LAZY = """
-import sys
-from plumbob.reports.cli import main
-code = main(["run", "simple-pendulum/free-large", "ode/rk4", "--step", "1e-2"])
-print("loaded:", "theirs" in sys.modules)
-sys.exit(code)
-"""
-
-
-@pytest.mark.long
-def test_no_package_is_loaded_whose_methods_are_not_chosen(site, monkeypatch):
-    broken(site, "raise RuntimeError\n")
-    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
-    done = subprocess.run([sys.executable, "-c", LAZY], check=True, capture_output=True, text=True)
-    assert done.stdout.splitlines()[-1] == "loaded: False"
-    assert done.stderr == ""

@@ -37,7 +37,6 @@ class Wrapped:
 """
 
 
-FIRST = "for _ in range(first, last):"
 CASES = DEFECTS["checks"]
 
 
@@ -70,10 +69,6 @@ def test_a_defect_turns_its_check_red(kind, tmp_path, capsys):
     assert defect["why"] in found[defect["check"]]["detail"]
 
 
-def test_every_check_has_a_defect_that_it_sees():
-    assert {defect["check"] for defect in CASES.values()} == set(CHECKS)
-
-
 def test_the_example_passes_with_a_line_a_check(tmp_path, capsys, monkeypatch):
     install_folder(tmp_path / "site", "tiny_engine")
     monkeypatch.chdir(tmp_path)
@@ -92,26 +87,3 @@ def test_the_example_passes_with_a_line_a_check(tmp_path, capsys, monkeypatch):
 def test_engines_of_ours_pass(name, capsys):
     assert main(["check-engine", name, "--scenes", "*/free-small"]) == 0
     assert "fail" not in capsys.readouterr().out
-
-
-SECOND_ORDER = ENGINE.replace("Scheme(EULER), 1", 'Scheme("own"), 2').replace(
-    """                state[1] -= step * pendulum.gravity / pendulum.length * math.sin(state[0])
-                state[0] += step * state[1]
-""",
-    """                half = step / 2 * pendulum.gravity / pendulum.length
-                state[1] -= half * math.sin(state[0])
-                state[0] += step * state[1]
-                state[1] -= half * math.sin(state[0])
-""",
-)
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize("late", [False, True])
-def test_a_late_sample_reduces_the_order_of_a_better_method(late, tmp_path, capsys):
-    wrong = "for _ in range(first - (first == 0), last):"
-    text = SECOND_ORDER.replace(FIRST, wrong) if late else SECOND_ORDER
-    code, found = outcome(tmp_path, text, capsys)
-    assert code == int(late)
-    for check in ("samples at its steps", "shows its order"):
-        assert found[check]["status"] == ("fail" if late else "pass"), found[check]

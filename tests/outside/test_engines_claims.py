@@ -1,12 +1,8 @@
 """What an added engine says of its own runs is held to what was asked of it: times, samples, the
 end, the number of steps, and what a step costs."""
 
-import numpy as np
 import pytest
 
-from plumbob.engines import sampling
-from plumbob.engines.study import cost
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models import entry_points
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import ENGINE, install, seen
@@ -72,29 +68,3 @@ def test_a_run_is_the_one_that_was_asked_for(kind, tmp_path, monkeypatch, capsys
         assert said.startswith("cut-short, expected predicted: the run is cut short: ")
         assert why in said
         assert f"UNEXPECTED {SMALL} tiny/euler: cut-short" in found.out
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("factor", "believed"), [(0.1, False), (1.0, True), (10.0, False)])
-def test_a_step_costs_what_it_takes_in_a_whole_run(factor, believed, tmp_path, monkeypatch, capsys):
-    claiming(tmp_path / "site", seconds=f"{factor} * timed.seconds")
-    without_pages(monkeypatch)
-    with seen(tmp_path / "site"):
-        found = validated(tmp_path, capsys, SMALL, "tiny")
-    assert found.code == (0 if believed else 1), found.out
-    said = found.failure(SMALL, "tiny/euler")
-    assert said == "" if believed else "times what a step is said to cost" in said
-
-
-def test_a_clock_that_rounds_is_no_other_grid():
-    """A thousandth of a step is what adding up times may round; a hundredth is another time."""
-    times = sampling.sampled(1000).astype(np.float64) * 1e-3
-    values = {"theta": times}
-    right = Trajectory(times * (1.0 + 5e-7), values, steps=1000)
-    late = Trajectory(times * (1.0 + 1e-5), values, steps=1000)
-    between = Trajectory(np.where(times == times[7], times + 1e-5, times), values, steps=1000)
-    assert sampling.cut_short(right, 1.0, 1e-3) == ""
-    assert "ends at" in sampling.cut_short(late, 1.0, 1e-3)
-    assert "are not those at" in sampling.cut_short(between, 1.0, 1e-3)
-    assert "ends at" in sampling.cut_short(right, 1.0, None)  # no adding up of equal steps
-    assert 1.0 < cost.APART < 10.0

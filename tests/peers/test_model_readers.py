@@ -85,23 +85,3 @@ def test_a_page_shows_what_the_study_stored_of_readers(study):
     assert fields["mass"][:2] == ("read", "read")  # MuJoCo and who is played by it
     shown = finding(READERS, study)
     assert "Drake 1.51.1, Pinocchio 4.1.0, PyBullet 3.2.7" in shown.paragraphs[-1]  # not read
-
-
-def test_another_stored_number_is_another_page(study):
-    read = study.answer(PLAYED)
-    off = (
-        replace(n, values=(1.01 * n.values[0],)) if n.field == "mass" else n for n in read.numbers
-    )
-    wrong = {**study.extras, PLAYED: replace(read, numbers=tuple(off))}
-    fields = _fields(replace(study, extras=wrong))
-    assert fields["mass"][:2] == ("read", "not read; arm: 1.717 for 1.7")
-    assert fields["inertia"] == _fields(study)["inertia"]
-
-
-@pytest.mark.parametrize("text", ["", "<mujoco>", "<mujoco><option gravity='a'/></mujoco>"])
-def test_what_is_no_model_is_bad_input(text, tmp_path, capsys):
-    (file := tmp_path / "my.xml").write_text(text, "utf-8")
-    assert main(["models", "check", str(file)]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("plumbob: FILE = ")
-    assert said.count("\n") == 1

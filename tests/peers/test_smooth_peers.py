@@ -8,11 +8,9 @@ import pytest
 
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.cost import batch_costs
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.cli import main
 from plumbob.reports.judge.verdict import judge
 
 SWING, CONE = "simple-pendulum/free-large", "cone-pendulum/rotating-base"
@@ -65,19 +63,6 @@ def test_semi_implicit_engines_agree_with_mujoco_to_the_digits_of_theory(scene):
         single = find_method(name).scheme.unit > 1.0
         low, high = (1e-8, 4e-6) if single else (0.0, 1e-11)
         assert low * size <= apart <= high * size, name
-
-
-@pytest.mark.parametrize("name", ["mjx/default", "mjwarp/default"])
-def test_a_world_of_many_costs_less_than_one_alone(name):
-    needed(name)
-    alone, many = batch_costs(case_of(find_scene(SWING)), find_method(name), 1e-2, (1, 64))
-    assert many.worlds == 64
-    assert many.ns_per_world_step < 0.7 * alone.ns_per_world_step  # 0.2
-
-
-def test_worlds_are_of_engines_with_batches(capsys):
-    assert main(["run", SWING, "mujoco/euler", "--step", "1e-2", "--worlds", "2"]) == 2
-    assert "worlds = 'mujoco/euler': must be" in capsys.readouterr().err
 
 
 def test_errors_of_cenic_go_as_the_root_of_its_accuracy():

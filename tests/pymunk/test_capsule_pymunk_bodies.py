@@ -10,13 +10,9 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import slipping_f
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.engines.adapters.pymunk import ENGINE, capsule
+from plumbob.engines.adapters.pymunk import capsule
 from plumbob.engines.adapters.pymunk.capsule_above import foot_mass
-from plumbob.engines.method import Unsupported
-from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import system_of
 from plumbob.tests.support.pymunk_capsule import METHODS, moved, problem_of
-from plumbob.tests.support.random_capsules import CHECK, LIMIT
 
 # Two light feet: when the body is held from the other side they are at their limits.
 UNEVEN = Capsule(1.0, 1.0, 0.02, ((0.2, 0.0), (-0.05, 0.1), (-0.1, -0.25)), 1.0, 9.81)
@@ -37,27 +33,6 @@ def test_friction_sets_the_unit_of_time_alone():
         line = uneven(friction)
         ends.append(moved(line, "feet", 0.03 * line.t2)["displacement"])
     assert ends[0] == pytest.approx(ends[1], rel=1e-12)
-
-
-@pytest.mark.parametrize("model", ["feet", "side", "pivots"])
-@pytest.mark.parametrize("slider_mass", [0.003, 0.3, 30.0])
-def test_without_friction_the_common_centre_stays(model, slider_mass):
-    body = replace(CHECK, friction=0.0, slider_mass=slider_mass)
-    line = LineManoeuvre(body, 3 * LIMIT, 0.8 * LIMIT, 0.03, 0.87)
-    # required: 1e-12 m
-    seen = moved(line, model, 3e-4)
-    assert abs(seen["displacement"] + body.mass_ratio * seen["stroke"]) < 1e-14
-    assert abs(seen["displacement"]) > 1e-4
-
-
-def test_what_cannot_be_built():
-    rotation = find_scene("capsule-coast/rotation")
-    problem = system_of(rotation).problem(rotation.parameters)
-    with pytest.raises(Unsupported, match="one line"):
-        capsule.build(problem, METHODS["side"], 1e-3)
-    tight = next(m for m in ENGINE.methods if m.name == "pymunk/tight")
-    with pytest.raises(Unsupported, match="no model"):
-        capsule.build(problem, tight, 1e-3)
 
 
 def test_with_light_feet_one_sticking_foot_stops_the_body():

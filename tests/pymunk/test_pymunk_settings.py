@@ -5,7 +5,6 @@ import math
 import pymunk
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
@@ -52,9 +51,3 @@ def test_pasted_joints_close_in_a_step():
     space.add(joint)
     exec(_python("pymunk/tight", 1e-3)[0], {"space": space})
     assert joint.error_bias == 0.0
-
-
-@pytest.mark.parametrize("method", ["pymunk/default", "pymunk/pivots", "pymunk/side"])
-def test_a_known_limit_has_nothing_to_paste(method):
-    with pytest.raises(ParameterError, match="pymunk/feet or pymunk/tight"):
-        _python(method, 1e-3)

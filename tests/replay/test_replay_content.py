@@ -10,21 +10,16 @@ from plumbob.analytic.systems.free_body.rotation import ATTITUDE
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes, steps_beside
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.engines.study.runner import most_steps
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.replay import deviating, replay
 from plumbob.reports.analyses.replay.capsule import motion
 from plumbob.reports.analyses.replay.pendulums import pendulum
 from plumbob.reports.analyses.replay.runs import (
     DEFAULT_METHOD,
-    MOST_SWINGS,
-    requests,
     shown_runs,
-    shown_seconds,
 )
 from plumbob.reports.analyses.replay.samples import COUNTS, coded, sampled
 from plumbob.tests.replay.all_replays import decoded, plan, recorded, replays
@@ -36,15 +31,6 @@ FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 def test_a_scene_takes_few_bytes():
     assert [name for name in NAMES if len(replays()[name].data) >= 1e3 * KILOBYTES] == []
-
-
-@pytest.mark.long
-def test_the_largest_scene_of_the_full_profile_takes_few_bytes():
-    """Long plans have the most samples; their recordings have at most some 500 each."""
-    scene = find_scene("capsule-plan/half-turn-curve")
-    shown = replay(replace(recorded(), scenes=(scene,)), scene)
-    recordings = 2 * 500 * 4 * 4 * 4 / 3  # times, x, y, heading; four bytes in base64
-    assert 0.5 * 1e3 * KILOBYTES < len(shown.data) + recordings < 1e3 * KILOBYTES, len(shown.data)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -113,15 +99,6 @@ def test_a_replay_is_of_runs_of_the_study():
             assert one.run.step in (*chosen_step_sizes(scene, method, most), *beside)
 
 
-def test_both_runs_have_one_step():
-    long = 0
-    for scene in plan().scenes:
-        default, recommended = shown_runs(plan(), scene)
-        assert default.run.step == recommended.run.step
-        long += default.run.step == REFERENCE_STEP
-    assert long > 25  # of 35; the others are short
-
-
 def test_the_largest_error_and_the_one_at_the_end_stand_beside_each_other():
     case = case_of(find_scene("simple-pendulum/free-small"))
     exact = case.reference.observe(np.array([0.0, 1.0, 2.0]))
@@ -135,28 +112,6 @@ def test_the_largest_error_and_the_one_at_the_end_stand_beside_each_other():
         assert layer.end.endswith("rad")
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_recommended_settings_are_the_more_accurate_ones(name):
-    data = json.loads(replays()[name].data)
-    default, recommended = (_largest(layer) for layer in data["layers"][1:3])
-    if find_scene(name).parameters.get("friction") == 0.0:  # contacts make no difference then
-        assert recommended == pytest.approx(default, rel=1e-6)
-    elif name == "rod-impact/sticks":  # what the step makes is as large, and falls with it
-        assert recommended < 1.2 * default
-    else:
-        assert recommended < default
-
-
-def _largest(layer):
-    channels = {n: decoded(v, layer["count"]) for n, v in layer["channels"].items()}
-    if "theta" in channels:
-        return float(np.abs(channels["theta"]).max())
-    if "heading" not in channels:
-        return max(float(np.abs(values).max()) for values in channels.values())
-    apart = np.hypot(channels["x"], channels["y"]) + 0.2 * np.abs(channels["heading"])
-    return float(apart.max())
-
-
 def test_a_users_own_settings_take_the_place_of_the_default_ones():
     own = replace(find_method(DEFAULT_METHOD), name="mujoco/mine", step_sizes=(4e-3, 2e-3))
     scene = find_scene("simple-pendulum/free-large")
@@ -166,14 +121,6 @@ def test_a_users_own_settings_take_the_place_of_the_default_ones():
 
 def find_methods_of(*names):
     return tuple(find_method(name) for name in names)
-
-
-def test_a_plan_without_these_shows_its_first_methods():
-    scene = find_scene("cone-pendulum/rotating-base")
-    methods = find_methods_of("exact/closed-form", "ode/dop853", "ode/euler", "ode/rk4")
-    shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
-    assert [one.run.method for one in shown] == ["ode/dop853", "ode/euler"]
-    assert shown[0].control == "tolerance"
 
 
 def test_contacts_that_do_not_converge_are_not_recommended():
@@ -186,62 +133,9 @@ def test_contacts_that_do_not_converge_are_not_recommended():
     ]
 
 
-def test_another_scene_of_the_same_name_has_no_runs():
-    scene = replace(find_scene("cone-pendulum/rotating-base"), duration=0.1)
-    assert shown_runs(plan(), scene) == ()
-
-
-def test_thousands_of_swings_are_replayed_in_part():
-    for scene in find_scenes("*/million-steps,*/thousand", "full"):
-        assert shown_seconds(scene) < 0.2 * scene.duration
-    turning = case_of(find_scene("cone-pendulum/million-steps"))
-    assert shown_seconds(turning.scene) == MOST_SWINGS * turning.problem.motion.period
-    part = StudyPlan("full", (turning.scene,), plan().methods)
-    assert {run.duration for run in requests(part)} == {shown_seconds(turning.scene)}
-
-
 def test_a_study_without_recordings_shows_the_exact_answer_alone():
     scene = find_scene("capsule-line/ca1")
     shown = replay(replace(recorded(), extras={}), scene)
     assert [layer.slot for layer in shown.layers] == ["exact"]
     assert len(shown.lacking) == 2
     assert shown.factors == (1, 10)
-
-
-def test_the_linear_pendulum_is_drawn_beside_the_other():
-    shown = replays()["simple-pendulum/free-large"]
-    assert [layer.slot for layer in shown.layers] == ["exact", "first", "second", "companion"]
-    data = json.loads(shown.data)
-    theta = decoded(data["layers"][3]["channels"]["theta"], data["layers"][3]["count"])
-    assert theta[0] == pytest.approx(-2.0943951, abs=1e-4)
-    assert np.ptp(theta) == pytest.approx(2 * 2.0943951, rel=1e-3)  # it swings back to its start
-    charts = [chart["y"] for chart in data["charts"]]
-    assert charts == [["theta_dot"], ["x"], ["y"]]
-
-
-def test_errors_on_paper_are_as_large_as_stay_small_in_the_picture():
-    factors = {name: replays()[name].magnified for name in NAMES}
-    assert factors["capsule-line/heading-030"] == 10
-    assert set(factors.values()) <= {10**k for k in range(13)}
-
-
-def test_a_diverged_or_missing_run_is_named():
-    scene = find_scene("capsule-line/ca1")
-    gone = {request: None for request in recorded().extras}
-    shown = replay(replace(recorded(), extras=gone), scene)
-    assert shown.lacking == ("mujoco/euler, 1 ms", "mujoco/euler+coulomb, 1 ms")
-
-
-def test_the_speed_first_chosen_takes_some_seconds():
-    for shown in replays().values():
-        (speed,) = (choice.value for choice in shown.speeds if choice.chosen)
-        assert 5.0 <= shown.seconds / speed <= 13.0
-        assert len(shown.speeds) >= 3
-
-
-def test_the_largest_factor_shows_the_smallest_errors():
-    shown = replays()["simple-pendulum/free-large"]
-    data = json.loads(shown.data)
-    least = min(_largest(layer) for layer in data["layers"][1:3])
-    assert 0.1 <= shown.factors[-1] * least < 1.0  # [rad]
-    assert shown.factors[0] == 1

@@ -125,22 +125,6 @@ def test_the_button_plays_pauses_and_begins_again_at_the_end(pausable):
 
 
 @pytest.mark.long
-def test_each_speed_is_what_it_says(pausable):
-    figure = paused(pausable, NAME)
-    options = figure.locator("select.speed option")
-    values = [float(option.get_attribute("value") or "") for option in options.all()]
-    assert values == sorted(values)
-    for value in values:
-        figure.locator("select.speed").select_option(f"{value:g}")
-        set_time(figure, 0.0)
-        figure.locator(".play").click()
-        pausable.clock.run_for(400)
-        assert time_of(figure) == pytest.approx(min(0.4 * value / 0.5, 1.0), rel=0.1)
-        if figure.locator(".play").inner_text() == "Pause":
-            figure.locator(".play").click()
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("place", ["input[type=range]", ".play"])
 def test_keys_move_it(place, page):
     figure = found(page, NAME)
@@ -158,16 +142,6 @@ def test_keys_move_it(place, page):
     expect(figure.locator(".play")).to_have_text("Pause")
     page.keyboard.press(" ")
     expect(figure.locator(".play")).to_have_text("Play")
-
-
-def test_a_click_on_the_picture_plays_it_and_one_plays_at_a_time(page):
-    one, other = (found(page, name) for name in SHOWN[:2])
-    for wanted in ("Pause", "Play", "Pause"):
-        one.locator(".live canvas").click()
-        expect(one.locator(".play")).to_have_text(wanted)
-    other.locator(".play").evaluate("(button) => button.click()")
-    expect(one.locator(".play")).to_have_text("Play")
-    expect(other.locator(".play")).to_have_text("Pause")
 
 
 @pytest.mark.long
@@ -207,32 +181,6 @@ def test_less_motion_is_no_motion_by_itself_and_twelve_steps(browser, file):
         for seconds, steps in ((0.5, 0), (0.7, 1), (0.5, 1), (0.5, 2)):
             page.clock.run_for(round(1000 * seconds))
             assert time_of(figure) == pytest.approx(steps / 12, abs=1e-3)
-
-
-def test_a_screen_reader_hears_little_while_it_plays(pausable):
-    """The status changes when something is pressed, not while the time goes on."""
-    figure = paused(pausable, NAME)
-    figure.locator(".play").click()
-    said = figure.locator("[role=status]").inner_text()
-    assert said.startswith("Playing at")
-    pausable.clock.run_for(2000)
-    assert figure.locator("[role=status]").inner_text() == said
-    assert time_of(figure) > 0.0
-    figure.locator("input[type=range]").press("ArrowRight")
-    pausable.clock.run_for(2000)
-    assert figure.locator("[role=status]").inner_text().startswith("Shown at")
-
-
-def test_what_is_drawn_has_names(page):
-    for name in SHOWN:
-        figure = found(page, name)
-        assert len(figure.locator(".live canvas").get_attribute("aria-label") or "") > 60
-        slider = figure.get_by_role("slider", name="time")
-        set_time(figure, 0.5)
-        assert " of " in (slider.get_attribute("aria-valuetext") or "")
-        assert figure.get_by_role("checkbox", name="exact answer").is_checked()
-        for label in ("speed", "errors drawn"):
-            assert figure.get_by_role("combobox", name=label).count() == 1
 
 
 @pytest.mark.parametrize(("name", "factor"), [(SHOWN[0], 10), (SHOWN[2], 100)])
@@ -362,20 +310,3 @@ def test_the_printed_page_has_six_moments(page):
     for moment, picture in zip(moments, printed, strict=True):
         set_time(figure, moment / shown.seconds)
         assert figure.locator(".live canvas").evaluate(PICTURE, picture[:2]) == picture
-
-
-def test_without_scripts_a_replay_is_its_legend(browser, file):
-    for page in opened(browser, file, java_script_enabled=False):
-        figure = page.locator(".replay").first
-        assert figure.locator(".layers").is_visible()
-        assert not figure.locator(".live canvas").first.is_visible()
-        assert not figure.locator("[data-layer]").first.is_visible()
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize("width", [390, 1280])
-def test_nothing_is_wider_than_the_window(width, browser, file):
-    for page in opened(browser, file, viewport={"width": width, "height": 800}):
-        for name in SHOWN:
-            found(page, name)
-        assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -1,15 +1,11 @@
 """A run beside a method's step sizes is judged by itself, and tells of no plateau."""
 
-from dataclasses import replace
-
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement, ObservedError, Prediction
-from plumbob.engines.study.merged_studies import merged
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.verdict import judged
-from plumbob.tests.support.declared import nothing
 
 SCENE, METHOD = "cone-pendulum/rotating-base", "ode/rk4"
 STEPS, BESIDE = (8e-3, 4e-3, 2e-3, 1.5e-3), 1e-3
@@ -52,13 +48,3 @@ def test_it_tells_of_no_plateau_and_of_no_size():
     assert among.whole.verdict == "not-converging"
     assert beside.whole.verdict == "predicted"
     assert set(beside.whole.errors) == set(STEPS)
-
-
-def test_a_step_that_one_of_two_studies_has_among_its_sizes_is_not_beside_them():
-    runs = tuple(run(h, h, h) for h in (2e-3, BESIDE))
-    one = ConvergenceStudy(SCENE, METHOD, runs, beside=(BESIDE,))
-    found = replace(nothing(), scenes=(find_scene(SCENE),), methods=(find_method(METHOD),))
-    both = [replace(found, convergence=(replace(one, beside=steps),)) for steps in ((BESIDE,), ())]
-    for studies, beside in ((both[:1] * 2, (BESIDE,)), (both, ()), (both[::-1], ())):
-        together = merged(studies)
-        assert together.convergence[0].beside == beside

@@ -5,21 +5,14 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.capsule import normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.engines.study.cost import Cost
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import capsule_train, mean_speed, section
 from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.capsule_line import (
-    FINDINGS,
-    contacts,
     displacement,
     drive,
-    fidelity,
-    headings,
     source,
     source_text,
     tipping,
@@ -29,11 +22,9 @@ from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import (
     declared,
     finding,
-    formed,
     measured,
     nothing,
     numbers_of,
-    plan_of,
 )
 from plumbob.tests.support.declared import findings_of as formed_of
 
@@ -53,14 +44,6 @@ def column(table, head):
     return {name: float(text) for name, text in shown.items() if text != "–"}
 
 
-@pytest.mark.parametrize("analysis", FINDINGS, ids=lambda analysis: analysis.template)
-def test_a_finding_on_lines_is_written_where_engines_are_missing(analysis):
-    planned = measured(LINE, METHODS)
-    unmade = dict.fromkeys(analysis.requests(plan_of(planned)))
-    shown = formed(analysis, replace(planned, extras=unmade))
-    assert shown is None or shown.summary
-
-
 def test_figure_of_the_source():
     check = numbers_of(source.FIGURE_2)
     (gallery,) = written(source.FIGURE_2.template, plain(check))
@@ -72,22 +55,6 @@ def test_figure_of_the_source():
     for name in source.DRAWN[:2]:  # dots on the curve of that corner
         corner = max(check.exact[name], key=abs)
         assert max(check.engines[source.MUJOCO][name], key=abs) == pytest.approx(corner, rel=0.02)
-
-
-def test_misprints():
-    velocities = numbers_of(source.MISPRINTS)
-    assert velocities.printed == pytest.approx(-0.1962, rel=1e-3)
-    assert velocities.derived == 0.0
-    assert abs(velocities.measured) < 5e-3  # t* is inside a step, between whose ends it is
-
-
-def test_any_line():
-    lines = numbers_of(source.ANY_LINE).lines
-    assert len(lines) == 6
-    for line in lines:
-        assert line.displacement == pytest.approx(EXACT, rel=1e-4)
-        assert max(line.errors) < 1.2e-4
-        assert max(line.turns) < 1e-6
 
 
 def test_errors_are_the_sawtooth_of_the_step():
@@ -102,46 +69,6 @@ def test_errors_are_the_sawtooth_of_the_step():
             assert 0.99 < error / predicted < most
     assert min(errors["mujoco/euler"]) > 0.02
     assert displacement.errors(nothing()) is None
-
-
-def test_contact_chatter():
-    chatter = numbers_of(contacts.CHATTER)
-    for run in chatter.contacts[:2]:
-        assert 0.15 < run.missing < 0.4
-        assert run.vertical_range > 5e-6
-        assert min(run.contacts) == 0.0
-    for run in chatter.contacts[2:]:
-        assert run.vertical_range < 1e-9
-        assert (run.missing, min(run.contacts)) == (0.0, 3.0)
-        assert run.loads == pytest.approx(1.0, abs=5e-3)
-    (shown,) = written(contacts.CHATTER.template, plain(chatter))
-    assert [len(plot.traces) for plot in shown.figures] == [2, 2, 2]
-
-
-def test_isotropy():
-    spread = {row.method: row.spread for row in numbers_of(headings.ISOTROPY).every}
-    assert spread.pop("mujoco/euler") > 0.2
-    assert max(spread.values()) < 1e-12
-
-
-def test_normal_forces():
-    for engine in numbers_of(contacts.LOAD_ERRORS).engines:
-        assert engine.at_rest < 1e-6
-        assert engine.half_step < 1e-5 < 1e-4 < engine.largest
-
-
-def test_heights():
-    heights = numbers_of(fidelity.HEIGHTS)
-    assert heights.shift == pytest.approx(1.2, abs=0.05)
-    coarse, fine = heights.changes
-    assert coarse < 3e-4
-    assert fine < 4e-6
-
-
-def test_momentum():
-    momentum = numbers_of(fidelity.MOMENTUM)
-    assert len(momentum.shifts) == 5
-    assert momentum.largest < 1e-12
 
 
 def test_a_brake_beyond_the_limit_turns_the_body_round():
@@ -260,16 +187,6 @@ def test_the_exact_condition_for_contact_and_beyond():
     assert lifted == pytest.approx(tipped.times[np.argmax(needed < 0.0)], abs=2e-3)
     assert tipped.observables["normal_force_1"][-1] == 0.0
     assert numbers.lift.risen > 1e-4
-
-
-def test_the_reference_refuses_what_tips():
-    start = find_scene("capsule-line/near-edge").parameters["start"]
-    with pytest.raises(
-        ParameterError, match=r"^start = .*such that normal_force_1 is .*, not -0.0"
-    ):
-        case_of(find_scene("capsule-line/near-edge", {"start": start + tipping.BEYOND}))
-    # nine tenths of the way to the edge is still inside
-    case_of(find_scene("capsule-line/near-edge", {"start": start + 0.9 * 1e-4 / (0.3 / 1.3)}))
 
 
 def test_engines_at_the_fastest_manoeuvres():

@@ -9,13 +9,9 @@ from scipy.integrate import solve_ivp
 
 from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.cone_pendulum import (
-    SECTION,
     action_phase,
     drive_work,
-    equilibria,
     generating_solution,
-    hamiltonian,
-    series,
     source_claims,
     source_figures,
     source_text,
@@ -24,22 +20,7 @@ from plumbob.reports.analyses.cone_pendulum import (
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, made, nothing, numbers_of, plan_of
-
-
-def test_finding_printed_hamiltonian():
-    found = numbers_of(hamiltonian.PRINTED)
-    # Difference between Sudakov's eqs. 7 and 9 at 0.5 s, integrated with 40 digits.
-    assert found.gap == pytest.approx(6.27, abs=5e-3)
-    assert len(found.runs) == 2
-    assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
-    assert found.runs["mujoco"].correct_varies < 1e-8 < 1000.0 < found.runs["mujoco"].printed_varies
-
-
-@pytest.mark.parametrize("analysis", SECTION.findings, ids=lambda analysis: analysis.template)
-def test_a_finding_is_written_where_engines_are_missing(analysis):
-    unmade = dict.fromkeys(analysis.requests(plan_of(nothing())))
-    assert finding(analysis, replace(nothing(), extras=unmade)).summary
+from plumbob.tests.support.declared import declared, finding, made, nothing, numbers_of
 
 
 def test_figures_of_the_source_begin_at_the_start():
@@ -50,21 +31,6 @@ def test_figures_of_the_source_begin_at_the_start():
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
     moment = problem.body.inertia_x * problem.theta_dot
     assert momentum.traces[0]["y"][0] == pytest.approx(moment, rel=1e-3)
-
-
-def test_finding_inertia():
-    found = numbers_of(symmetry.INERTIA)
-    theta = [found.exact, found.without, found.runs["mujoco"]]
-    assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
-
-
-def test_finding_symmetry():
-    found = numbers_of(symmetry.PRODUCT_OF_INERTIA)
-    assert found.moved == pytest.approx(-0.00513060, rel=1e-3)
-    assert len(found.gaps) == 3
-    assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
-    # the pivot along and above the axis does not matter
-    assert found.carried < 1e-11
 
 
 def test_claims_in_numbers():
@@ -107,25 +73,6 @@ def test_finding_action_and_phase():
         assert start.drift < 1e-9
 
 
-def test_finding_equilibria():
-    numbers = numbers_of(equilibria.EQUILIBRIA)
-    assert (numbers.fork, numbers.node) == pytest.approx((6.44823, 11.2938), abs=5e-5)
-    assert len(numbers.centres) == 15
-    assert numbers.largest_gap < 1e-6  # the amplitude's
-    near, far = (equilibria.still(0.0, rate).equilibria[0].rate for rate in (8.0, 8.001))
-    assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
-
-
-def test_finding_work_of_the_drive():
-    work = numbers_of(drive_work.DRIVE_WORK)
-    assert work.constant < 1e-9
-    mujoco = work.mujoco
-    # the platform's rate changes by 2.4e-7 of 26 rad/s: 1e-8 of T; its energy has 4e-6 J of digits
-    assert mujoco.gap < 1e-4
-    assert mujoco.supplied_gap < 1e-3
-    assert mujoco.range > 1000.0
-
-
 @pytest.mark.long
 def test_finding_generating_solution():
     solutions = numbers_of(generating_solution.GENERATING_SOLUTION)
@@ -135,15 +82,6 @@ def test_finding_generating_solution():
     assert abs(longer.phase_gap) < 0.1
     for drive in solutions.drives:
         assert abs(drive.gap) < 1.0 / drive.inertia  # the next order: J/A, J at most 1.68 kg m^2
-
-
-def test_finding_series():
-    harmonics = series.numbers(nothing())
-    for counts in (*harmonics.scenes.values(), *(counts for _, counts in harmonics.near)):
-        assert list(counts) == sorted(counts)
-    near = [counts[-1] for _, counts in harmonics.near]
-    assert near == sorted(near)
-    assert near[-1] > 2 * near[0]
 
 
 def test_what_else_the_source_says():

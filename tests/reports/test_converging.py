@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from plumbob.analytic.schemes import Scheme
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import between, convergence_study
-from plumbob.engines.study.measurement import Measurement, ObservedError, measure
+from plumbob.engines.study.measurement import Measurement, ObservedError
 from plumbob.engines.study.runner import most_steps
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -56,12 +55,6 @@ def test_a_plateau_does_not_converge(least):
     assert verdict(lambda h: h * saw(h) + 20.0 * least)[0] != "converges"
 
 
-def test_what_falls_too_slowly_and_what_is_too_short_are_not_decided():
-    assert verdict(lambda h: h**0.4)[0] is None
-    assert verdict(lambda h: h, STEPS[-8:])[0] is None
-    assert verdict(lambda h: h, tuple(h for h in STEPS[::2]))[0] is None  # two an octave
-
-
 def test_errors_at_the_round_off_level_converge():
     assert verdict(lambda h: 1e-16 * saw(h))[0] == "converges"
     assert verdict(lambda h: 1e-12 * saw(h))[0] == "not-converging"  # far above it
@@ -100,15 +93,3 @@ def test_a_lone_body_with_implicitfast(wrong, expected, monkeypatch):
     found = whole(SPIN, LONE)
     assert found.verdict == expected
     assert as_expected(find_scene(SPIN), find_method(LONE), found) == (not wrong)
-
-
-def test_a_scheme_that_nobody_knows(monkeypatch):
-    def unknown(case, method):
-        return Scheme("somebody's own")
-
-    monkeypatch.setattr("plumbob.engines.study.measurement.scheme_of", unknown)
-    found = whole("cone-pendulum/rotating-base", "mujoco/euler")
-    assert (found.verdict, "of order 1.00" in found.reason) == ("converges", True)
-    case = case_of(find_scene("cone-pendulum/rotating-base"))
-    run, _ = measure(case, find_method("mujoco/euler"), 1e-3)
-    assert run.note == "no error theory for the scheme 'somebody's own'"

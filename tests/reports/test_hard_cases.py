@@ -1,6 +1,5 @@
 """Digits that hard cases lose: of the motion, and of methods beside it."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -8,11 +7,7 @@ import pytest
 from plumbob.analytic.stability import StepLimit
 from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Observable
 from plumbob.reports.view import hard_cases
-from plumbob.reports.view.plotly_figure import figure
-from plumbob.reports.view.plots import scene_figures
-from plumbob.reports.view.records import Motion
 from plumbob.reports.view.site import largest_step as of_index
 from plumbob.reports.view.step_ranges import step_ranges
 from plumbob.tests.support.studies import quick
@@ -24,12 +19,6 @@ SWING, EULER = "cone-pendulum/equal-wells-short", "mujoco/euler"
 def cases(study, scenes):
     """The table of hard cases of scenes of a study."""
     return hard_cases.table(study, [(scene, step_ranges(study, scene)) for scene in scenes])
-
-
-def test_digits_are_counted_from_a_rounding():
-    assert hard_cases.digits_lost(2.0**-53) == 0.0
-    assert hard_cases.digits_lost(0.0) == 0.0
-    assert hard_cases.digits_lost(1.0) == pytest.approx(15.95, abs=0.01)
 
 
 def test_a_saddle_at_1e_6_costs_the_motion_about_eight_digits_and_a_fast_platform_three():
@@ -62,13 +51,6 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it():
     assert "rtol" in steps["ode/dop853"]
 
 
-def test_a_study_without_runs_says_nothing():
-    empty = replace(quick(), convergence=())
-    assert hard_cases.lost_by_motion(empty, find_scene(SADDLE)) is None
-    assert step_ranges(empty, find_scene(SADDLE)) == ()
-    assert cases(empty, [find_scene(SADDLE)]) is None
-
-
 def limited(step):
     """The range of Euler with this limit [s], and the text of its row."""
     study, scene = quick(), find_scene(SWING)
@@ -92,19 +74,6 @@ def test_the_margin_and_the_limiting_one_follow_the_stored_limit(step, margin, b
     assert of.limited_by == by
     assert by in text
     assert (f"{step:.3g} s" if step else "every step tried fails") in text
-
-
-def test_bars_of_steps_move_with_the_limit():
-    def bars(step):
-        motion, nothing = Motion((0.0, 1.0), ((0.0, 1.0),)), figure("", "", [], {}, {})
-        angle = Observable("theta", "rad")
-        return scene_figures((angle,), [], {}, {}, motion, nothing, [limited(step)[0]])[1:]
-
-    for step in (0.1, 0.4):
-        (shown,) = bars(step)
-        assert [trace["x"] for trace in shown.traces] == [[5e-4, step, None], [5e-4, 2e-3, None]]
-        assert shown.layout["yaxis"]["ticktext"] == [EULER]
-    assert bars(math.inf) == ()
 
 
 @pytest.mark.parametrize("step", [0.1, 0.4])

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
@@ -17,7 +16,6 @@ from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import measurements
-from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
     bob,
@@ -27,10 +25,7 @@ from plumbob.reports.analyses.simple_pendulum import (
     orders,
     tension,
 )
-from plumbob.reports.judge.expectations import as_expected, expected
-from plumbob.reports.judge.verdict import Judgement
-from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, findings_of, made, nothing
+from plumbob.tests.support.declared import finding, made, nothing
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
@@ -98,47 +93,6 @@ def test_errors_are_the_largest_of_all_steps(label, name):
         assert predicted == pytest.approx(error, rel=1e-6)
 
 
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    ("name", "rate", "turns"), [("slow", 200, 28.5536), ("fast", 500, 73.0428)]
-)
-def test_turns_are_counted_from_the_start(name, rate, turns):
-    solved = solve_ivp(
-        lambda t, x: [x[1], -9.8 * math.sin(x[0])],
-        (0.0, 50.0),
-        [math.radians(-120), math.radians(rate)],
-        "DOP853",
-        rtol=1e-12,
-        atol=1e-12,
-    )
-    gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
-    assert gone == pytest.approx(turns, abs=5e-5)
-    assert claims.rotation(f"rotating-{name}").turns == pytest.approx(gone, abs=1e-6)
-    said = " ".join(one.ours for one in finding(claims.CLAIMS, study()).statements)
-    assert f"{turns:.2f} turns in 50 s" in said
-
-
-@pytest.mark.long
-def test_every_case_has_its_plots():
-    motions = plain(notebook.cases(study()))
-    galleries = written(notebook.CASE_MOTIONS.template, motions)
-    assert [gallery.title.split(":")[0] for gallery in galleries] == [
-        f"Case {n} of the notebook" for n in range(1, 8)
-    ]
-    for gallery in galleries:
-        for figure in gallery.figures:
-            names = [trace["name"] for trace in figure.traces]
-            assert names == ["non-linear, exact", "RK4", "linear, exact", "RK4"]
-            spread = [abs(v) for v in figure.traces[0]["y"] if v is not None]
-            assert max(spread) > 0.1
-        over_time, plane = gallery.figures
-        assert over_time.traces[0]["x"][-1] == 50.0
-        assert plane.traces[0]["x"][0] == over_time.traces[0]["y"][0]
-    # degrees: the start of case 2, and all the turns of case 4
-    assert galleries[1].figures[0].traces[0]["y"][0] == pytest.approx(-120.0)
-    assert max(galleries[3].figures[0].traces[0]["y"]) > 360.0 * 50.0
-
-
 def test_a_held_control_costs_orders():
     found = orders.held_control(study()).by_method
     slopes = {name: of.order.slope for name, of in found.items() if of.order}
@@ -185,25 +139,6 @@ def test_tension_of_the_rod():
             assert run.left < 0.1 * run.beside  # the delay is the stated one
 
 
-def test_a_known_limit_is_strict():
-    wanted = expected("capsule-line/ca1", "pymunk/pivots")
-    assert wanted.verdict == "not-converging"
-    scene = find_scene("capsule-line/ca1")
-    how = find_methods("pymunk/pivots")[0]
-    assert wanted.allows(Judgement("not-converging", {}, ""))
-    assert not as_expected(scene, how, Judgement("predicted", {}, ""))
-
-
-@pytest.mark.long
-def test_findings_name_commands_that_exist():
-    for command in (command for of in findings_of(SECTION, study()) for command in of.commands):
-        words = command.split()
-        assert words[0] == "plumbob"
-        assert words[1] in ("run", "solve", "validate")
-        names = words[words.index("--scenes") + 1] if "--scenes" in words else words[2]
-        assert all(find_scene(name).name == name for name in names.split(","))
-
-
 def test_the_notebooks_statements():
     ran = nothing()
     found = finding(claims.CLAIMS, ran)
@@ -242,18 +177,6 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
     error, step = finest
     assert step == 5e-3
     assert error < 1e-6
-
-
-def test_the_bob_in_the_plane():
-    found = bob.numbers(declared(nothing(), bob.requests))
-    distances = {case.label: case for case in found.distances}
-    assert distances["1"].parted is distances["5"].parted is None
-    assert distances["2"].largest == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter
-    x, y = found.paths[0]
-    assert x[0] == pytest.approx(-math.sin(math.radians(120)))
-    assert y[0] == pytest.approx(0.5)
-    # within three periods of 2.76 s, as the summary says
-    assert bob.distances(notebook.FINE[:3320], "free-large").max() > 1.9
 
 
 def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravity():

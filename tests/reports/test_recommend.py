@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.stability import StepLimit
 from plumbob.engines.method import Method
@@ -21,7 +20,7 @@ from plumbob.engines.study.stability import (
     StabilitySearch,
     StepPrediction,
 )
-from plumbob.models.scene import Quantity, step_sizes
+from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.advice import from_study
 from plumbob.reports.cli import main
 from plumbob.reports.judge.verdict import Judged, Judgement
@@ -31,7 +30,6 @@ from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-5)
 FIRST, FOURTH = Method("made/euler", Scheme(EULER), 1), Method("made/rk4", Scheme(RK4), 4)
-ADAPTIVE = Method("made/dop853", Scheme("adaptive"), None, "tolerance")
 positive = st.floats(-3, 3).map(lambda x: 10.0**x)
 
 
@@ -71,35 +69,10 @@ def test_a_step_on_a_sawtooth_is_covered(phase, wanted):
         assert found.choice.error >= max(finer)
 
 
-def test_an_accidental_zero_is_not_recommended():
-    def error(h):
-        return 1e-12 if h == 1e-3 else h
-
-    choice = cheapest(one(FIRST, error), 2.5e-4).choice
-    assert choice.step == 2e-4
-
-
-def test_nothing_is_extrapolated():
-    study = one(FOURTH, lambda h: 1e6 * h**4)
-    within_all = cheapest(study, 1e6).choice
-    assert (within_all.step, within_all.measured) == (STEPS[0], True)
-    beyond = cheapest(study, 1e-15)
-    assert beyond.choice is None
-    assert beyond.best.step == STEPS[-1]
-
-
 def test_a_run_that_diverged_bounds_the_step():
     study = one(FOURTH, lambda h: math.inf if h > 1e-3 else 1e6 * h**4)
     choice = cheapest(study, 1e3).choice
     assert (choice.step, choice.measured) == (1e-3, True)
-
-
-def test_adaptive_solvers_are_asked_for_what_was_run():
-    chosen_step_sizes = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-    jumpy = dict(zip(chosen_step_sizes, (1e-2, 3e-4, 1e-3, 1e-5, 1e-6), strict=True))
-    study = made_up([(ADAPTIVE, chosen_step_sizes, jumpy.__getitem__)])
-    choice = cheapest(study, 5e-4).choice
-    assert (choice.step, choice.measured) == (1e-6, True)
 
 
 def test_cheapest_first_then_another_method():
@@ -125,12 +98,6 @@ def test_default_step_of_mujoco():
     assert found.defaults[0].error == pytest.approx(1e-5)
 
 
-@pytest.mark.parametrize("wrong", [0.0, -1.0, math.nan, math.inf])
-def test_wanted_error_must_be_positive(wrong):
-    with pytest.raises(ParameterError, match="error"):
-        cheapest(one(FIRST, lambda h: h), wrong)
-
-
 @pytest.mark.parametrize("verdict", ["not-converging", "off-prediction", "diverged"])
 def test_a_method_that_does_not_converge_is_never_recommended(verdict):
     study = made_up([(FIRST, STEPS, lambda h: 1e-9), (FOURTH, STEPS, lambda h: 1e8 * h**4)])
@@ -144,17 +111,6 @@ def test_a_method_that_does_not_converge_is_never_recommended(verdict):
     named = (found.choice, found.runner_up, *found.by_engine, found.best)
     assert {choice.method for choice in named if choice is not None} == {FOURTH.name}
     assert cheapest(one(FIRST, lambda h: 1e-9), 1e-3, verdicts).choice is None
-
-
-def test_the_error_is_relative_to_the_scale():
-    study = one(FIRST, lambda h: 10.0 * h)
-    tenth = {SCENE: (Quantity("theta", 10.0),)}
-    plain = cheapest(study, 1e-3).choice
-    scaled = cheapest(replace(study, interest=tenth), 1e-3)
-    assert scaled.choice.step == pytest.approx(10.0 * plain.step, rel=0.1)
-    assert scaled.observable == "theta"
-    assert scaled.absolute == pytest.approx(1e-2)
-    assert scaled.choice.absolute == pytest.approx(10.0 * scaled.choice.error)
 
 
 def test_a_surrogate_stands_beside_a_full_model_alone():

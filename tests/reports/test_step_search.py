@@ -1,7 +1,6 @@
 """The search for steps, on made-up errors: it finds the largest that holds, and runs few."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -21,7 +20,6 @@ SAWTOOTH = Method("made/sawtooth", Scheme(EULER), 1)
 OTHER = replace(SAWTOOTH, name="made/other")
 ONE = replace(find_scene(SCENE), name="made/one", duration=1.0)
 TWO = replace(ONE, name="made/two")
-Error = Callable[[str, str, float], float]  # scene, method, step
 
 
 def _measured(scene, method, step, error):
@@ -134,30 +132,3 @@ def test_the_cheaper_method_between_the_steps_is_found():
     choice = best(found, 1e-3, SAWTOOTH, OTHER)
     assert choice.method == SAWTOOTH.name
     assert choice.step > 4.4e-4
-
-
-def test_without_runs_only_what_is_there_counts():
-    found = evidence(lambda scene, method, h: h, running=False)
-    choice = best(found, 1.5e-3)
-    assert choice.step == 1e-3
-    assert not found.taken
-    # A lucky zero above a step that fails is no answer.
-    lucky = evidence(lambda scene, method, h: 0.0 if h == 2e-3 else h, running=False)
-    choice = best(lucky, 5.5e-4)
-    assert choice.step == 5e-4
-
-
-def test_an_error_that_stays_is_not_searched_for_ever():
-    found = evidence(lambda scene, method, h: 1e-2 + h)
-    assert best(found, 1e-3) is None
-    near = evidence(lambda scene, method, h: 9e-4)  # within the wanted, by too small a margin
-    assert best(near, 1e-3) is None
-    assert sum(map(len, near.taken.values())) <= 1000
-    diverging = evidence(lambda scene, method, h: math.inf if h > 1e-3 else 1e-9)
-    choice = best(diverging, 1e-3)
-    assert 1e-3 / RESOLVED / 1.01 <= choice.step <= 1e-3
-
-
-@pytest.mark.parametrize("wanted", [1e-12, 1e-300, 5e-324])
-def test_an_error_that_no_affordable_step_reaches(wanted):
-    assert best(evidence(lambda scene, method, h: h), wanted) is None

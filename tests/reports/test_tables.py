@@ -18,10 +18,10 @@ from plumbob.reports.analyses import section
 from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
-from plumbob.reports.judge.verdict import Judged, judge, judged
+from plumbob.reports.judge.verdict import Judged, judge
 from plumbob.reports.view import notation, scene_tables, sources, top_tables
-from plumbob.reports.view.content import Finding, Statement, StatementVerdict
-from plumbob.reports.view.sources import CHERNOUSKO, NOTEBOOK, SUDAKOV, as_printed
+from plumbob.reports.view.content import StatementVerdict
+from plumbob.reports.view.sources import NOTEBOOK
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import declared, finding, nothing
 from plumbob.tests.support.studies import SCENE, quick
@@ -106,27 +106,6 @@ def test_a_rounding_of_zero_is_no_failure():
     assert exceeded(wrong, "heading", allowed, units) is not None
 
 
-def test_a_run_off_its_prediction_is_shown_as_such():
-    """The sum of the budget bounds the error; an error that is too small exceeds none of it."""
-    (euler,) = [c for c in measured() if c.method == "mujoco/euler"]
-    finest = euler.measurements[-1]
-    error = finest.errors["theta"]
-    assert error.predicted is not None
-    off = replace(error.predicted, difference=error.largest, beyond=error.largest)
-    errors = {**finest.errors, "theta": replace(error, largest=0.0, end=0.0, predicted=off)}
-    wrong = replace(euler, measurements=(*euler.measurements[:-1], replace(finest, errors=errors)))
-    (scene,) = [s for s in quick().scenes if s.name == SCENE]
-    system, method = system_of(scene), by_name()["mujoco/euler"]
-    both = judged(wrong, system, method)
-    assert both.whole.verdict == "off-prediction"
-    found = {"mujoco/euler": verdict_on(quick(), wrong, {(SCENE, "mujoco/euler"): both})}
-    shown = texts(scene_tables.budgets(system.observables, [wrong], found, by_name()))
-    assert "the sum: within, but EXCEEDED" in "; ".join(shown["reason"] + shown["term"])
-    table = scene_tables.every_run(system.observables, [wrong], found, by_name())
-    hints = [cell.hint for cell in table.rows[0]]
-    assert f"{notation.number(error.largest)} off its prediction, allowed" in hints[-1]
-
-
 # Every number that a source prints as a result of its own.
 PRINTED = ("16.24", "0.893", "0.031", "35.809", "39.624", "514.197", "575.246", "500", "0.08")
 
@@ -192,40 +171,6 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     drawn = top_tables.every_statement(findings)
     assert len(drawn.rows) == len(every)
     assert "176, of which 165 are computed and 11 cannot be" in drawn.caption
-
-
-def test_statements_come_in_the_order_of_the_sources_whatever_that_of_the_findings():
-    def stating(name, *places):
-        made = (Statement(*place, f"{place}", "said", "ours", "holds") for place in places)
-        return Finding(name, name, "", "", statements=tuple(made))
-
-    late, early = (NOTEBOOK, "case 1"), (SUDAKOV, "(1)")
-    table = top_tables.sources([stating("a", late, (CHERNOUSKO, "elsewhere")), stating("b", early)])
-    assert [line[1].text for line in table.rows] == ["(1)", "case 1", "elsewhere"]
-    assert [line[6].link for line in table.rows] == ["b", "a", "a"]
-
-
-def test_a_link_leads_to_the_own_finding_where_the_other_is_not_on_the_page(
-    findings,
-):
-    (claims,) = (finding for finding in findings if finding.name == "claims")
-    table = top_tables.sources([claims])
-    assert {line[6].link for line in table.rows} == {"claims"}
-
-
-@pytest.mark.parametrize(
-    ("ours", "verdict"),
-    [
-        (35.8093, "holds"),
-        (35.80949, "holds"),
-        (35.80851, "holds"),
-        (35.8096, "corrected"),
-        (35.8084, "corrected"),
-        (-35.809, "corrected"),
-    ],
-)
-def test_a_printed_number_holds_where_ours_rounds_to_it(ours, verdict):
-    assert as_printed(SUDAKOV, "Fig. 2", "barrier", "35.809", ours, "J").verdict == verdict
 
 
 def test_printed_numbers_of_the_source_hold():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plumbob.reports.analyses.engines.through_contact import CURVES, SLIDE, THROUGH_CONTACT, Nearby
+from plumbob.reports.analyses.engines.through_contact import CURVES, SLIDE, THROUGH_CONTACT
 from plumbob.tests.support.declared import measured, numbers_of
 
 
@@ -19,20 +19,3 @@ def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge():
     assert (at, slope) == pytest.approx((-0.0055917, 0.0196745), rel=1e-6)
     for name, (_, _, (_, _, last)) in found.tangents.items():
         assert (last == pytest.approx(0.01776, rel=0.02)) == (name != CURVES[0])
-
-
-@pytest.mark.parametrize(
-    ("errors", "scatter", "kind"),
-    [
-        ((0.4, 0.099), (0.0, 0.0), "converges"),
-        ((0.4, 0.101), (0.0, 0.0), "smooth and wrong"),
-        ((0.19, 0.099), (0.0, 0.0), "smooth and wrong"),
-        ((0.0, 0.0), (0.4, 0.101), "noise"),
-        ((0.0, 9e-4), (0.0, 0.0), "converges"),
-        ((0.5, 0.5), (0.0, 0.124), "smooth and wrong"),
-        ((0.5, 0.5), (0.0, 0.126), "noise"),
-    ],
-)
-def test_of_which_kind(errors, scatter, kind):
-    of = Nearby("scene", "x", "friction", None, "method", 1.0, errors, scatter)
-    assert of.kind == kind

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from plumbob.reports.analyses.capsule_line.source import ANY_LINE
 from plumbob.reports.analyses.capsule_turn import (
     body_angle,
     course,
@@ -55,15 +54,6 @@ def test_angle_and_the_required_accuracy():
         assert {EULER, FEET, DEFAULT} <= set(names)
 
 
-def test_a_support_that_stops_and_slides_on():
-    found = exact_motion.touching(nothing())
-    assert found.time == pytest.approx(1.307, abs=1e-3)
-    # speed over time: down to zero and up again, at different rates
-    (before, after), further, *_ = np.array(found.sides)[:, 3:]
-    assert [before, after] == pytest.approx(further, rel=1e-2)
-    assert before > 1.5 * after > 0.0
-
-
 def test_what_a_turn_leaves_at_its_stop():
     found = left_over.numbers(nothing())
     assert found.shown.rate == pytest.approx(0.655, abs=5e-4)
@@ -84,15 +74,6 @@ def test_the_course_of_a_turn():
     assert [len(plot.traces) for plot in finding(course.COURSE, nothing()).figures] == [3, 3, 2]
 
 
-def test_the_leading_path_is_the_motion_without_friction():
-    """At epsilon 0.01 friction moves C by 1e-4 of its way or less; at 0.3 by 2 % or more."""
-    phases = np.linspace(0.0, 2.0, 41)
-    for epsilon, low, high in ((0.01, 0.0, 1e-4), (0.3, 0.02, 1.0)):
-        _, place = course.exact_course(epsilon, phases)
-        off = np.abs(place - course.leading_path(turn(epsilon), phases)).max()
-        assert low * np.abs(place).max() < off < high * np.abs(place).max()
-
-
 def test_what_else_the_source_says_of_turns():
     numbers = source_text.numbers(nothing())
     verdicts = {s.verdict for s in finding(source_text.SOURCE, nothing()).statements}
@@ -107,13 +88,3 @@ def test_what_else_the_source_says_of_turns():
     # psi goes with tau^2 but for friction, R/(mu_1 Z), of which there is 1e-3 at the larger epsilon
     assert numbers.shorter == pytest.approx(numbers.usual / 100, rel=2e-4)
     assert numbers.shorter == pytest.approx(-0.01, rel=2e-3)
-
-
-def test_chernousko_is_cited_for_what_he_says():
-    """His text has no list of modes, and argues for any triangle: arms are inversely proportional
-    to forces."""
-    statements = finding(exact_motion.TOUCH, nothing()).statements
-    assert [one.place for one in statements] == ["(1)"]
-    argued = " ".join(finding(ANY_LINE, declared(nothing(), ANY_LINE.requests)).paragraphs)
-    assert "N₂ = N₃" not in argued
-    assert "inversely proportional to their arms, for any triangle" in argued

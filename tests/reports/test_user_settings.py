@@ -1,6 +1,5 @@
 """Report on a user's settings, on made-up curves: cheaper methods, and more accurate ones."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -66,40 +65,6 @@ def test_it_is_said_in_words_cells_and_data():
     ((key, beside),) = instead(said(study())).items()
     assert key == (SCENE, NAME, 2e-3)
     assert beside["at_no_greater_cost"]["here"] is None
-
-
-def test_a_run_that_diverged_at_the_users_step():
-    (found,) = said(study(largest=math.inf))
-    assert found.error == math.inf
-    assert found.at_equal_accuracy.anywhere is not None
-    assert "diverges" in "\n".join(lines(said(study(largest=math.inf))))
-
-
-def test_the_same_setting_by_another_name_is_no_alternative():
-    def error(h):
-        return 1e3 * h
-
-    twin = made_up(
-        [(OWN, OWN.step_sizes, error), (find_method("mujoco/euler"), STEPS, error)],
-        ns=(1000.0, 900.0),
-    )
-    (found,) = said(twin)
-    assert (found.at_equal_accuracy.anywhere, found.better.anywhere) == (None, None)
-    apart = made_up(
-        [
-            (OWN, OWN.step_sizes, error),
-            (find_method("mujoco/euler"), STEPS, lambda h: 0.999 * error(h)),
-        ],
-        ns=(1000.0, 900.0),
-    )
-    (found,) = said(apart)
-    assert found.at_equal_accuracy.here is not None
-
-
-def test_nothing_is_said_without_a_users_settings():
-    without = made_up([(RK4, STEPS, lambda h: 1e8 * h**4)])
-    assert (said(without), lines(said(without))) == ((), [])
-    assert table(said(without), {}) is None
 
 
 def test_joined_costs_are_those_of_the_first_study():

@@ -11,7 +11,7 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.sensitivities.capsule import phased
 from plumbob.models.gradient import exact_gradient
-from plumbob.models.registry import case_of, scene, systems
+from plumbob.models.registry import case_of, scene
 from plumbob.tests.sensitivities.recorded import FILE, nested, scene_of
 from plumbob.tests.support.derivatives import scaled
 
@@ -172,14 +172,6 @@ def test_where_there_is_no_derivative(name, parameter, side, reason):
     for each, values in (("below", found.below), ("above", found.above)):
         exists = all(np.isfinite(v).all() for v in values.values())
         assert exists == (each == side)
-
-
-@pytest.mark.long
-def test_a_switch_of_plan_has_no_derivative():
-    """Another sequence of manoeuvres is another motion."""
-    system = systems()["capsule-plan"]
-    near, half = (case_of(scene(f"capsule-plan/{c}-free")).problem for c in ("near", "half-turn"))
-    assert system.structure(near) != system.structure(half)
 
 
 def test_derivatives_exist_on_a_separatrix():

@@ -8,12 +8,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco.contacts import PROFILES, profile
+from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.method import Unsupported
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, systems
 from plumbob.models.scene import Scene
@@ -62,16 +59,6 @@ def test_bounds_are_not_loose(step):
     assert 1.0 <= tight(found, "stroke") < 1.5
 
 
-def test_the_slider_follows_its_control_but_for_its_armature():
-    _, moved = run("capsule-line/ca1", "euler+coulomb", 1e-3)
-    case = case_of(scene("capsule-line/ca1"))
-    exact = case.reference
-    predicted = case.errors.at_step(Scheme(EULER), 1e-3, moved.times).errors["stroke"]
-    off = moved.observables["stroke"] - exact.observe(moved.times)["stroke"] - predicted
-    # m/A = 3e-11 of the slider's travel in space, 0.076 m
-    assert off[-1] == pytest.approx(-3e-11 * (0.0817786 - 0.0055917), rel=1e-3)
-
-
 @pytest.mark.long(keep=2)
 @pytest.mark.parametrize("method", REDUCED)
 @pytest.mark.parametrize(
@@ -103,25 +90,6 @@ def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model():
     )
     bound = sum(ENGINE.model_error(case, method, 1e-3)["displacement"].values())
     assert np.abs(off).max() > bound
-
-
-def test_a_method_not_meant_for_a_scene_says_so():
-    found, trajectory = measure(case_of(scene("capsule-line/ca1")), METHODS["euler+planar"], 1e-3)
-    assert found.status == "unsupported"
-    assert "not meant" in found.reason
-    assert trajectory is None
-    turning = scene("capsule-coast/rotation")
-    with pytest.raises(Unsupported, match="one line"):
-        prepare(case_of(turning), METHODS["euler+reduced"], 1e-3)
-
-
-def test_an_unknown_profile_is_refused():
-    with pytest.raises(ParameterError, match=r"^contact = 'coulom': must be one of coulomb"):
-        profile({"contact": "coulom"})
-    assert {name for name in PROFILES if profile({"contact": name}).convergent} == {
-        "coulomb",
-        "coulomb+noslip",
-    }
 
 
 @pytest.mark.long

@@ -6,7 +6,6 @@ from functools import cache
 
 import pytest
 
-from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
@@ -79,13 +78,6 @@ def test_what_the_motion_does_not_depend_on_is_not_noticed():
     assert seen.isdisjoint({"body_mass", "inertia", "slider x"})
 
 
-def test_a_method_that_does_not_pass_notices_nothing():
-    scene, steps = "capsule-line/ca1", (1e-3, 5e-4, 2e-4, 1e-4)
-    found, verdicts = run(scene, "mujoco/euler", steps)
-    assert verdicts.whole.verdict == "not-converging"
-    assert not Sensitivities(find_scene(scene)).noticed(found, verdicts)
-
-
 def test_a_start_close_to_the_saddle_is_differenced_in_proportion():
     """10^-6 off the top a nudge of a ten-millionth in the rate moves the whole run too far for a
     derivative: smaller ones are taken."""
@@ -94,13 +86,3 @@ def test_a_start_close_to_the_saddle_is_differenced_in_proportion():
     # rounding may add is taken off: 2 % of the difference for theta_from_top.
     ratio = by["theta_dot"]["theta"].max() / by["theta_from_top"]["theta"].max()
     assert ratio == pytest.approx(1.0 / (1e-6 * 9.8**0.5), rel=0.03)
-
-
-def test_relative_changes_and_those_from_zero():
-    at = parameters_of(find_scene("capsule-line/ca1"))
-    assert at["supports 1 x"].value == 0.2
-    assert at["supports 1 y"].size == 1.0
-    assert "support" not in at  # a number of a support, and no parameter of the equations
-    second = at["supports 2 y"]
-    moved = second.at(second.value * 1.1).scene.parameters["supports"]
-    assert moved == ((0.2, 0.0), (-0.1, pytest.approx(0.165, rel=4 * ULP)), (-0.1, -0.15))

@@ -11,14 +11,12 @@ from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
-from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.verdict import judge
 from plumbob.tests.support.cases import run_of
 from plumbob.tests.support.random_capsules import CHECK
 from plumbob.tests.support.random_slides import moved_support
 
-LINE = "capsule-line/ca1"
 SUPPORTS = {  # other values of them
     "moved": moved_support(CHECK, 1e-4).supports,
     "swapped": tuple(CHECK.supports[i] for i in (0, 2, 1)),
@@ -93,30 +91,3 @@ def test_a_wrong_parameter(name, method, parameter, value, wrong):
         assert predicted.uncertainty is not None
     assert verdict(found, how) == "predicted"
     assert verdict(run_of(how, right, step, other)[0], how) == "off-prediction"
-
-
-@pytest.mark.parametrize(
-    ("names", "methods", "step"),
-    [
-        (
-            "cone-pendulum/rotating-base cone-pendulum/unequal-inertia cone-pendulum/deep-well",
-            "mujoco/euler mujoco/rk4 ode/leapfrog ode/rk4",
-            (2e-4, 2e-3),
-        ),
-        (LINE, "mujoco/euler+coulomb", (5e-4, 1e-3)),
-    ],
-)
-def test_an_error_of_a_larger_step(names, methods, step):
-    """Ten times, or twice, as large as the step at which it is said to be measured."""
-    for case in (case_of(scene(name)) for name in names.split()):
-        for how in map(find_method, methods.split()):
-            right, large = (measure(case, how, h)[0] for h in step)
-            pretended = {
-                name: replace(error, largest=large.errors[name].largest)
-                for name, error in right.errors.items()
-            }
-            assert verdict(right, how) == "predicted"
-            assert verdict(replace(right, errors=pretended), how) == "off-prediction", (
-                case.scene.name,
-                how,
-            )

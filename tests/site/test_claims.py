@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.gradient import Gradients
 from plumbob.engines.study.identification import Identification
 from plumbob.engines.study.long_runs import MeasuredLongRun
@@ -16,13 +15,11 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import ALIKE, CLEAR, as_predicted, at_most, between, clear
-from plumbob.reports.analyses.cone_pendulum import equilibria
-from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
 from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.declared import finding, findings_of
+from plumbob.tests.support.declared import findings_of
 
 COMPUTED = (  # from the sources and the exact motions alone: no figure of theirs is measured
     "capsule-mean-speed",
@@ -169,24 +166,6 @@ def test_what_is_computed_stays(before, after):
     # heights are a difference of recordings that are spoiled alike; swings were not invented
     claimed = [name for name in COMPUTED if before[name].claims != ()]
     assert claimed == ["capsule-heights", "equilibria"]
-
-
-@pytest.mark.parametrize(("quicker", "shown"), [(1.0, True), (1.01, False)])
-def test_rates_of_small_swings_are_looked_up(study, quicker, shown):
-    extras = {}
-    for request, (_, _, centre) in zip(
-        equilibria.requests(plan_of(study)), equilibria.centres(), strict=True
-    ):
-        assert isinstance(request, ExtraRun)
-        times = np.linspace(0.0, request.duration or 1.0, 400)
-        phase = quicker * centre.rate * times
-        swing = {
-            "theta": centre.theta - 1e-3 * np.cos(phase),
-            "theta_dot": 1e-3 * quicker * centre.rate * np.sin(phase),
-        }
-        extras[request] = Trajectory(times, swing, {}, steps=400)
-    (found,) = as_measured([finding(equilibria.EQUILIBRIA, replace(study, extras=extras))])
-    assert (found.judgement != NOT_SHOWN) is shown
 
 
 def _claiming(*found):

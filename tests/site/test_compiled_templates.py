@@ -44,8 +44,3 @@ def test_damage_is_overwritten(tmp_path, cache):
         kept.write_bytes(damaged)
         assert filled(tmp_path) == "&lt;b&gt; & co"
         assert kept.read_bytes() == sound
-
-
-def test_a_cache_that_cannot_be_made_changes_nothing(tmp_path):
-    (tmp_path / "cache").write_text("a file", "utf-8")
-    assert filled(tmp_path) == "&lt;b&gt; & co"

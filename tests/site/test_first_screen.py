@@ -6,14 +6,11 @@ import re
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
 import pytest
 
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.page_numbers import study_record
-from plumbob.reports.view import notation
-from plumbob.reports.view.drawing import drawing
 from plumbob.reports.view.plotly_figure import curve, figure, linear, logarithmic
 from plumbob.reports.view.records import (
     PairVerdict,
@@ -109,16 +106,6 @@ def test_the_answer_is_computed_from_the_study(study):
     assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
 
 
-def test_settings_that_are_no_better_are_not_advised(study):
-    changed = study
-    for scene in study.scenes:
-        if scene.system == "capsule-line":
-            changed = _with_error(changed, scene.name, CONVERGENT, 0.9)
-    assert "Use MuJoCo with an elliptic cone" in _said(study)
-    assert _said(changed).startswith("In this study contacts written for the step are no better")
-    assert "up to 90 %" in _said(changed)
-
-
 def test_costs_are_computed_from_the_study(study):
     cost = study.costs[LINE, CONVERGENT]
     costs = {
@@ -167,18 +154,6 @@ def test_the_error_at_the_reference_step_or_the_nearest_is_shown(study, runs, te
     shown = matrix.at_reference(found, find_method(DEFAULT), _about(study, LINE))
     assert shown
     assert shown.text == text
-
-
-def test_a_step_too_large_for_the_theory_is_marked_as_such(study):
-    found = _at_steps(study, {2e-3: 0.3, 1e-3: 0.2, 5e-4: 0.05})
-    passes, large = RunVerdict("predicted", ""), RunVerdict("pre-asymptotic", "")
-    for middle, sign in ((passes, "="), (large, "?")):
-        runs = (passes, middle, passes)
-        judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, runs)
-        one = replace(found, method=CONVERGENT)
-        shown = matrix.shown(study, one, find_method(CONVERGENT), judged)
-        assert shown
-        assert shown[0].cell(1e-3) == f"{sign} 20 %"
 
 
 def test_engines_are_compared_at_one_step(study):
@@ -245,61 +220,7 @@ def test_a_method_has_one_cost_on_a_scene(study):
     assert as_run[DEFAULT] == "6686"
 
 
-def test_a_known_limit_is_never_marked_as_unexpected(study):
-    for found in verdicts(study).values():
-        means = matrix.meaning(found)
-        if means == "not-run":
-            continue
-        shown = matrix.Shown(0.1, 1e-3, "step", means)
-        assert ("✗" in shown.cell(1e-3)) == (means == "unexpected")
-        assert ("unexpected" in shown.look) == (means == "unexpected")
-
-
-def test_systems_come_in_the_order_of_the_sources():
-    names = ["simple-pendulum", "a-new-one", "capsule-turn", "cone-pendulum", "capsule-line"]
-    assert matrix.in_order(names) == [
-        "cone-pendulum",
-        "capsule-line",
-        "capsule-turn",
-        "simple-pendulum",
-        "a-new-one",
-    ]
-
-
-@pytest.mark.parametrize("logarithms", [False, True])
-def test_a_picture_has_every_point_where_it_belongs(logarithms):
-    drawn = drawing(_drawn([1.0, 10.0, 100.0], logarithms)).svg
-    (path,) = re.findall(r'stroke="#0072b2"[^>]* d="M([^"]+)"', drawn)
-    across, up = np.cumsum(
-        np.reshape([int(n) for n in re.findall(r"-?\d+", path)], (-1, 2)), axis=0
-    ).T
-    assert list(across) == sorted(across)
-    assert list(up) == sorted(up, reverse=True)  # upwards, as a picture counts from its top
-    middle = (up[0] - up[1]) / (up[0] - up[2])
-    assert middle == pytest.approx(0.5 if logarithms else 9.0 / 99.0, abs=0.01)
-
-
 def _drawn(values, logarithms):
     axis = logarithmic if logarithms else linear
     line = curve([1.0, 2.0, 3.0][: len(values)], values, colour="#0072b2", name="one")
     return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))
-
-
-@pytest.mark.parametrize(
-    ("error", "said"),
-    [
-        (0.0, "0"),
-        (4.71e-8, "4.7e-8"),
-        (1.1e-4, "0.011 %"),
-        (0.0687, "6.9 %"),
-        (1.43, "143 %"),
-        (9.99, "999 %"),
-        (10.0, "10×"),
-        (107.02, "110×"),
-        (14959.0, "15000×"),
-        (3e7, "3.0e7×"),
-        (float("inf"), "–"),
-    ],
-)
-def test_relative_errors_have_digits_that_mean_something(error, said):
-    assert notation.relative(error) == said

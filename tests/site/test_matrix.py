@@ -55,13 +55,6 @@ def test_the_keyboard_filters_and_the_address_restores(index, browser):
 
 
 @pytest.mark.long
-def test_a_name_that_is_nowhere_is_said(index, browser):
-    with visited(browser, index, "#matrix?filter=no-such-thing") as visit:
-        assert visit.ask(SEEN)["cells"] == []
-        assert visit.page.locator(".choices [role=status]").inner_text() == "nothing has this name"
-
-
-@pytest.mark.long
 def test_without_javascript_the_table_is_whole(index, browser):
     with visited(browser, index) as visit:
         whole = visit.ask(SEEN)

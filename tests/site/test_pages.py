@@ -1,13 +1,10 @@
 """The pages load nothing from elsewhere, are written whole, and show what was measured."""
 
 import html
-import json
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from jinja2 import TemplateNotFound
 
@@ -16,13 +13,9 @@ from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed
 from plumbob.reports.advice.work_precision import Point, front
-from plumbob.reports.analyses import section
 from plumbob.reports.cli import main
 from plumbob.reports.view import page as filled_pages
 from plumbob.reports.view.content import Cell, Table
-from plumbob.reports.view.page import figure_json
-from plumbob.reports.view.palette import styles
-from plumbob.reports.view.plotly_figure import MOST, curve, figure, linear, logarithmic
 from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.writing import render, site, write_page
@@ -98,13 +91,6 @@ def test_every_scene_method_and_number_is_in_a_table(documents):
     assert "transition" in cone.cells  # derivatives, way by way
 
 
-def test_foot_says_where_it_comes_from(page):
-    for file in site_files(page):
-        foot = file.read_text("utf-8").partition('id="provenance"')[2].partition("</footer>")[0]
-        for word in ("plumbob validate", "cone-*", "mujoco", "numpy", "UTC", "cores"):
-            assert word in foot
-
-
 def test_commands_on_the_pages_run(page, capsys):
     """Each can be read, and what it names is there; the shortest of each cheap kind runs."""
     text = "".join(file.read_text("utf-8") for file in site_files(page))
@@ -118,18 +104,6 @@ def test_commands_on_the_pages_run(page, capsys):
     for kind in ("solve", "run", "settings"):
         assert main(words(min(kinds[kind], key=len))) == 0
         assert capsys.readouterr().err == ""
-
-
-def test_plots_are_light(figures):
-    assert len(figures) >= 5 * len(quick().scenes)
-    for found in figures:
-        for trace in found["data"]:
-            assert 0 < len(trace["x"]) <= MOST
-            if trace["type"] == "heatmap":
-                assert {len(line) for line in trace["z"]} == {len(trace["x"])}
-                assert len(trace["z"]) == len(trace["y"]) <= MOST // 5
-            else:
-                assert len(trace["x"]) == len(trace["y"])
 
 
 def test_axes_have_units(figures):
@@ -162,12 +136,6 @@ def test_markup_from_outside_is_escaped(tmp_path):
         assert tags == []
         assert HOSTILE not in text
     assert any("onerror" in file.read_text("utf-8") for file in site_files(index))
-
-
-def test_figure_json_is_no_markup():
-    plot = figure("t", "c", [curve([1.0], [2.0], name="</script>")], linear("x"), linear("y"))
-    assert "<" not in figure_json(plot)
-    assert json.loads(figure_json(plot))["data"][0]["name"] == "</script>"
 
 
 def test_nothing_is_half_written(tmp_path):
@@ -250,41 +218,11 @@ def _full(*_, **more):
     raise OSError("no space left")
 
 
-def test_a_file_in_the_way_is_left_alone(tmp_path):
-    study = _small()
-    (tmp_path / "out").write_text("other", "utf-8")
-    with pytest.raises(OSError, match="out"):
-        write_page(study, tmp_path / "out")
-    assert (tmp_path / "out").read_text("utf-8") == "other"
-
-
-def test_a_system_without_a_section_has_none():
-    assert section("no-such-system") is None
-    assert section("cone-pendulum") is not None
-
-
-def test_methods_keep_their_colours():
-    methods = quick().methods
-    whole, part = styles(methods), styles(methods[1:])
-    assert all(whole[m.name].colour == part[m.name].colour for m in methods[1:])
-    assert len({(s.colour, s.marker) for s in whole.values()}) == len(methods)
-
-
 def test_front_has_no_dominated_point():
     costs, errors = (1.0, 2.0, 2.0, 3.0, 4.0), (1.0, 0.5, 0.7, 0.6, 0.1)
     points = [Point("m", 1.0, e, c) for c, e in zip(costs, errors, strict=True)]
     kept = front(points, lambda p: (p.ns_per_second, p.error))
     assert [(p.ns_per_second, p.error) for p in kept] == [(1, 1), (2, 0.5), (4, 0.1)]
-
-
-def test_a_curve_is_thinned_and_its_gaps_remain():
-    y = np.ones(10_000)
-    y[0] = math.nan
-    drawn = curve(np.arange(10_000.0), y)
-    assert len(drawn["x"]) == MOST
-    assert drawn["y"][0] is None
-    axis = figure("t", "c", [curve([1, 1e9], [1, 1e9])], logarithmic("x"), linear("y")).layout
-    assert axis["xaxis"]["dtick"] == 2
 
 
 def test_a_cell_that_is_text_alone_is_what_every_cell_is():

@@ -1,25 +1,18 @@
 """Every plot is a picture with its labels inside it and apart, and plotly's where pressed."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from plumbob.engines.registry import method
-from plumbob.reports.advice.work_precision import Point
 from plumbob.reports.view.drawing import drawing, shown
-from plumbob.reports.view.page import Plots
-from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plotly_figure import (
     FRONT,
     curve,
     figure,
-    heat,
     linear,
     logarithmic,
 )
-from plumbob.reports.view.plots import error_against_cost
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
@@ -66,25 +59,6 @@ def test_every_label_is_inside_its_picture_and_apart(index, browser, pytestconfi
         (name, text) = next(iter(pictures.items()))
         moved = re.sub(r'<text class="m" x="[\d.]+"', '<text class="m" x="2"', text)
         assert len(visit.ask(MISPLACED, {name: moved})) > 2
-
-
-def test_labels_of_wide_pictures_and_maps_are_apart_too(index, browser):
-    def of(curves, *, wide=False):
-        return figure("", "", curves, linear("x [m]"), logarithmic("y [m]"), legend=True, wide=wide)
-
-    curves = [curve([1.0, 2.0], [k + 1e-3, 1.0], name=f"engine/method-{k}") for k in range(9)]
-    drawn = {
-        "wide": of(curves, wide=True),
-        "map": figure(
-            "",
-            "",
-            [heat([1.0, 2.0], [1.0, 2.0], [[0.0, 1.0], [0.2, 0.4]], 0.5)],
-            linear("x [m]"),
-            linear("y [m]"),
-        ),
-    }
-    with visited(browser, index) as visit:
-        assert visit.ask(MISPLACED, {name: _svg(one) for name, one in drawn.items()}) == []
 
 
 def _svg(of, *chosen):
@@ -143,35 +117,3 @@ def test_a_curve_breaks_at_a_gap_and_keeps_its_course():
     angle = (points[:, 0] - points[0, 0]) * along
     height = (points[0, 1] - points[:, 1]) / (points[0, 1] - points[:, 1].min())
     assert np.max(np.abs(height - np.sin(angle))) < 0.01
-
-
-def test_pictures_inside_a_page_are_no_files():
-    drawn = figure("t", "", [curve([1.0, 2.0], [1.0, 2.0])], linear("x [1]"), linear("y [1]"))
-    inside, beside = Plots(), Plots("folder/", "page")
-    address, size = inside.picture(drawn, ())
-    assert address.startswith("data:image/svg+xml,")
-    assert not set('<>"#&') & set(address)
-    assert inside.files == {}
-    assert size
-    address, _ = beside.picture(drawn, ())
-    assert beside.files[address.removeprefix("folder/")].decode() == size.svg
-    nothing = replace(drawn, traces=({**drawn.traces[0], "x": [None], "y": [None]},))
-    assert beside.picture(nothing, ()) == ("", None)
-
-
-def test_a_curve_ends_in_a_cross_at_the_speed_of_its_largest_step():
-    """Dotted from the largest run that is stable, past those that are not; none without a limit."""
-    runs = [Point("mujoco/rk4", step, 1e-3 * step, 1e4 / step) for step in (1.0, 0.1, 0.01)]
-    methods = {"mujoco/rk4": method("mujoco/rk4")}
-    look = styles(list(methods.values()))
-    drawn = error_against_cost(runs, {}, methods, look, {"mujoco/rk4": 0.3, "ode/rk4": 0.2})
-    *_, line, cross = drawn.traces
-    assert line["x"] == [1e4, 3e4]
-    assert cross["x"] == [3e4]
-    assert line["y"] == [1e-4, 1e-4]
-    assert cross["y"] == [1e-4]
-    assert cross["marker"]["symbol"] == "x"
-    assert "A cross" in drawn.caption
-    without = error_against_cost(runs, {}, methods, look, {})
-    assert len(without.traces) == len(drawn.traces) - 2
-    assert "cross" not in without.caption

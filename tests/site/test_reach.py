@@ -5,7 +5,6 @@ import re
 import pytest
 
 from plumbob.models.registry import systems
-from plumbob.reports.cli import main
 from plumbob.reports.view.page import TEMPLATES
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
@@ -121,20 +120,6 @@ def test_the_dark_theme_changes_colours_alone():
             assert sizes == [], (name, sizes)
 
 
-@pytest.mark.long
-def test_a_page_that_stands_alone(browser, tmp_path):
-    """What `plumbob solve --figures` writes is made of the same parts."""
-    page = tmp_path / "figures.html"
-    assert main(["solve", "cone-pendulum", "--figures", str(page)]) == 0
-    with visited(browser, page, width=PHONE) as visit:
-        visit.scroll_through()
-        assert visit.violations() == []
-        assert visit.ask("document.documentElement.scrollWidth") <= PHONE
-        assert visit.ask("document.querySelectorAll('.area img').length") > 0
-        assert visit.console == []
-        assert visit.requests == [page.resolve().as_uri()]
-
-
 def test_every_link_of_a_whole_study_leads_somewhere(index):
     files = site_files(index)
     assert broken_links({file: Document(file.read_text("utf-8")) for file in files}) == []
@@ -161,29 +146,6 @@ def test_on_paper_no_column_is_cut_and_no_name_broken(name, index, browser):
                 style = visit.page.add_style_tag(content=wrong)
                 assert visit.ask(ON_PAPER, PAPER) != []
                 style.evaluate("(one) => one.remove()")
-
-
-@pytest.mark.long
-def test_an_index_is_short(index, browser):
-    """With all that is folded: what leads a reader is within a few screens."""
-    with visited(browser, index) as visit:
-        further = len(systems()) - LEAST
-        tallest = HEIGHT + further * TALLER
-        assert visit.ask("document.documentElement.scrollHeight") <= tallest
-
-
-def test_an_index_is_light(index):
-    assert index.stat().st_size < KILOBYTES * 1e3
-
-
-@pytest.mark.long
-def test_index_and_a_system_fit_on_twelve_sheets(index, browser):
-    sheets = 0
-    for name in ("index", "capsule-line"):
-        with visited(browser, _page(index, name)) as visit:
-            paper = visit.page.pdf(format="A4", print_background=True)
-            sheets += len(re.findall(rb"/Type\s*/Page[^s]", paper))
-    assert 2 < sheets <= SHEETS
 
 
 @pytest.mark.long
@@ -247,18 +209,3 @@ def _table_of_a_plot(visit):
     assert rows.count() > 5
     summary.click()
     rows.first.wait_for(state="detached")
-
-
-def test_a_long_line_of_code_says_that_it_scrolls(index, browser):
-    said = "getComputedStyle(document.querySelector('#with-contacts .code'), '::after').content"
-    scroll = "(to) => { document.querySelector('#with-contacts pre').scrollLeft = to; }"
-    with visited(browser, index, width=PHONE) as visit:
-        visit.until(f"{said}.includes('scrolls sideways')")
-        visit.ask(scroll, 9999)
-        visit.until(f"{said} === 'none'")
-        visit.ask(scroll, 0)
-        visit.until(f"{said}.includes('scrolls sideways')")
-    with visited(browser, index, width=2 * DESK) as visit:
-        pre = "document.querySelector('#without-contacts pre')"
-        visit.until(f"{said}.includes('scrolls') || {pre}.scrollWidth <= {pre}.clientWidth")
-        assert not visit.ask(f"{pre}.classList.contains('more')")

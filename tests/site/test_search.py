@@ -4,7 +4,6 @@ import json
 
 import pytest
 
-from plumbob.tests.site import whole_profile
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, carried_text, site_files
 
@@ -39,12 +38,6 @@ def test_every_entry_leads_to_a_place(entries, index):
         assert not inside or inside.partition("?")[0] in ids, place
 
 
-def test_every_label_of_a_finding_is_explained(shown):
-    explained = (*shown.common["labels"], *shown.common["terms"])
-    labels = ", ".join(label for label, _ in explained).split(", ")
-    assert {finding.judgement for finding in whole_profile.findings()} <= set(labels)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["", SCENE])
 def test_keys_open_it_choose_and_close(name, index, browser):
@@ -73,23 +66,3 @@ def test_keys_open_it_choose_and_close(name, index, browser):
         visit.page.wait_for_url("**/cone-pendulum-fast-platform.html")
         assert visit.console == []
         assert all(url.startswith("file:") for url in visit.requests)
-
-
-@pytest.mark.long
-def test_a_method_is_shown_in_the_matrix(index, browser):
-    with visited(browser, site_files(index)[1].parent / f"{SCENE}.html") as visit:
-        visit.page.locator("#find").fill("mujoco/rk4+coulomb")
-        visit.page.locator("#found li").first.click()
-        visit.page.wait_for_url("**/index.html#matrix**")
-        visit.until("document.querySelector('[data-filter]').value === 'mujoco/rk4 coulomb'")
-        assert visit.page.locator(".matrix thead th:visible").count() < 8
-
-
-@pytest.mark.long
-def test_without_scripts_there_is_no_field(index, browser):
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto(index.resolve().as_uri())
-    assert page.locator("#find").count() == 1
-    assert not page.locator("#find").is_visible()
-    context.close()

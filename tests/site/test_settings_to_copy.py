@@ -68,11 +68,6 @@ def test_it_is_what_the_command_prints(method, page, capsys):
         assert "".join(said.split()) in printed
 
 
-def test_an_engine_that_is_not_in_the_study_is_not_spoken_of():
-    study = made_up([(find_method("ode/rk4"), (1e-3,), lambda h: h)])
-    assert CODE.findall(render(recorded(study))) == []
-
-
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("clipboard", CLIPBOARDS)
 def test_a_click_copies_or_selects(clipboard, page, browser, tmp_path):
@@ -85,17 +80,6 @@ def test_a_click_copies_or_selects(clipboard, page, browser, tmp_path):
         else:
             assert "Ctrl+C" in one["said"]
             assert one["selected"].strip() == code.strip()
-
-
-@pytest.mark.long
-def test_sensitivity_to_what_is_copied(page, browser, tmp_path):
-    """A button that copies another text, or does nothing where it is refused, is seen."""
-    text = page.read_text("utf-8")
-    other = text.replace("writeText(text.textContent)", "writeText(button.textContent)", 1)
-    assert _clicked(browser, other, "allowed", tmp_path)[0]["kept"] == "copy"
-    silent = text.replace("\nselect(text, status);\n", "\n", 1)
-    assert silent != text
-    assert _clicked(browser, silent, "refused", tmp_path)[0]["said"] == ""
 
 
 def _clicked(browser, text, clipboard, folder):

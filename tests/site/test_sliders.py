@@ -125,16 +125,6 @@ def test_a_driven_pendulum_moves_as_in_python(visit, index, values):
         assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
 
 
-def test_the_notebooks_cases_are_its_scenes(visit, index):
-    moved(visit, index, "simple-pendulum", {})
-    buttons = visit.page.locator(".sliders [data-values]")
-    assert buttons.count() == len(CASES)
-    for button, name in zip(buttons.all(), CASES, strict=True):
-        button.click()
-        case, _ = repeated(visit.page.locator(".sliders .command code").inner_text())
-        assert case.problem == case_of(scene(f"simple-pendulum/{name}")).problem
-
-
 @pytest.mark.parametrize("epsilon", [0.037, 0.223, 0.417, 0.861])
 def test_a_turn_ends_as_its_exact_motion_does(visit, index, epsilon):
     """Within what the page says of the table, and eq. 32's next term as Python has it."""
@@ -147,19 +137,3 @@ def test_a_turn_ends_as_its_exact_motion_does(visit, index, epsilon):
         assert answer[key]["now"] == pytest.approx(facts[f"body_angle{name}"], abs=1e-5)
         assert answer[key]["next"] == pytest.approx(facts[f"body_angle_corrected{name}"], abs=1e-5)
     assert shown["panels"] == 2
-
-
-def test_a_push_below_the_threshold_is_said(visit, index):
-    shown = moved(visit, index, "capsule-line", {"w1": 3.1})
-    assert shown["said"] == "The body stays: w₁ must be more than f g/μ = 12.75 m/s²"
-    assert shown["panels"] == 0
-    shown = moved(visit, index, "capsule-line", {"w2": 20})
-    assert "w₂ may be f g/μ = 12.75 m/s² at most" in shown["said"]
-
-
-def test_keys_move_a_slider(visit, index):
-    moved(visit, index, "cone-pendulum", {})
-    visit.page.locator(".sliders input").first.focus()
-    visit.page.keyboard.press("ArrowRight")
-    command = visit.page.locator(".sliders .command").inner_text()
-    assert command.endswith("--set platform_rate=26.1")

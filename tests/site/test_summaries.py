@@ -28,18 +28,6 @@ def test_statements_of_the_sources_are_counted(index, shown):
     )
 
 
-def test_a_page_that_speaks_of_a_paper_links_to_it(index, shown):
-    folder, linked = site_files(index)[1].parent, set[str]()
-    for view in shown.views:
-        for of in view.scenes:
-            for address in re.findall(r"https://\S+", of.scene.source):
-                for name in ("sources", view.system.name, of.anchor):
-                    page = (folder / f"{name}.html").read_text("utf-8")
-                    assert f'<a href="{address}"' in page, name
-                linked.add(address)
-    assert len(linked) == 2  # the two papers
-
-
 def test_tolerances_are_counted(index, shown):
     every = shown.common["tight"]
     for bound_only in (False, True):

@@ -5,8 +5,7 @@ import pytest
 from scipy.linalg import eigh
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
-from plumbob.engines.registry import find_builder
-from plumbob.models.registry import case_of, scene, systems
+from plumbob.models.registry import case_of, scene
 from plumbob.tests.smooth_systems.recorded_chains import FILE
 from plumbob.tests.support.extrapolation import recorded
 
@@ -36,13 +35,3 @@ def test_small_swings_are_those_of_the_modes():
     observed = chain.motion.observe(times)
     for i in range(3):  # of third order in the angle: 1e-17, some fifty times in 2 s
         np.testing.assert_allclose(observed[f"angle_{i + 1}"], swings[:, i], 0.0, 1e-15)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5])
-def test_the_model_has_as_many_rods_as_angles(count):
-    chain = NPendulum(2.0, 0.3, 9.81, (0.5,) * count, 1.0)
-    whole = find_builder("mujoco", systems()["n-pendulum"]).whole
-    model = whole(systems()["n-pendulum"].mjcf, chain).compile()
-    assert model.nv == count
-    np.testing.assert_array_equal(model.body_mass[1:], 2.0)
-    np.testing.assert_array_equal(model.key("start").qvel, [1.0] + [0.0] * (count - 1))

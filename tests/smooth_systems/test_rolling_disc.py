@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from plumbob.analytic.errors.contact_models import disc_steps
-from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, DiscErrors, rolling, turning
+from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, DiscErrors, turning
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
-from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
@@ -46,19 +44,6 @@ def test_accelerations_are_those_of_newton_and_euler(seed):
     force = np.add(moved, [0.0, 0.0, DISC.gravity])  # a unit mass
     turned = slope(lambda t: body(t)[2] @ body(t)[0])
     np.testing.assert_allclose(turned, np.cross(-body(0.0)[1], force), 0, 1e-8)
-
-
-def test_a_circle_is_steady():
-    times = np.linspace(0.0, 1.0, 5)
-    observed, doubt = CIRCLE.motion.observe(times), CIRCLE.motion.uncertainty(times)
-    for name, exact in {
-        "tilt": 1.2 + 0 * times,
-        "precession": 4.0 * times,
-        "spin": CIRCLE.steady_spin * times,
-    }.items():
-        assert np.all(np.abs(observed[name] - exact) <= doubt[name])
-    facts = case_of(scene("rolling-disc/circle")).system.facts(CIRCLE)
-    assert facts["circle_radius"] == pytest.approx(0.18911, rel=1e-5)
 
 
 @pytest.mark.parametrize("spin", [5.0, 8.0, 30.0])
@@ -101,12 +86,6 @@ def test_25_digits():
             assert abs(value - mp.mpf(exact[name][0])) <= doubt[name][0] < 1e-13
 
 
-def test_the_spring_of_theory_is_the_profile_s():
-    assert (disc_steps.RATE, disc_steps.DAMPING) == (contacts.STIFFNESS, contacts.DAMPING)
-    yields = contacts.PROFILES["coulomb"].slip_compliance(1.0)
-    assert yields == pytest.approx(disc_steps.YIELDS, rel=1e-12)
-
-
 @pytest.mark.parametrize("step", [3e-3, 7e-4])
 @pytest.mark.parametrize("case", ["circle", "falling"])
 def test_runs_are_predicted_to_nine_digits(case, step):
@@ -123,13 +102,6 @@ def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts():
     assert not DiscErrors(steep).at_step(scheme, 1e-3, times).errors
     soft = Scheme(EULER, contact=SoftPoint())
     assert not DiscErrors(DISC).at_step(soft, 1e-3, times).errors
-
-
-def test_where_it_touches_it_does_not_move():
-    angles = np.array([0.3, 1.1, 0.2])
-    held = rolling(DISC, angles)
-    middle = held[:, 3:] @ [1.0, 2.0, 3.0]
-    assert middle[2] == pytest.approx(-DISC.radius * math.cos(1.1) * 2.0)
 
 
 def test_bad_input():

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.adaptive_cost import stiffness_cost
-from plumbob.analytic.errors.stability.largest_step import excess, largest_step
+from plumbob.analytic.errors.stability.largest_step import largest_step
 from plumbob.analytic.errors.stability.linear_steps import (
     LinearSystem,
     jacobians,
@@ -105,32 +104,7 @@ def test_the_fastest_mode_of_a_coupled_system_sets_the_limit():
     assert limit(Scheme(RK4), system) * fastest == pytest.approx(2.0 * 2.0**0.5, rel=1e-6)
 
 
-def test_a_growing_flow_is_no_instability_of_the_step():
-    """An inverted pendulum falls in any step that is right."""
-    system = oscillator(stiffness=-9.8)
-    matrices = step_matrices(system, Scheme(EULER))
-    assert matrices is not None
-    assert math.isinf(largest_step(matrices, system.rates))
-    # RK4 makes the mode that decays grow, at the real axis's limit
-    rk4 = limit(Scheme(RK4), system, 1e3)
-    assert rk4 * math.sqrt(9.8) == pytest.approx(REAL_AXIS, rel=1e-3)
-    # where the growth of the flow is not taken off, a hundredth of that is called unstable
-    neutral = 1j * np.abs(system.rates)
-    assert largest_step(matrices, neutral) < 0.01 * rk4
-    assert excess(matrices, neutral, np.array([0.1]))[0] > 0.1
-
-
 def test_a_stiff_mode_is_seen_beside_a_growing_one():
     stiffness = np.diag([-9.8, 1e4])
     system = LinearSystem(np.eye(2), np.zeros((2, 2)), stiffness)
     assert limit(Scheme(EULER), system) == pytest.approx(0.02, rel=1e-6)
-
-
-def test_what_stiffness_costs_a_solver_that_chooses_its_steps():
-    rates = np.array([-1e4 + 0j, -1.0 + 3.0j])
-    assert stiffness_cost(None, rates) == 0.0
-    fifth, eighth = (stiffness_cost(tableau, rates) for tableau in (order_5(), order_8()))
-    # the intervals on the real axis, 3.31 and 6.15 (Hairer and Wanner 1996, IV.2), to the grid
-    assert fifth == pytest.approx(1e4 / 3.31, rel=5e-3)
-    assert 1e4 / 7.0 < eighth < 1e4 / 5.0
-    assert stiffness_cost(order_5(), np.array([2.0 + 0j])) == 0.0  # growth asks for accuracy alone

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.stability.long_runs import PeriodicMotion
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import LEVELS
 from plumbob.models.registry import case_of
@@ -55,23 +54,6 @@ def test_the_time_until_an_error_is_as_predicted(name, scheme, step, growth):
     for level in levels:
         measured = step * int(np.flatnonzero(errors >= level)[0])
         assert 1.0 / 1.1 < measured / predicted.times[level] < 1.1
-
-
-def test_the_drift_of_the_energy_and_of_its_sign():
-    exact = motion("simple-pendulum/free-large")
-    euler, rk4 = (exact.long_run(scheme, 0.02, 1.0) for scheme in (Scheme(EULER), Scheme(RK4)))
-    assert euler.energy_rate == 0.0  # bounded, for ever
-    half = exact.long_run(Scheme(RK4), 0.01, 1.0)
-    assert rk4.energy_rate < 0.0
-    assert rk4.energy_rate / half.energy_rate == pytest.approx(32.0, rel=0.02)  # next: h^7
-
-
-def test_motions_and_schemes_without_an_answer():
-    exact = motion("simple-pendulum/free-large")
-    assert exact.long_run(Scheme("velocity-verlet"), 0.01, 1.0) is None
-    endless = PeriodicMotion(exact.rotor, exact.start, exact.exact, math.inf)
-    with pytest.raises(ParameterError, match="finite, of an undamped unforced motion"):
-        endless.long_run(Scheme(EULER), 0.01, 1.0)
 
 
 FOLLOWED = (

@@ -1,21 +1,16 @@
 """Limits along exact motions against runs in plain numbers, and the records of the four systems."""
 
 import math
-import operator
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.errors.stability.largest_step import FACTOR, run_length
 from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
-from plumbob.analytic.errors.stability.pendulums import pendulum_stability
-from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, near, sampled_steps
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import EVERY, RATIO
 from plumbob.analytic.systems.free_body.problem import FreeBody
-from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.models import free_body, simple_pendulum
 from plumbob.models.registry import case_of
@@ -96,14 +91,6 @@ def test_by_an_equilibrium_eigenvalues_set_the_limit(swing, scheme, wanted):
     assert limits.equilibrium
     unstable = limits.limits(scheme)[0]
     assert unstable.step * math.sqrt(9.8) == pytest.approx(wanted, rel=1e-3)  # the margin's part
-
-
-def test_an_inverted_pendulum_at_rest_is_not_called_unstable():
-    rotor = DrivenRotor(sin=-9.8)
-    limits = pendulum_stability(rotor, (0.0, 0.0), DrivenMotion(rotor, 0.0, 0.0), math.inf)
-    assert limits.equilibrium
-    assert limits.growth(2.0) == pytest.approx(math.exp(2.0 * math.sqrt(9.8)), rel=0.2)
-    assert math.isinf(limits.limits(Scheme(EULER))[0].step)
 
 
 @pytest.mark.parametrize(
@@ -188,32 +175,3 @@ def test_every_smooth_system_has_a_theory(name):
     unstable = limits.limits(Scheme(EULER))[0]
     assert unstable.kind == "unstable"
     assert 0.0 < unstable.step < math.inf
-
-
-def test_a_swing_is_not_taken_for_one_at_rest_where_samples_are_half_a_period_apart():
-    """Leapfrog near the top: its period of 8.57 s is 78 steps of 0.1098 s, twice an even stride of
-    39 steps in 10 000, which found each sample by a turning point."""
-    limits = {
-        of.kind: of.step for of in theory("simple-pendulum/near-top-1e-2").limits(Scheme(LEAPFROG))
-    }
-    assert list(limits) == ["unstable"]
-    taken = sampled_steps(10_000)
-    assert taken[-1] == 10_000
-    turns = np.array(taken) / 78.0 % 0.5
-    assert np.histogram(turns, 10, (0.0, 0.5))[0].min() > len(taken) / 20.0
-
-
-def test_a_nudge_that_grows_too_much_late_in_a_run_is_not_missed():
-    """By e^(n (h/0.1)^8 log(1000)/10^4) in n steps: too much at the end of a run for h > 0.1, and
-    in its first third for h > 0.115 alone."""
-
-    def begin(steps):
-        factor = np.exp(math.log(FACTOR) / 1e4 * (steps / 0.1) ** 8)
-        return lambda time, nudge: [nudge * factor], [np.ones(len(steps))]
-
-    motion = SteppedMotion(
-        begin, operator.itemgetter(0), lambda s: {}, 1.0, np.ones_like, lambda s: "", "", math.inf
-    )
-    limits = [near(replace(motion, settles=settles), 0.2) for settles in (False, True)]
-    assert limits[0] == limits[1]
-    assert limits[1][0] == pytest.approx(0.1, rel=0.03)

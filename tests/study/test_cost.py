@@ -6,7 +6,6 @@ from itertools import repeat
 
 import pytest
 
-from plumbob.engines.adapters.mujoco.trimming import trimming
 from plumbob.engines.method import Stepping
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
@@ -51,14 +50,6 @@ def test_waiting_is_no_cost(module, method, step, monkeypatch):
     simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, step)
     monkeypatch.setattr(f"plumbob.engines.adapters.{module}.time", Clock())
     assert simulation.stepped(0.1).seconds == 1.0
-
-
-@pytest.mark.parametrize("method", ["mujoco/rk4", "pymunk/tight", "ode/rk4"])
-def test_a_fraction_of_the_steps_is_taken(method):
-    chosen = find_method(method)
-    simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, 1e-2)
-    assert [simulation.stepped(f).steps for f in (1e-9, 0.1, 1.0)] == [1, 500, 5000]
-    assert simulation.run().steps == 5000  # as if nothing had been timed
 
 
 @dataclass
@@ -134,11 +125,3 @@ def test_a_known_run_gives_a_piece_that_fits(method, step, scale):
     assert run.seconds >= 1e-3
     assert run.steps >= (cost.LEAST if method == "mujoco/euler" else cost.EVALUATIONS)
     assert piece.fraction < 0.5
-
-
-@pytest.mark.parametrize("name", ["capsule-turn", "capsule-line", "simple-pendulum/forced-small"])
-def test_what_a_model_leaves_out_is_timed_whatever_its_controls(name):
-    scene = find_scene(name)
-    method = "mujoco/euler+coulomb" if name.startswith("capsule") else "mujoco/euler"
-    found = trimming(system_of(scene).case(scene), find_method(method), 1e-4, steps=50, repeats=1)
-    assert found.identical

@@ -8,7 +8,6 @@ import pytest
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study import store
 from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, TrimmingRun
-from plumbob.engines.study.request import UndeclaredRun
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes
@@ -83,25 +82,11 @@ def test_settings_of_a_request_replace_those_of_the_method():
     assert untimed(again) == untimed(plain) != untimed(other)
 
 
-def test_where_there_is_nothing_to_show(study):
-    assert set(study.extras) == set(ALL)
-    assert study.answer(NOT_MEANT) is None
-    assert study.answer(DIVERGES) is None
-    assert study.answer(NO_TRIMMING) is None
-
-
 def test_convergence_and_trimming(study):
     convergence, trimming = study.answer(CONVERGENCE), study.answer(TRIMMING)
     assert [m.step for m in convergence.measurements] == [5e-3, 2e-3, 1e-3]
     assert trimming.identical
     assert trimming.ns_trimmed > 0.0
-
-
-def test_what_was_not_declared_is_refused(study):
-    with pytest.raises(UndeclaredRun, match=r"ExtraRun\(.*step=0.002"):
-        study.answer(replace(PLAIN, step=2e-3))
-    with pytest.raises(UndeclaredRun):
-        study.answer(replace(TRIMMING, steps=21))
 
 
 def test_a_stored_study_is_the_study(study, tmp_path):

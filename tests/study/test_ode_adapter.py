@@ -5,18 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import lu_factor, lu_solve
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.divergence import possible_speed
 from plumbob.engines.adapters.mujoco import ENGINE as MUJOCO
 from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
-    solved,
 )
-from plumbob.engines.method import Unsupported
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}
@@ -71,29 +67,3 @@ def test_no_motion_exceeds_the_speed_that_limits_are_based_on():
         angles = np.linspace(0.0, 2 * np.pi, 2001)
         gained = rotor.energy(theta, theta_dot) - rotor.energy(angles, 0.0).min()
         assert math.sqrt(2 * gained) <= possible_speed(rotor, theta_dot)
-
-
-@pytest.mark.parametrize("step", [0.0, -1.0, float("nan"), 1.0, 1e-15])
-@pytest.mark.parametrize("method", [*FIXED, *ADAPTIVE], ids=lambda method: method.name)
-def test_a_step_or_tolerance_that_cannot_be_is_refused(method, step):
-    with pytest.raises(ParameterError, match=r"^step = .*: must be [^\n]*$"):
-        prepare(SYSTEM.case(scene()), method, step)
-
-
-def test_a_system_without_equation_is_unsupported():
-    other = replace(SYSTEM, name="spring-mattress", family="spring_mattress")
-    with pytest.raises(Unsupported, match="no builder for spring-mattress"):
-        prepare(other.case(scene()), FIXED[0], 1e-3)
-
-
-def test_the_linear_systems_of_a_run_are_solved_to_the_bit_as_scipy_does():
-    random = np.random.default_rng(5)
-    for dtype in (float, complex):
-        for size in (2, 7):
-            factors = lu_factor(random.normal(size=(size, size)).astype(dtype) + 0.5)
-            right = random.normal(size=size).astype(dtype)
-            expected = lu_solve(factors, right)
-            assert np.array_equal(solved(factors, right.copy()), expected)
-            right[0] = np.inf
-            with pytest.raises(ValueError, match="infs or NaNs"):
-                solved(factors, right)

@@ -87,13 +87,6 @@ def test_limits_of_linear_motions_are_those_of_closed_forms(scene, method, wante
     assert found.holds / wanted == pytest.approx(1.0, abs=SHARP)
 
 
-@pytest.mark.parametrize("factor", [0.01, 0.5, 0.99, 1.01, 2.0, 20.0])
-def test_a_search_does_not_depend_on_the_prediction(factor):
-    alone = found_by(SWING, "ode/euler", None)
-    begun = found_by(SWING, "ode/euler", factor * 2.0 / OMEGA)
-    assert (begun.holds, begun.fails) == (alone.holds, alone.fails)
-
-
 @pytest.mark.parametrize("first", range(-400, 401, 57))
 @pytest.mark.parametrize("every", [1, EVERY])
 def test_a_bracket_is_that_of_its_numbers(first, every):
@@ -111,18 +104,6 @@ def test_a_window_that_fails_below_is_seen_from_anywhere(first):
         return number <= 90 and number not in range(70, 75)
 
     assert bracket(holds, first, -400, 400, EVERY) == (69, 70)
-
-
-def test_a_solver_with_a_tolerance_has_no_limit():
-    found = stability(find_scene(SWING), find_method("ode/radau"))
-    assert found.limits == ()
-    assert "chooses its steps" in found.why
-
-
-def test_a_step_that_is_implicit_in_the_spring_has_none():
-    found = found_by(SWING, "mujoco/discrete", None)
-    assert found.fails is None
-    assert found.holds > 10.0 * 2.0 / OMEGA
 
 
 def test_a_motion_changes_its_kind_before_it_is_unstable():
@@ -209,16 +190,6 @@ def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
 def test_a_limit_is_judged_from_both_sides(predicted, holds, fails, equilibrium, wanted):
     limit = MeasuredLimit("unstable", predicted, holds, fails, "lost")
     assert judged("ode/rk4", Stability((limit,), equilibrium)) == [wanted]
-
-
-def test_a_limit_of_another_motion_is_not_judged():
-    kinds = ("unstable", "changes-kind")
-    limits = tuple(
-        MeasuredLimit(kind, 1.0, holds, 1.01 * holds, "")
-        for kind, holds in zip(kinds, (2.0, 1.0), strict=True)
-    )
-    assert judged("ode/rk4", Stability(limits)) == ["measured", "predicted"]
-    assert judged("ode/rk4", Stability(limits, True)) == ["off-prediction!", "predicted"]
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,6 @@
 import json
 import math
 import sqlite3
-import subprocess
-import sys
 from contextlib import closing
 from dataclasses import replace
 
@@ -113,18 +111,6 @@ def test_any_change_of_a_stored_study_is_noticed(stored, tmp_path):
             store.load(file)
 
 
-def test_one_scene_is_read_though_another_is_damaged(stored, tmp_path):
-    file = tmp_path / store.FILE
-    file.write_bytes(stored)
-    before = store.studies_of(file, OTHER)
-    with closing(sqlite3.connect(file)) as held, held:
-        query = "update result set body = replace(body, '1', '2') where body like ?"
-        assert held.execute(query, (f"%{SCENE}%",)).rowcount > 0
-    assert store.studies_of(file, OTHER) == before != ()
-    with pytest.raises(ParameterError, match=f"study 1, {SCENE}, is not as it was stored"):
-        store.studies_of(file, SCENE)
-
-
 def test_a_recording_comes_back_as_it_was():
     values = {"theta": np.array([0.1, math.nan]), "theta_dot": np.array([-0.0, math.inf])}
     channels = {"contacts": np.array([3.0, 4.0])}
@@ -154,11 +140,6 @@ def test_every_scene_and_method_comes_back(study, tmp_path):
     assert (back.methods, back.scenes, back.interest) == (every, whole.scenes, interest)
 
 
-def test_observables_and_scales_are_stored_where_a_study_has_none(study, tmp_path):
-    back = _kept(replace(study, observed={}, interest={}), tmp_path / "new")
-    assert (back.observed, back.interest) == (study.observed, study.interest)
-
-
 def _asked(folder, error, *words):
     return ["recommend", SCENE, "--error", error, "--out", str(folder), "--stored", *words]
 
@@ -177,18 +158,6 @@ def test_recommend_leaves_other_versions_out_and_names_them(study, tmp_path, cap
     assert main(_asked(tmp_path, "1e-6", "--engine", "mujoco")) == 1  # nothing of it counts
 
 
-def test_a_later_smaller_study_changes_no_answer(study, tmp_path, capsys):
-    first = replace(study, provenance=provenance(""))
-    euler, answers = study.convergence[0], []
-    fewer = replace(euler, measurements=euler.measurements[:2])
-    for one in (first, replace(first, methods=study.methods[:1], convergence=(fewer,), costs={})):
-        _save(one, tmp_path / store.FILE)
-        assert main(_asked(tmp_path, "1e-6", "--json")) == 0
-        answer = json.loads(capsys.readouterr().out)
-        answers.append((answer["choice"], answer["by_engine"]))
-    assert answers[0] == answers[1]
-
-
 def test_costs_are_the_median_ratio_to_the_reference_step(study):
     key = (SCENE, "ode/rk4")
     slow = replace(study, reference_step=3.0 * study.reference_step)
@@ -203,22 +172,3 @@ def test_costs_are_the_median_ratio_to_the_reference_step(study):
 
 
 HEAVY = ("scipy", "mujoco", "pymunk", "plotly", "rich")
-ASK = """
-import sys
-from plumbob.reports.cli import main
-code = main(["recommend", sys.argv[1], "--error", "1e-6", "--stored", "--out", sys.argv[2]])
-print(code, *sorted(set(sys.argv[3:]) & set(sys.modules)))
-"""
-
-
-def test_recommend_loads_no_engine(study, tmp_path):
-    # Modules that an answer from a file needs not; engines take a second to load.
-    _save(study, tmp_path / store.FILE)
-    answer = subprocess.run(
-        [sys.executable, "-c", ASK, SCENE, str(tmp_path), *HEAVY],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert "use " in answer.stdout
-    assert answer.stdout.splitlines()[-1] == "0"

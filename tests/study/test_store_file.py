@@ -121,24 +121,6 @@ def test_a_read_only_store_is_read_and_not_written(whole, tmp_path, capsys, monk
     assert file.read_bytes() == whole
 
 
-def test_a_reader_cannot_write(whole, tmp_path):
-    file = tmp_path / store.FILE
-    file.write_bytes(whole)
-    with (
-        store_file.reading(file) as opened,
-        pytest.raises(sqlite3.OperationalError, match="readonly"),
-    ):
-        opened.execute("delete from result")
-
-
-def test_what_goes_wrong_while_a_store_is_open_is_not_laid_to_the_file(tmp_path):
-    with (
-        pytest.raises(ValueError, match="of an engine"),
-        store_file.writing(tmp_path / store.FILE),
-    ):
-        raise ValueError("of an engine")
-
-
 def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(whole, tmp_path):
     file = tmp_path / store.FILE
     file.write_bytes(whole)

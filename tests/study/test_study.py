@@ -1,6 +1,5 @@
 """A study: equal errors by one process, two, or any executor; costs timed alone; large steps."""
 
-import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -10,7 +9,6 @@ from plumbob.engines.registry import method, methods
 from plumbob.engines.study.convergence import (
     chosen_step_sizes,
     convergence_study,
-    steps_beside,
 )
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.runner import most_steps, run_study
@@ -40,11 +38,6 @@ def test_one_process_two_and_an_executor_agree_to_the_last_bit():
     assert _errors(_study(jobs=2).convergence) == alone
     with ThreadPoolExecutor(2) as executor:
         assert _errors(_study(executor=executor).convergence) == alone
-
-
-def test_every_scene_and_method_can_be_sent_to_a_worker():
-    every = (scenes(), methods())
-    assert pickle.loads(pickle.dumps(every)) == every
 
 
 def test_two_more_step_sizes_follow_the_first_at_the_floor():
@@ -133,29 +126,9 @@ def test_a_run_beside_the_step_sizes_tells_of_no_order():
     assert at.errors["theta"].largest > 1.0  # with it the order would be another one
 
 
-def test_no_step_is_run_beside_those_that_are_asked_for():
-    chosen = scene("cone-pendulum/fast-platform")
-    own = replace(method("mujoco/euler"), name="mujoco/mine", step_sizes=(1e-4, 5e-5))
-    assert steps_beside(chosen, own, 25_000) == ()
-    assert steps_beside(chosen, method("ode/dop853"), 25_000) == ()
-    assert steps_beside(replace(chosen, duration=9e-4), method("ode/rk4"), 25_000) == ()
-    assert steps_beside(scene("simple-pendulum/free-small"), method("ode/rk4"), 6_249) == ()
-    asked = convergence_study(chosen, method("ode/rk4"), 25_000, (1e-4, 5e-5))
-    assert [m.step for m in asked.measurements] == [1e-4, 5e-5]
-
-
 def test_an_engine_that_is_not_there_is_missing_and_nothing_else(monkeypatch):
     monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
     chosen = scene("cone-pendulum")
     found, run = measure(system_of(chosen).case(chosen), method("mujoco/rk4"), 1e-3)
     assert (found.status, run) == ("missing", None)
     assert "mujoco" in found.reason
-
-
-def test_a_step_far_too_large_diverges_as_a_result(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    chosen = scene("cone-pendulum", {"platform_rate": 900.0})
-    found, _ = measure(case_of(chosen), method("mujoco/euler"), 0.05)
-    assert (found.status, found.errors) == ("diverged", {})
-    assert found.diverged_at is not None
-    assert list(tmp_path.iterdir()) == []  # nor a log of MuJoCo's

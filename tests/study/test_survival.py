@@ -3,7 +3,6 @@
 import io
 import os
 import resource
-import shutil
 import signal
 import sys
 from collections import Counter
@@ -163,10 +162,3 @@ def test_a_full_disk_loses_nothing(limit, said, out, undisturbed, capsys):
     assert (out / "index.html").read_text() == OLD
     assert main(disturbed.words(out, 1)) == 0
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
-
-
-@pytest.mark.long
-def test_a_complete_study_is_measured_anew(undisturbed, tmp_path):
-    shutil.copytree(undisturbed, tmp_path / "again")
-    assert main(disturbed.words(tmp_path / "again", 1)) == 0
-    assert disturbed.rows(tmp_path / "again", "study") == 2

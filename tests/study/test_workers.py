@@ -4,13 +4,11 @@ import gc
 import multiprocessing
 import os
 import signal
-import sys
 from concurrent.futures import BrokenExecutor
 from multiprocessing.connection import Connection
 
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
 
 FATAL = {
@@ -81,31 +79,6 @@ def test_workers_that_are_killed_while_they_load_cost_nothing():
         }
 
 
-def test_tasks_are_for_the_worker_that_knows_their_group():
-    def pids(workers, names):
-        tasks = [Task((name, k), os.getpid, (), 60.0, name) for k, name in enumerate(names)]
-        return {task.key: pid for task, pid in workers.results(tasks)}
-
-    with Workers(2) as workers:
-        first = pids(workers, "ab")
-        assert first["a", 0] != first["b", 1]
-        for name in "baba":
-            assert {*pids(workers, name).values()} == {first[name, "ab".index(name)]}
-        os.kill(first["b", 1], signal.SIGKILL)
-        assert pids(workers, "b")["b", 0] != first["b", 1]
-
-
-def test_no_worker_is_idle_while_another_is_busy(tmp_path):
-    file = str(tmp_path / "there")
-    waits = f"import os, time\nwhile not os.path.exists({file!r}): time.sleep(0.01)"
-    tasks = [
-        Task(1, exec, (waits,), 60.0, "a"),
-        Task(2, abs, (-2,), 60.0, "a"),
-        Task(3, exec, (f"open({file!r}, 'w').close()",), 60.0, "a"),
-    ]
-    assert _worked_out(tasks, jobs=2) == ({1: None, 2: 2, 3: None}, {})
-
-
 def test_workers_are_an_executor():
     with Workers(2) as workers:
         futures = [workers.submit(abs, number) for number in (-1, -2, -3)]
@@ -123,27 +96,6 @@ def test_what_a_task_raises_is_raised_and_ends_the_others():
         _worked_out(tasks, jobs=2)
     assert "in a worker process" in str(raised.value.__cause__)
     assert set(multiprocessing.active_children()) <= others
-
-
-def test_bad_input_comes_back_as_what_it_is():
-    code = "from plumbob.analytic.parameters import positive\npositive('length', -1.0)"
-    with pytest.raises(ParameterError, match=r"length = -1\.0: must be greater than 0"):
-        _worked_out([Task(1, exec, (code,), 60.0)])
-
-
-def test_an_error_that_cannot_be_sent_comes_back_as_text():
-    code = "class Own(Exception): pass\nraise Own('of its own')"
-    with pytest.raises(RuntimeError, match="Own: of its own"):
-        _worked_out([Task(1, exec, (code, {"__name__": "nowhere"}), 60.0)])
-
-
-def test_a_machine_that_starts_no_process_is_one_line():
-    multiprocessing.set_executable("/bin/false")
-    try:
-        with pytest.raises(ParameterError, match=r"jobs = 1: .*exit code 1"):
-            _worked_out([Task(1, abs, (-1,), 60.0)])
-    finally:
-        multiprocessing.set_executable(sys.executable)
 
 
 def test_workers_never_see_an_interrupt():

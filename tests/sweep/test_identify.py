@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.identification import identify
@@ -55,11 +54,6 @@ def test_mujocos_own_identification_has_the_same_bias(capsys, name, friction):
     assert found["way"] == "sysid"
 
 
-def test_a_way_to_fit_is_one_of_the_engine(capsys):
-    assert main(["identify", PENDULUM, "ode/rk4", "--parameter", "length", "--way", "sysid"]) == 2
-    assert "way = 'sysid': must be one of search with ode/rk4" in capsys.readouterr().err
-
-
 def test_a_falsified_truth_is_found(capsys):
     words = (LINE, "mujoco/euler+coulomb", "--parameter", "friction", "--budget", "60")
     (found,) = records(capsys, *words, "--set", "friction=0.27")
@@ -94,22 +88,6 @@ def test_length_and_gravity_are_not_separated_and_their_ratio_is_found():
     assert gravity / length == pytest.approx(9.8, rel=1e-4)
 
 
-@pytest.mark.long
-def test_two_parameters_at_once_with_their_correlation():
-    """A small swing's length moves its phase and the damping its size: they are apart. A large one
-    is faster the smaller it is."""
-    sides = [Side("length", 0.5, 2.0), Side("damping_rate", -0.1, 0.1)]
-    found = {}
-    for theta in (1e-2, 2.0):
-        changes = {"theta": theta}
-        true, around = case_of(scene(PENDULUM, changes)), box(PENDULUM, changes, sides)
-        fit = identify(around, true, method("ode/rk4"), 0.01, 100)
-        assert not fit.alike
-        found[theta] = abs(fit.parameters[0].correlation["damping_rate"])
-    assert found[1e-2] < 0.1
-    assert found[2.0] > 0.9
-
-
 def test_noise_moves_a_fit_by_its_deviation():
     true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
     fits = [
@@ -119,9 +97,3 @@ def test_noise_moves_a_fit_by_its_deviation():
     shifts = [(fit.identified - 1.0) / (fit.deviation or math.nan) for fit in fits]
     # The root mean square of eight normal numbers is in here but once in a thousand times.
     assert 0.3 < float(np.sqrt(np.mean(np.square(shifts)))) < 1.9
-
-
-def test_fewer_numbers_than_parameters_are_refused():
-    sides = [Side("friction", 0.15, 0.6), Side("w1", 20.0, 60.0)]
-    with pytest.raises(ParameterError, match="all-samples"):
-        identify(box(LINE, {}, sides), case_of(scene(LINE)), method("mujoco/euler"), 1e-3, 10)

@@ -1,13 +1,11 @@
 """A sweep's errors are those of single runs, however it is cut into pieces and resumed."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import NoAnswer
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure, relative_error
@@ -108,23 +106,7 @@ def test_a_foreign_file_is_left_alone(kind, tmp_path):
     assert (file.read_bytes() if file.is_file() else b"") == before
 
 
-def test_a_sweep_without_an_answer_says_why():
-    around = box("capsule-line", {}, [Side("friction", 0.01, 0.02)])
-    with pytest.raises(ParameterError, match="w2 must be at most"):
-        sweep(sweep_of(around, [2], [method("mujoco/euler")], [1e-3]), {}, forgotten)
-    with pytest.raises(NoAnswer):
-        around.case((0.5,))
-
-
 def test_a_box_keeps_what_is_changed():
     around = box("capsule-line", {"friction": 0.4}, [HEADING])
     assert around.parameters((0.5,)) == {"friction": 0.4, "heading": 3.0}
     assert around.case((0.5,)).scene.parameters["friction"] == 0.4
-
-
-def test_values_of_a_side():
-    assert Side("x", 1.0, 3.0).values(3).tolist() == [1.0, 2.0, 3.0]
-    spaced = Side("x", 1e-3, 1e3, logarithmic=True).values(7)
-    assert np.allclose(np.diff(np.log10(spaced)), 1.0, rtol=0.0, atol=1e-14)
-    assert (spaced[0], spaced[-1]) == (1e-3, 1e3)
-    assert all(math.isfinite(v) for v in spaced)

@@ -10,11 +10,9 @@ from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Swept, sweep_of
-from plumbob.models.registry import systems
 from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render
 from plumbob.reports.view.sweep.text import lines
-from plumbob.reports.view.tables import paragraphs
 from plumbob.tests.support.page_document import plotted_inside
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
@@ -57,16 +55,6 @@ def drawn(counts):
     errors = np.random.default_rng(7).uniform(1e-6, 1e-3, (1, 1, *counts))
     errors[0, 0].flat[asked.points // 3] = 0.5
     return Swept(asked, errors, {})
-
-
-def test_axes_have_the_units_of_their_parameters():
-    layout = figures(drawn((3, 2)))[0].layout
-    titles = [layout[axis]["title"]["text"] for axis in ("xaxis", "yaxis")]
-    assert titles == ["heading [rad]", "friction [1]"]
-    listed = [name for text in paragraphs("units") for name in text.split(": ")[1].split(", ")]
-    known = {name for system in systems().values() for name in system.parameters}
-    assert len(listed) == len(set(listed))
-    assert set(listed) <= known
 
 
 @pytest.mark.parametrize("counts", [(7,), (1000, 100), (5, 4, 3)])

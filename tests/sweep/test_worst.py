@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
@@ -77,8 +76,3 @@ def test_more_than_all_of_a_tolerance_is_a_failure(name, tried, factor, fails):
     verdict = judge(found, case.system, chosen, case.system.quantities(case)).verdict
     assert (verdict == "off-prediction") is fails
     assert (of_tolerance(case, chosen, step) > 1.0) is fails
-
-
-def test_a_box_without_an_answer_says_why():
-    with pytest.raises(ParameterError, match="w2 must be at most"):
-        search(box("capsule-line", {}, [Side("friction", 0.01, 0.02)]), EULER, 1e-3, 10)

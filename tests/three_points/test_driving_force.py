@@ -9,13 +9,12 @@ from hypothesis import given
 
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
-from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.balance import actuator_force
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.plane_motions import loading
-from plumbob.tests.support.random_capsules import CHECK, LINE, lines
+from plumbob.tests.support.random_capsules import CHECK, lines
 
 
 @given(lines())
@@ -49,15 +48,6 @@ def test_on_a_line_against_rational_arithmetic(line):
     assert wanted.power == pytest.approx(float(abs(exact[0]) * w1 * t1), rel=1e-12)
 
 
-def test_repeated_manoeuvres_ask_for_no_more_than_one():
-    many = RepeatedLine(LINE, 2, 0.9, pause=0.1)
-    one, whole = demand(LINE, LINE.t2), demand(many, many.duration)
-    back = demand(many.returning, many.returning.duration)
-    assert whole.peak == one.peak > back.peak
-    mean = one.rms**2 * LINE.t2 + back.rms**2 * many.returning.duration
-    assert whole.rms == pytest.approx(math.sqrt(mean / many.period), rel=1e-12)
-
-
 def turning():
     return three_point_motion(CHECK, turn_of(CHECK, 0.12, 0.3).path)
 
@@ -87,10 +77,3 @@ def test_in_the_plane_it_is_what_accelerates_the_slider():
     wanted = plane_demand(motion)
     assert wanted.rms < wanted.peak
     assert np.abs(pushed).max() < wanted.peak < 2 * np.abs(pushed).max()
-
-
-def test_a_line_in_the_plane_asks_for_the_same():
-    one, other = demand(LINE, LINE.t2), plane_demand(three_point_motion(CHECK, LINE.path))
-    assert other.peak == pytest.approx(one.peak, rel=1e-9)
-    assert other.rms == pytest.approx(one.rms, rel=1e-9)
-    assert other.power == pytest.approx(one.power, rel=1e-9)

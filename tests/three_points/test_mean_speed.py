@@ -7,11 +7,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.capsule import normal_forces
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
     fastest,
     fastest_speed,
@@ -19,20 +16,9 @@ from plumbob.analytic.systems.manoeuvres.mean_speed import (
     mean_speed,
 )
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, lines
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
 
 STROKE = 0.5  # [m]
-
-
-@given(lines(), st.floats(0.01, 1.0))
-def test_it_is_displacement_over_period(line, fraction):
-    many = RepeatedLine(line, 3, fraction)
-    found = mean_speed(line.capsule, line.w1, line.w2, line.stroke, fraction)
-    assert many.mean_speed == pytest.approx(abs(many.displacement) / many.duration, rel=1e-14)
-    # 1 - x loses what w1's nearness to the threshold costs
-    lost = 1.0 - line.capsule.holding_acceleration / line.w1
-    assert found == pytest.approx(many.mean_speed, rel=1e-14 + 1e-15 / lost)
-    assert found < fastest_speed(line.capsule, line.stroke)
 
 
 def test_the_bound_in_rational_arithmetic():
@@ -62,18 +48,6 @@ def test_no_point_of_a_grid_is_faster():
     slower = RepeatedLine(replace(one.manoeuvre, w2=0.999 * LIMIT), 1)
     assert slower.mean_speed < best * (1 - 1e-4)
     assert best < fastest_speed(CHECK, STROKE) < 1.1 * best
-
-
-@pytest.mark.parametrize("direction", [0.0, 1.0, -2.5])
-def test_the_longest_stroke_ends_where_a_support_is_unloaded(direction):
-    low, high = longest_stroke(CHECK, direction)
-    unit = np.array([math.cos(direction), math.sin(direction)])
-    ends = normal_forces(CHECK, np.outer([low, high], unit))
-    np.testing.assert_allclose(ends.min(axis=1), 0.0, atol=1e-14 * CHECK.weight)
-    assert normal_forces(CHECK, np.outer([0.99 * low, 0.99 * high], unit)).min() > 0.0
-    fastest(CHECK, 5 * LIMIT, 0.99 * (high - low), direction)
-    with pytest.raises(ParameterError, match="normal_force"):
-        fastest(CHECK, 5 * LIMIT, 1.01 * (high - low), direction)
 
 
 def test_bad_input_is_named():

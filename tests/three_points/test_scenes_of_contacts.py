@@ -75,16 +75,3 @@ def test_a_heading_at_the_start_changes_itself_alone(system, usual, angle):
         bound = ROUND * max(1.0, float(np.abs(values).max())) + late * name.startswith("velocity")
         turn = np.radians(angle) * (name == "heading")
         np.testing.assert_allclose(values - turn, other[name], rtol=0, atol=bound, err_msg=name)
-
-
-@pytest.mark.parametrize(
-    ("name", "part"), [("capsule-coast/edge", 1 / 300), ("capsule-hold/unloading", 1 / 300)]
-)
-def test_a_load_goes_to_zero(name, part):
-    """N_1 at the point nearest to the edge, by moments about it: what is in the scene's name."""
-    case = case_of(scene(name))
-    times = np.linspace(0.0, case.scene.duration, 4001)
-    loads = case.reference.observe(times)["normal_force_1"]
-    weight = case.problem.setup.capsule.weight
-    assert loads.min() == pytest.approx(part * weight, rel=2e-3)  # between two samples
-    assert loads.min() > 0.0

@@ -1,7 +1,6 @@
 """The exact three-point motion against formulas, an independent integrator and balances."""
 
 import itertools
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -50,29 +49,6 @@ def test_a_line_manoeuvre_is_its_formula(capsule, w1, w2, t1, heading):
     np.testing.assert_allclose(at.velocity, speeds, rtol=0, atol=1e-12 * w1 * t1)
     assert np.abs(at.heading).max() <= ROUND
     assert motion.rest_time == pytest.approx(line.t_star, rel=1e-11)
-
-
-def test_a_slow_onset_of_sliding_is_its_formula():
-    """w = k t along a line through C: rest until mu k t = f g, then dv/dt = -mu k t + f g."""
-    jerk, last, heading = 400.0, 0.05, 0.4
-    along = np.array([math.cos(heading), math.sin(heading)])
-
-    def ramp(times):
-        r, v, w = jerk * times**3 / 6, jerk * times**2 / 2, jerk * times
-        return r[:, None] * along, v[:, None] * along, w[:, None] * along
-
-    r, v, _ = (part[0] for part in ramp(np.array([last])))
-    speed = float(v @ along)
-    brake = StraightPiece(0.01, (float(r[0]), float(r[1])), heading, 0.0, speed, -100.0 * speed)
-    motion = three_point_motion(CHECK, SliderPath((SmoothPiece(last, ramp), brake)))
-    mu, limit = CHECK.mass_ratio, CHECK.friction * CHECK.gravity
-    broken = limit / (mu * jerk)
-    assert [event.mode for event in motion.events[:2]] == ["rest", "slide"]
-    assert motion.events[1].time == pytest.approx(broken, rel=1e-14)
-    times = np.linspace(0.0, last, 21)
-    late = np.maximum(times - broken, 0.0)
-    moved = motion.at(times).position @ along
-    np.testing.assert_allclose(moved, -mu * jerk * late**3 / 6, rtol=0, atol=ROUND)
 
 
 def gradual(motion):

@@ -94,15 +94,3 @@ def test_it_knows_its_own_error(seed):
         # A coarser motion may accidentally be more accurate than the fine one.
         assert (off <= 10.0 * getattr(said, name)[0] + 1e-15).all()
         assert getattr(said, name).max() <= 1e-11
-
-
-def test_a_pose_has_no_jumps_and_its_rate_is_its_velocity():
-    motion = slide(26).motion()
-    times = np.linspace(0.0, motion.rest_time, 4001)
-    at, step = motion.at(times), motion.rest_time / 4000
-    between = motion.at(times[:-1] + 0.5 * step)
-    # The error of the midpoint rule is the third derivative, large only within a step of an event.
-    for value, rate in ((at.position, between.velocity), (at.heading, between.angular_velocity)):
-        off = np.abs(np.diff(value, axis=0) / step - rate)
-        assert np.median(off) <= 1e-7
-        assert off.max() * step <= 1e-6

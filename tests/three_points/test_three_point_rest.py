@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
@@ -50,24 +50,6 @@ def test_a_full_slip_is_the_edge_of_the_set(held, slip, size):
     assert np.abs(worst / np.linalg.norm(worst) - along).max() <= 1e-5
 
 
-AT_ITS_EDGE = (  # rounding puts this pivot's force beyond its friction limit
-    np.array([1.43820225, 1.43820225, 0.12359551]),
-    np.array([0.04962548 + 0.32029965j, -0.07537453 - 0.32921939j, 0.29962548 + 0.10379332j]),
-)
-
-
-@example(AT_ITS_EDGE, 0, -1.0, 0.0, 1.0)
-@given(supports(), st.integers(0, 2), st.sampled_from([-1.0, 1.0]), ANGLES, st.floats(0, 1))
-def test_a_pivot_is_a_flat_face_of_the_set(held, about, sense, angle, part):
-    """In a rotation about A_i, its force is any in its friction disc."""
-    limits, arms = held
-    velocities = 1j * sense * (arms - arms[about])
-    velocities[about] = part * np.exp(1j * angle)
-    sizes = np.where(np.arange(3) == about, 1.0, np.abs(velocities))
-    force, torque = wrench(limits * velocities / sizes, arms)
-    assert load_factor(limits, arms, force, torque)[0] == pytest.approx(1.0, rel=1e-13)
-
-
 @given(supports(), st.tuples(RATES, RATES, RATES), st.floats(0.02, 2.0))
 def test_a_slide_starts_with_the_acceleration_it_was_made_from(held, given_rate, inertia):
     limits, arms = held
@@ -107,10 +89,3 @@ def test_a_slip_starts_along_the_missing_force(limit, inertia, angle, size, lean
     needed = -complex(*pushed) - limit * a / abs(a)
     found = slip_onset(1.3, inertia, limit, arm, needed)
     assert abs(found - a) <= 1e-9 * (1.0 + abs(a))
-
-
-def test_load_factor_without_load_and_without_friction():
-    arms = np.array([0.2, -0.1 + 0.15j, -0.1 - 0.15j])
-    assert load_factor(np.ones(3), arms, 0j, 0.0)[0] == 0.0
-    assert load_factor(np.zeros(3), arms, 1 + 0j, 0.0)[0] == math.inf
-    assert onset(1.3, 0.02, np.zeros(3), arms, 1.3 + 0j, 0.0).linear == pytest.approx(1.0)

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,6 @@ from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
-from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
     FLOOR,
     audited_once,
@@ -22,7 +20,6 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
 from plumbob.tests.audit.scenes_as_models import compiled
 
 BOX = '<geom name="box" type="box" size=".1 .2 .02"/>'
-BALL = '<geom name="ball" size=".1"/>'
 
 
 @pytest.fixture(name="found", scope="module")
@@ -81,21 +78,6 @@ def test_what_acts_on_the_body_and_is_left_out_is_said(said):
     assert "; ".join(contacts.notes) == said
 
 
-def test_a_compensation_of_gravity_and_a_medium_are_left_out_too():
-    text = model_text(BOX, 0.02, 'density="1000"').replace(
-        'name="base"', 'name="base" gravcomp="1"'
-    )
-    model = compiled(text.replace('gravcomp="1"', 'gravcomp="0.1"'))
-    contacts = _contacts(model)
-    assert contacts.notes == ("the medium", "gravity compensation")
-
-
-def test_notes_are_a_line_of_the_answer(found):
-    assert "left out" not in dict(rows(answered(found)))
-    noted = replace(found, notes=("the weld of base and load", "tendon rope"))
-    assert dict(rows(answered(noted)))["left out"] == "the weld of base and load; tendon rope"
-
-
 @pytest.mark.long
 def test_command_prints_and_writes(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -116,16 +98,6 @@ def test_command_prints_and_writes(tmp_path, monkeypatch, capsys):
     assert "the stopping distance at 1 m/s is" in printed.err
 
 
-def test_settings_are_those_that_the_command_prints(found, capsys):
-    words = dict(rows(answered(found)))["paste"].split()
-    assert words[0] == "plumbob"
-    assert main(words[1:]) == 0
-    printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
-    shared = [line.strip() for line in found.snippet.splitlines() if "foot" not in line]
-    assert set(shared) <= set(printed)
-    assert [f"foot_{i}" in found.snippet for i in range(5)] == [True] * 4 + [False]
-
-
 @pytest.mark.long
 def test_settings_pasted_into_the_file_give_what_is_said(found):
     """The file with the snippet in it, read anew, is its own contact audit's pasted result."""
@@ -135,15 +107,6 @@ def test_settings_pasted_into_the_file_give_what_is_said(found):
     pasted = audited_once(text.replace(option, found.snippet))
     own, there = pasted.own[0].distances, found.pasted[0].distances
     assert own == pytest.approx(there, rel=1e-6)
-
-
-@pytest.mark.long
-def test_an_audit_says_that_there_is_one_of_contacts(tmp_path, capsys):
-    path = tmp_path / "my.xml"
-    for body, said in ((BOX, True), (BALL, False)):
-        path.write_text(model_text(body, 0.1), "utf-8")
-        assert main(["audit", str(path), "--duration", "0.02", "--budget", "2"]) == 0
-        assert ("base rests on a plane: --contacts" in capsys.readouterr().out) == said
 
 
 @pytest.mark.long

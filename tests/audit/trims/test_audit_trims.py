@@ -1,10 +1,7 @@
 """What a model may do without: the same bits are the same bits, and a file without it has them."""
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
-from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -15,8 +12,6 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.trims import trims
 from plumbob.engines.own_motion import Change
-from plumbob.engines.study import cost as cost_module
-from plumbob.engines.trajectory import Stepping
 from plumbob.reports.cli import main
 from plumbob.tests.audit.scenes_as_models import pendulum, ready
 
@@ -111,46 +106,6 @@ def test_smallest_change_is_not_the_same():
     assert not trim.accepted(0.0)
     assert not trim.accepted(9 * trim.moved)
     assert trim.accepted(11 * trim.moved)
-
-
-@dataclass(frozen=True)
-class Priced(Nudged):
-    """A model that offers two things, one of which nudges it, at costs of its own."""
-
-    costs: Mapping[str, float] = field(default_factory=dict)
-    pace: float = 1.0
-
-    def changes(self, motion):
-        return tuple(Change(name, (("density", (k,), 0.0),)) for k, name in enumerate(self.costs))
-
-    def changed(self, changes):
-        names = [change.name for change in changes]
-        model = super().changed(()) if "nudge" in names else self
-        priced = replace(model, pace=math.prod(self.costs[name] for name in names))
-        return priced
-
-    def timed(self, motion, states, integrator, parts, steps):
-        taken = Stepping(1000, 1e-3 * self.pace)
-        return SimpleNamespace(compile_seconds=0.0, stepped=lambda _: taken)
-
-
-@pytest.mark.parametrize(
-    ("same", "nudge", "left_out"),
-    [
-        (0.97, 0.97, "same"),  # a tenth less would not be worth other bits
-        (0.97, 0.5, "same, nudge"),
-        (0.99, 0.9, "same, nudge"),
-        (1.1, 0.9, "nudge"),  # what costs more stays
-        (0.99, 0.99, None),  # both save too little to tell
-    ],
-)
-def test_same_bits_are_preferred(same, nudge, left_out, monkeypatch):
-    monkeypatch.setattr(cost_module, "reference_step", lambda _: lambda: 500.0)
-    whole = ready(pendulum())
-    costs = {"same": same, "nudge": nudge}
-    model = Priced(**{f.name: getattr(whole, f.name) for f in fields(MujocoModel)}, costs=costs)
-    together = trims(model, script(model, duration=0.2), 2, 10, 1.0, Allowance(60.0)).together
-    assert (together and together.name) == left_out
 
 
 @pytest.mark.long

@@ -108,18 +108,6 @@ def test_included_geoms_and_copies(tmp_path):
     assert not target.exists()
 
 
-def test_a_file_that_does_not_compile_there_is_not_written(tmp_path):
-    source, target = tmp_path / "my.xml", tmp_path / "other" / "less.xml"
-    target.parent.mkdir()
-    (tmp_path / "light.xml").write_text("<mujoco><statistic extent='2'/></mujoco>")
-    text = DIGITS.format(wall=WALL).replace("<sensor>", '<include file="light.xml"/><sensor>')
-    source.write_text(text, "utf-8")
-    write_trimmed(source, (SENSORS,), tmp_path / "less.xml")
-    with pytest.raises(ParameterError, match="beside the model"):
-        write_trimmed(source, (SENSORS,), target)
-    assert not list(target.parent.iterdir())
-
-
 def audited(path, changes):
     """An audit that found that `changes` can be left out together."""
     found = plumbob.audit(path, duration=0.3, budget=10.0)
