@@ -33,6 +33,18 @@ def test_normal_forces_balance_both_weights(capsule, x, y):
     np.testing.assert_allclose(forces @ arms, carried, rtol=0, atol=slack * reach)
 
 
+@given(capsules(), angles, places, places)
+def test_friction_balances_about_every_line_through_c(capsule, heading, along, across):
+    unit = np.array([math.cos(heading), math.sin(heading)])
+    spots = np.array([along * unit, along * unit + across * np.array([-unit[1], unit[0]])])
+    pressed = normal_forces(capsule, spots) @ np.asarray(capsule.supports)
+    moments = -capsule.friction * pressed @ [unit[1], -unit[0]]
+    friction_limit = capsule.friction * capsule.slider_mass * capsule.gravity
+    slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
+    reach = 2.0 * capsule.friction  # the longest arm [m], and f
+    np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
+
+
 @given(capsules(), st.floats(0.1, 5.0), angles, angles)
 def test_lowest_normal_forces_are_exact(capsule, radius, start, end):
     """Nowhere on the path is a force lower, and the path does pass where it is lowest."""

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from plumbob.analytic.systems.capsule import direction_to
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre, printed_body_velocity
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
-from plumbob.tests.support.random_capsules import CHECK, LINE, lines
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, lines
 
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
+ONE_ROUNDING = 2.0**-53 * (1 + 1e-12)  # of the result, and the rounding of the comparison
 
 
 def parameters(line):
@@ -92,6 +93,15 @@ def test_sensitivity_of_the_condition_number():
     assert condition_number(LINE) == pytest.approx(total, rel=1e-5)
 
 
+@given(lines())
+def test_closed_form_has_one_rounding(line):
+    with mpmath.workdps(40):
+        exact = integrate(parameters(line), mpmath.mpf(2 * line.t2))
+        for name in ("displacement", "stroke", "t2", "t_star"):
+            found = mpmath.mpf(getattr(line, name))
+            assert abs(found - exact[name]) <= ONE_ROUNDING * abs(exact[name])
+
+
 @settings(max_examples=60)
 @given(lines(), st.lists(st.floats(1e-9, 1.2), min_size=1, max_size=4), st.integers(0, 255))
 def test_histories_within_their_uncertainty(line, parts, signs):
@@ -142,3 +152,15 @@ def test_a_time_that_rounding_puts_before_rest_is_at_rest():
     early, there = LINE.friction_force(times)
     assert early == there == -CHECK.slider_mass * LINE.w2
     assert LINE.friction_force(times * (1.0 - 1e-12))[0] == CHECK.friction * CHECK.weight
+
+
+@pytest.mark.parametrize("excess", [1e-6, 1e-12])
+def test_push_just_above_its_threshold(excess):
+    """w1 = f g/mu (1 + excess) leaves an exact difference, and a condition number that says so."""
+    line = replace(LINE, w1=LIMIT * (1 + excess))
+    # w1, f and g count once each, m and M by 1 - mu; roundings of w1 itself are 1e-16/excess.
+    expected = (3 + 2 * (1 - CHECK.mass_ratio)) / excess
+    near = excess + 5e-16 / excess
+    assert condition_number(line) == pytest.approx(expected, rel=2 * near)
+    friction_limit = CHECK.friction * CHECK.gravity
+    assert line.displacement == pytest.approx(-0.5 * excess * friction_limit * 0.03**2, rel=near)

@@ -7,14 +7,19 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.capsule import normal_forces
+from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.capsule import normal_forces, validity
+from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
+from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
-from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
+from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
 from plumbob.analytic.systems.slider_path import straight
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.rest import holding_limit
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, capsules
+from plumbob.tests.support.fixed_step import mean_acceleration
+from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE, capsules
 
 angles, spans = st.floats(-7.0, 7.0), st.floats(-0.2, 0.2)
 
@@ -73,6 +78,35 @@ def test_tilted_gravity_pulls_as_specified():
         -1.3 * math.hypot(pull[0], pull[1]), rel=1e-14
     )
     assert held["displacement"][1] == 0.0
+
+
+def test_a_repeated_motion_repeats_itself():
+    repeated = RepeatedLine(LINE, 1000, fraction=0.9, pause=0.01)
+    assert repeated.displacement == pytest.approx(-5.5917, rel=1e-14)
+    times = np.linspace(0.0, repeated.period, 500, endpoint=False)
+    late, early = times + 999 * repeated.period, times < LINE.t2
+    first, last, slack = repeated.observe(times), repeated.observe(late), repeated.uncertainty(late)
+    for name, alone in LineReference(LINE).observe(times).items():
+        np.testing.assert_array_equal(first[name][early], alone[early])
+        shift = 999 * LINE.displacement if name == "displacement" else 0.0
+        assert np.all(np.abs(last[name] - first[name] - shift) <= slack[name] + 1e-300), name
+    end = repeated.observe(np.array([repeated.duration, 2 * repeated.duration]))
+    np.testing.assert_allclose(end["displacement"], repeated.displacement, rtol=1e-15)
+    np.testing.assert_allclose(end["stroke"], 0.0, rtol=0, atol=1e-15)
+    edges = np.linspace(0.0, 2 * repeated.period, 300)
+    rates = np.cumsum(mean_acceleration(repeated, edges) * np.diff(edges))
+    np.testing.assert_allclose(rates, repeated.relative_velocity(edges)[1:], atol=1e-13)
+    # With steps this small every switch is on the grid, up to 1e-12 of the stroke.
+    step = repeated.period / 2**28
+    lead = repeated_line_errors(repeated, Scheme(EULER), step, times)["stroke"] / step
+    np.testing.assert_allclose(lead, 0.5 * first["stroke_rate"], rtol=1e-12, atol=1e-7)
+
+
+def test_slow_return_goes_back_over_the_same_path():
+    back = slow_return(LINE, 0.5)
+    assert back.segment.start == LINE.segment.end
+    np.testing.assert_allclose(back.segment.end, LINE.segment.start, atol=1e-17)
+    assert validity(CHECK, (back.segment,)) == ()
 
 
 @pytest.mark.parametrize(

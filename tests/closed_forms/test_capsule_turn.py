@@ -13,6 +13,7 @@ from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule_setup import InWorld
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
+from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.registry import scene, system_of
 from plumbob.models.tripod_capsule.turn import EPSILONS
@@ -44,6 +45,18 @@ def test_a_turn_says_its_angles(epsilon):
     at_rest = facts["body_angle_at_rest"] - facts["body_angle_corrected_at_rest"]
     assert abs(at_rest) <= 2.6 * epsilon**4 * (1.0 + math.log(1.0 / epsilon)) + 1e-10
     assert case.parameters["half_time"] * 2.0 < facts["rest_time"] <= case.duration
+
+
+def test_consecutive_turns_are_the_whole_motion():
+    """Against the same turns followed as one path; the difference is the error of both motions."""
+    repeated = RepeatedTurn(WHOLE, 3, 3.0 * WHOLE.half_time)
+    motion = three_point_motion(CHECK, repeated.path)
+    assert repeated.duration == pytest.approx(motion.rest_time, rel=1e-12)
+    times = np.linspace(0.0, 1.05 * repeated.duration, 200)
+    for name in ("position", "heading", "velocity", "angular_velocity"):
+        turns, path = (getattr(m.at(times), name) for m in (repeated, motion))
+        np.testing.assert_allclose(turns, path, rtol=0, atol=1e-11 * np.abs(path).max())
+    assert repeated.error.heading[0] >= 3 * repeated.single.error.heading[0]
 
 
 @pytest.mark.parametrize("friction", [0.0, 1e-308, 1e-17])

@@ -86,6 +86,14 @@ def test_printed_hamiltonian_is_another_problem():
     assert still == pytest.approx(at(RESTING, 0.5, 0), rel=1e-15)  # the same without rotation
 
 
+def test_general_body_turns_by_its_i_y():
+    """The source's I_x in place of I_y is correct for a symmetric body only."""
+    moments = {"inertia_y": STEEL.inertia_y + 0.03}
+    pendulum = replace(TURNING, body=replace(STEEL, **moments))
+    assert at(pendulum, 0.5, 0) == pytest.approx(19.729448, abs=5e-7)
+    assert at(TURNING, 0.5, 0) == pytest.approx(19.655093, abs=5e-7)
+
+
 def test_coefficients_are_those_of_the_independent_derivation():
     """The closed form and 40-digit quadrature start from the same doubles."""
     for _, pendulum in pendulums(110, seed=7):

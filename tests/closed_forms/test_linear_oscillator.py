@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
 DIGITS = 60
 TIMES = np.concatenate([np.linspace(0.0, 50.0, 26), 10.0 ** np.linspace(-9.0, 0.9, 20)])
@@ -130,3 +131,14 @@ def test_a_coefficient_error_of_1e_9_is_detected(name, field, off):
     wrong = replace(right, **{field: getattr(right, field) + off})
     x, y = (oscillator.motion(0.7, -0.4, TIMES)[0] for oscillator in (wrong, right))
     assert np.abs(x - y).max() > 1e4 * ROUNDING * np.abs(y).max()
+
+
+@pytest.mark.parametrize("name", ["underdamped", "forced", "resonance", "overdamped"])
+def test_two_integrations_agree_with_the_closed_form(name):
+    oscillator, times = OSCILLATORS[name], np.linspace(0.0, 50.0, 201)
+    motion = DrivenMotion(oscillator.rotor, 0.7, -0.4)
+    assert motion.closed_form == oscillator
+    allowed = motion.uncertainty(times)["theta"] + motion.certified.uncertainty(times)["theta"]
+    gaps = np.abs(motion.observe(times)["theta"] - motion.certified.observe(times)["theta"])
+    assert (gaps <= allowed).all()
+    assert allowed.max() < 1e-11

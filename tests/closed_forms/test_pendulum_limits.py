@@ -106,6 +106,15 @@ def test_time_of_an_angle(index):
     assert np.isnan(motion.time_at(theta[:1] - 7.0 * np.sign(pendulum.theta_dot or 1.0))).all()
 
 
+def test_momentum_and_phase():
+    motion = replace(STEEL, theta_dot=-37.0).motion
+    times = np.linspace(0.0, 0.5, 300)
+    theta, theta_dot = motion.state(times)
+    assert motion.momentum(theta) == pytest.approx(motion.inertia * theta_dot, rel=1e-13)
+    assert motion.phase(np.array([motion.period])) == pytest.approx(2 * math.pi, rel=1e-15)
+    assert np.isnan(replace(STEEL, theta_dot=5.0).motion.momentum(np.array([math.pi]))).all()
+
+
 INPUTS = ("a", "b", "c", "inertia", "theta", "theta_dot")
 
 

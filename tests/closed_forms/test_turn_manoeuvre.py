@@ -51,6 +51,20 @@ def test_the_exact_motion_turns_by_the_check_values(epsilon, printed):
     assert exact(turn_of(CHECK, 0.12, epsilon))[0][2] == pytest.approx(printed, abs=2e-10)
 
 
+def test_the_parameters_are_the_sources():
+    turn, reduced = turn_of(CHECK, 0.12, 0.1), 0.3 / 1.3 * 0.12**2
+    bound = (0.2 + 0.3 / 1.3 * 0.12) * 0.3 * 9.81 * 1.3 / (0.02 + reduced)
+    wanted = {
+        "inertia_ratio": reduced / (0.02 + reduced),
+        "friction_bound": bound,
+        "characteristic_time": bound**-0.5,
+        "epsilon": 0.1,
+        "body_angle": -1.0,
+        "drive_ratio": 0.1**2 * turn.inertia_ratio * turn.angular_acceleration / bound,
+    }
+    assert {name: getattr(turn, name) for name in wanted} == pytest.approx(wanted, rel=1e-14)
+
+
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize("number", range(len(TURNS)))
 def test_the_error_of_the_corrected_pose_is_of_higher_order(number):
@@ -81,6 +95,17 @@ def test_every_coefficient_of_the_pose_is_right(number):
         seen = (found - numbers(turn.leading_pose)) / turn.half_time**2
         size = np.abs(numbers(coefficients)).max()
         np.testing.assert_allclose(seen, numbers(coefficients), rtol=0, atol=1e-3 * size)
+
+
+def test_without_friction_the_formula_is_exact():
+    """Eq. 31 at every time, and C circling the combined centre."""
+    turn = TurnManoeuvre(replace(CHECK, friction=1e-14), 0.12, 900.0, 0.05, 0.3)
+    motion = three_point_motion(turn.capsule, turn.path)
+    times = np.linspace(0.0, 0.12, 25)
+    at = motion.at(times)
+    np.testing.assert_allclose(at.heading, turn.body_angles(times), rtol=0, atol=1e-13)
+    pose = numbers(turn.leading_pose)
+    np.testing.assert_allclose([*at.position[-1], at.heading[-1]], pose, rtol=0, atol=1e-13)
 
 
 def test_a_small_turn_below_the_friction_limit_turns_nothing():

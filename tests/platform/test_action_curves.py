@@ -52,6 +52,12 @@ def test_period_and_action_against_40_digits(name):
     assert branch.rates == pytest.approx(2 * np.pi / branch.periods)
 
 
+def test_one_well_and_a_simple_pendulum():
+    rest = branches(TrigonometricPotential(0.0, 0.0, 9.8), 1.0, 40.0)
+    assert [b.name for b in rest] == ["in the well", "rotation"]
+    assert rest[0].periods[0] == pytest.approx(2 * math.pi / math.sqrt(9.8), rel=1e-5)
+
+
 @pytest.mark.parametrize("theta", [0.1, 1.5, 3.0, 6.0])
 def test_time_over_angle_against_40_digits(theta):
     tilted = replace(TURNING, body=replace(STEEL, inertia_yz=0.02))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.analytic.systems.platform_energy import energies
+from plumbob.analytic.systems.platform_energy import drive_torque, energies
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole
 from plumbob.tests.support.cone_scene import MJCF
 
@@ -62,3 +62,20 @@ def test_the_parts_are_those_of_the_source():
     turning = STEEL.inertia_x * 4.0 + (STEEL.inertia_y + 0.01) * y_rate**2
     turning += STEEL.inertia_z * z_rate**2 + 2 * 0.015 * y_rate * z_rate
     assert found.rotation[0] == pytest.approx(turning / 2)
+
+
+@pytest.mark.parametrize("pendulum", [TURNING, SKEW])
+def test_the_torque_of_the_drive_is_the_rate_of_the_angular_momentum(pendulum):
+    h = 1e-4  # [s]: the next term of the difference is h^4/30 times a fifth derivative, 1e-9 here
+    torque = drive_torque(pendulum, *pendulum.reference.state(TIMES[1:-1]))
+    one, two, four, five = (
+        energies(pendulum, *pendulum.reference.state(TIMES[1:-1] + k * h)).angular_momentum
+        for k in (-2, -1, 1, 2)
+    )
+    rate = (one - 8 * two + 8 * four - five) / (12 * h)
+    largest = float(np.abs(torque).max())
+    assert np.abs(torque - rate).max() <= 1e-6 * largest
+    slower = drive_torque(
+        replace(pendulum, platform_rate=26.0 * (1 - 1e-5)), *pendulum.reference.state(TIMES[1:-1])
+    )
+    assert np.abs(slower - rate).max() > 3e-6 * largest

@@ -58,3 +58,10 @@ def test_equilibria_and_potential_against_40_digits(name):
         assert (found.kind == "centre") == (curvature > 0.0)
         rate = math.sqrt(abs(curvature) / pendulum.body.inertia_x)
         assert found.rate == pytest.approx(rate, rel=1e-12)
+
+
+def test_without_a_product_nothing_is_tilted():
+    assert TURNING.tilt == 0.0 == TURNING.potential_offset
+    assert TURNING.reference is TURNING.motion
+    still = replace(posed("rotation"), platform_rate=0.0)
+    assert still.tilt == 0.0

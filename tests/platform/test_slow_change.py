@@ -37,7 +37,7 @@ import pytest
 from plumbob.analytic.errors.contact_models.driven_platform import drive_error
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.analytic.systems.pendulums.harmonics import coefficients
+from plumbob.analytic.systems.pendulums.harmonics import coefficients, needed, scale
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.slow_change import DampedRotation, action_and_phase
 
@@ -72,6 +72,15 @@ def test_the_action_falls_exponentially_and_the_phase_follows():
         assert abs(missed) > 1e-3 > 2 * abs(offs[-1])
         assert abs(phase - wrong.phase(duration)) > 2 * abs(gaps[-1])
     assert gaps[0] == pytest.approx(gaps[1], rel=0.05)  # of order 1: the same for half the damping
+
+
+def test_action_and_phase_of_an_undamped_state():
+    motion = PendulumMotion(POTENTIAL, INERTIA, 0.0, 60.0)
+    times = np.array([0.03, 1.234])
+    for time, theta, rate in zip(times, *motion.state(times), strict=True):
+        action, phase = action_and_phase(POTENTIAL, INERTIA, float(theta), float(rate))
+        assert action == pytest.approx(motion.action, rel=1e-13)
+        assert phase == pytest.approx(float(motion.phase(time)), rel=1e-12)
 
 
 # For the drive's rate [1/s]: theta [rad] and the platform's rate [rad/s] at 1 s, of a platform of
@@ -117,3 +126,18 @@ def test_coefficients_of_the_simple_pendulum():
     for n in (1, 3, 5, 7):
         assert found[n - 1] == pytest.approx(8 * nome ** (n / 2) / (n * (1 + nome**n)), rel=1e-11)
     assert (found[1:8:2] < 1e-13).all()
+
+
+@pytest.mark.parametrize("speed", [37.0, 60.0])
+def test_so_many_harmonics_are_enough_and_one_less_is_not(speed):
+    motion = PendulumMotion(POTENTIAL, INERTIA, 0.0, speed)
+    times = motion.period * np.linspace(0.0, 1.0, 800, endpoint=False)
+    theta = motion.state(times)[0] - motion.mean_rate * times
+    series = np.fft.rfft(theta) / len(times)
+    sizes = coefficients(motion)
+    for accuracy, count in zip((1e-3, 1e-6, 1e-9), needed(motion, (1e-3, 1e-6, 1e-9)), strict=True):
+        kept = np.where(np.arange(len(series)) <= count, series, 0.0)
+        left = np.abs(np.fft.irfft(kept, len(times)) * len(times) - theta).max()
+        assert left <= accuracy * scale(motion)
+        assert sizes[count - 1 :].sum() > accuracy
+    assert needed(motion, (1e-12,))[0] > needed(motion, (1e-3,))[0]

@@ -13,6 +13,7 @@ from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.capsule_line import (
     displacement,
     drive,
+    fidelity,
     source,
     source_text,
     tipping,
@@ -69,6 +70,14 @@ def test_errors_are_the_sawtooth_of_the_step():
             assert 0.99 < error / predicted < most
     assert min(errors["mujoco/euler"]) > 0.02
     assert displacement.errors(nothing()) is None
+
+
+def test_heights():
+    heights = numbers_of(fidelity.HEIGHTS)
+    assert heights.shift == pytest.approx(1.2, abs=0.05)
+    coarse, fine = heights.changes
+    assert coarse < 3e-4
+    assert fine < 4e-6
 
 
 def test_a_brake_beyond_the_limit_turns_the_body_round():

@@ -11,7 +11,9 @@ from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.cone_pendulum import (
     action_phase,
     drive_work,
+    equilibria,
     generating_solution,
+    hamiltonian,
     source_claims,
     source_figures,
     source_text,
@@ -23,6 +25,15 @@ from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, made, nothing, numbers_of
 
 
+def test_finding_printed_hamiltonian():
+    found = numbers_of(hamiltonian.PRINTED)
+    # Difference between Sudakov's eqs. 7 and 9 at 0.5 s, integrated with 40 digits.
+    assert found.gap == pytest.approx(6.27, abs=5e-3)
+    assert len(found.runs) == 2
+    assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    assert found.runs["mujoco"].correct_varies < 1e-8 < 1000.0 < found.runs["mujoco"].printed_varies
+
+
 def test_figures_of_the_source_begin_at_the_start():
     numbers = numbers_of(source_figures.GALLERIES)
     _, turning = written(source_figures.TEMPLATE, plain(numbers))
@@ -31,6 +42,21 @@ def test_figures_of_the_source_begin_at_the_start():
     assert speed.traces[0]["y"][0] == pytest.approx(problem.theta_dot, rel=1e-3)
     moment = problem.body.inertia_x * problem.theta_dot
     assert momentum.traces[0]["y"][0] == pytest.approx(moment, rel=1e-3)
+
+
+def test_finding_inertia():
+    found = numbers_of(symmetry.INERTIA)
+    theta = [found.exact, found.without, found.runs["mujoco"]]
+    assert theta == pytest.approx([19.729448, 19.655093, 19.729448], abs=1e-6)
+
+
+def test_finding_symmetry():
+    found = numbers_of(symmetry.PRODUCT_OF_INERTIA)
+    assert found.moved == pytest.approx(-0.00513060, rel=1e-3)
+    assert len(found.gaps) == 3
+    assert found.worst < 1e-11  # the errors of RK4 at 1e-4 and DOP853 at 1e-13
+    # the pivot along and above the axis does not matter
+    assert found.carried < 1e-11
 
 
 def test_claims_in_numbers():
@@ -71,6 +97,15 @@ def test_finding_action_and_phase():
         # RK4 at 2e-4 s, and a cubic between 160 samples a period: (2 pi/160)^4/384, relative
         assert start.measured == pytest.approx(start.period, rel=1e-8)
         assert start.drift < 1e-9
+
+
+def test_finding_equilibria():
+    numbers = numbers_of(equilibria.EQUILIBRIA)
+    assert (numbers.fork, numbers.node) == pytest.approx((6.44823, 11.2938), abs=5e-5)
+    assert len(numbers.centres) == 15
+    assert numbers.largest_gap < 1e-6  # the amplitude's
+    near, far = (equilibria.still(0.0, rate).equilibria[0].rate for rate in (8.0, 8.001))
+    assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
 
 @pytest.mark.long

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
@@ -16,6 +17,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import measurements
+from plumbob.reports.analyses.analysis import plain
 from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
     bob,
@@ -25,7 +27,8 @@ from plumbob.reports.analyses.simple_pendulum import (
     orders,
     tension,
 )
-from plumbob.tests.support.declared import finding, made, nothing
+from plumbob.reports.view.finding_text import written
+from plumbob.tests.support.declared import declared, finding, made, nothing
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
@@ -91,6 +94,47 @@ def test_errors_are_the_largest_of_all_steps(label, name):
         # case 3, where the error oscillates at twice the rate of its rotation: 1.2e-4 of it
         assert found == pytest.approx(error, rel=2e-4)
         assert predicted == pytest.approx(error, rel=1e-6)
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(
+    ("name", "rate", "turns"), [("slow", 200, 28.5536), ("fast", 500, 73.0428)]
+)
+def test_turns_are_counted_from_the_start(name, rate, turns):
+    solved = solve_ivp(
+        lambda t, x: [x[1], -9.8 * math.sin(x[0])],
+        (0.0, 50.0),
+        [math.radians(-120), math.radians(rate)],
+        "DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    gone = (solved.y[0, -1] - solved.y[0, 0]) / math.tau
+    assert gone == pytest.approx(turns, abs=5e-5)
+    assert claims.rotation(f"rotating-{name}").turns == pytest.approx(gone, abs=1e-6)
+    said = " ".join(one.ours for one in finding(claims.CLAIMS, study()).statements)
+    assert f"{turns:.2f} turns in 50 s" in said
+
+
+@pytest.mark.long
+def test_every_case_has_its_plots():
+    motions = plain(notebook.cases(study()))
+    galleries = written(notebook.CASE_MOTIONS.template, motions)
+    assert [gallery.title.split(":")[0] for gallery in galleries] == [
+        f"Case {n} of the notebook" for n in range(1, 8)
+    ]
+    for gallery in galleries:
+        for figure in gallery.figures:
+            names = [trace["name"] for trace in figure.traces]
+            assert names == ["non-linear, exact", "RK4", "linear, exact", "RK4"]
+            spread = [abs(v) for v in figure.traces[0]["y"] if v is not None]
+            assert max(spread) > 0.1
+        over_time, plane = gallery.figures
+        assert over_time.traces[0]["x"][-1] == 50.0
+        assert plane.traces[0]["x"][0] == over_time.traces[0]["y"][0]
+    # degrees: the start of case 2, and all the turns of case 4
+    assert galleries[1].figures[0].traces[0]["y"][0] == pytest.approx(-120.0)
+    assert max(galleries[3].figures[0].traces[0]["y"]) > 360.0 * 50.0
 
 
 def test_a_held_control_costs_orders():
@@ -177,6 +221,18 @@ def test_the_equation_is_that_of_mujoco_s_multibody_model():
     error, step = finest
     assert step == 5e-3
     assert error < 1e-6
+
+
+def test_the_bob_in_the_plane():
+    found = bob.numbers(declared(nothing(), bob.requests))
+    distances = {case.label: case for case in found.distances}
+    assert distances["1"].parted is distances["5"].parted is None
+    assert distances["2"].largest == pytest.approx(2.0, rel=0.01)  # opposite ends of a diameter
+    x, y = found.paths[0]
+    assert x[0] == pytest.approx(-math.sin(math.radians(120)))
+    assert y[0] == pytest.approx(0.5)
+    # within three periods of 2.76 s, as the summary says
+    assert bob.distances(notebook.FINE[:3320], "free-large").max() > 1.9
 
 
 def test_an_accelerometer_at_the_bob_reads_the_notebooks_acceleration_less_gravity():

@@ -74,6 +74,15 @@ def test_the_course_of_a_turn():
     assert [len(plot.traces) for plot in finding(course.COURSE, nothing()).figures] == [3, 3, 2]
 
 
+def test_the_leading_path_is_the_motion_without_friction():
+    """At epsilon 0.01 friction moves C by 1e-4 of its way or less; at 0.3 by 2 % or more."""
+    phases = np.linspace(0.0, 2.0, 41)
+    for epsilon, low, high in ((0.01, 0.0, 1e-4), (0.3, 0.02, 1.0)):
+        _, place = course.exact_course(epsilon, phases)
+        off = np.abs(place - course.leading_path(turn(epsilon), phases)).max()
+        assert low * np.abs(place).max() < off < high * np.abs(place).max()
+
+
 def test_what_else_the_source_says_of_turns():
     numbers = source_text.numbers(nothing())
     verdicts = {s.verdict for s in finding(source_text.SOURCE, nothing()).statements}

@@ -94,6 +94,26 @@ def test_every_pose_is_reached_at_rest_within_the_limits(name, track):
             assert track == "free" or stroke <= limits.radius * (1.0 + 1e-12)
 
 
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(("name", "track"), CASES)
+def test_the_body_rests_between_manoeuvres_and_in_slow_ones(name, track):
+    made = planned(name, track)
+    kinds = np.array([one.kind for one in made.manoeuvres])
+    resting, slow = kinds != "wait", kinds == "slow"
+    before = made.motion.at(np.array([one.start for one in made.manoeuvres]))
+    after = made.motion.at(made.ends)
+    # A start is rounded by several ulp of the duration, and the body then accelerates at some 1e3
+    # rad/s^2 or m/s^2.
+    still = 5e3 * np.spacing(made.duration)
+    for change in (
+        before.velocity[resting],
+        before.angular_velocity[resting],
+        (after.position - before.position)[slow],
+        (after.heading - before.heading)[slow],
+    ):
+        assert np.abs(change).max() <= still
+
+
 def parts_of_curve(made, place):
     """For each `place` of the slider, complex, without the track's own words: whether it is on the
     first line (0), the circle (1) or the second line (2), and the direction of the curve there."""
@@ -108,6 +128,19 @@ def parts_of_curve(made, place):
     assert (on_circle | on_line[0] | on_line[1]).all()
     part = np.where(on_circle, 1, np.where(on_line[0], 0, 2))
     return part, np.select([part == 0, part == 1], [lines[0], 1j * place / radius], lines[1])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", PLACES)
+def test_the_curve_has_one_degree_of_freedom(name):
+    made = planned(name, "curve")
+    times = np.linspace(0.0, made.duration, 4001)
+    place, velocity = (xy @ [1.0, 1.0j] for xy in made.path.kinematics(times)[:2])
+    part, direction = parts_of_curve(made, place)
+    assert np.abs((velocity / direction).imag).max() <= 1e-11
+    # The lines are joined by the arc only, though both lead to C.
+    away = part[np.abs(place) > 1e-3]
+    assert np.abs(np.diff(away)).max() <= 1
 
 
 PAIRS = tuple(itertools.product(((1, 2), (2, 3), (3, 1)), ("shorter", "longer")))
