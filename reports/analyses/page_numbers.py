@@ -1,4 +1,4 @@
-"""Records of a study for its pages: verdicts, exact motions, sensitivities and advice."""
+"""Records of a study for its pages: verdicts, exact motions and advice."""
 
 from __future__ import annotations
 
@@ -21,9 +21,7 @@ from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.advice.work_precision import points
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing
-from plumbob.reports.judge.smallest_change import Sensitivities, parameters_of
 from plumbob.reports.judge.study_verdicts import Judgements
-from plumbob.reports.judge.tightness import slacks, tightness
 from plumbob.reports.judge.tolerance import exceeded
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view.records import (
@@ -33,7 +31,6 @@ from plumbob.reports.view.records import (
     PairVerdict,
     RunVerdict,
     SceneRecord,
-    Sensitivity,
     StudyRecord,
     SystemRecord,
 )
@@ -53,7 +50,6 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
         tuple(_system(system) for system in systems),
         {name: png for system in systems for name, png in _picture(system).items()},
         _settings({method.engine for method in study.methods}),
-        tightness(slacks(study, judged)),
         user_results(study, judged),
     )
 
@@ -66,18 +62,17 @@ def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
         {c.method: verdict_on(study, c, judged) for c in series},
         tuple(from_study(study, scene, e, judged) for e, _ in ERRORS) if study.costs else (),
         points(study, scene.name),
-        _exact(study, judged, scene) if held or not system_of(scene).distribution else None,
+        _exact(study, scene) if held or not system_of(scene).distribution else None,
     )
 
 
-def _exact(study: Study, judged: Judgements, scene: Scene) -> ExactRecord:
+def _exact(study: Study, scene: Scene) -> ExactRecord:
     case = case_of(scene)
     facts = case.system.facts(case.problem)
     return ExactRecord(
         _motion(case, facts.get("period") or np.inf),
         {n: v for n, v in facts.items() if isinstance(v, (int, float, str)) and v != ""},
         replay(study, scene),
-        _sensitivity(study, scene, judged),
     )
 
 
@@ -127,20 +122,6 @@ def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, 
     error, held = run.errors[name], judged.tolerances[name]
     why = exceeded(run, name, held, units) or ""
     return Budget(name, error.largest, held, error.predicted is not None, why)
-
-
-def _sensitivity(study: Study, scene: Scene, judged: Judgements) -> Sensitivity | None:
-    """None where no verdict is `predicted`, or nothing can be changed."""
-    series = [c for c in study.convergence if c.scene == scene.name]
-    passed = [c for c in series if judged[c.scene, c.method].whole.verdict == "predicted"]
-    sensitivities = Sensitivities(scene)
-    if not passed or not sensitivities.slopes:
-        return None
-    numbers = parameters_of(scene)
-    return Sensitivity(
-        {name: numbers[name].value for name in sensitivities.slopes},
-        {c.method: sensitivities.noticed(c, judged[c.scene, c.method]) for c in passed},
-    )
 
 
 def _motion(case: Case, period: float) -> Motion:

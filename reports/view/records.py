@@ -16,7 +16,6 @@ from plumbob.reports.advice.recommend import Recommendation
 from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.advice.work_precision import Point
 from plumbob.reports.judge.expectations import Standing
-from plumbob.reports.judge.tightness import Noticed, Tightness
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
 
@@ -109,14 +108,6 @@ Verdicts = Mapping[tuple[str, str], PairVerdict]  # by scene and method
 
 
 @dataclass(frozen=True)
-class Sensitivity:
-    """The smallest change of each parameter that each verdict would notice."""
-
-    parameters: Mapping[str, float]  # by label
-    noticed: Mapping[str, Mapping[str, Noticed]]  # by method, and label
-
-
-@dataclass(frozen=True)
 class Motion:
     """Samples of a scene's exact motion: the leading observable, and the second one, if any."""
 
@@ -132,7 +123,6 @@ class ExactRecord:
     motion: Motion
     facts: Mapping[str, Any]  # exactly known: numbers and texts
     replay: Replay
-    sensitivity: Sensitivity | None  # None where no verdict is `predicted`
 
 
 @dataclass(frozen=True)
@@ -164,7 +154,6 @@ class StudyRecord:
     systems: tuple[SystemRecord, ...]
     pictures: Mapping[str, str]  # PNG in base64 by the file's name
     settings: Mapping[str, Settings]  # to copy, by method
-    tightness: tuple[Tightness, ...]
     user: tuple[UserResult, ...]
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, Recommendation
-from plumbob.reports.judge.tightness import ROUND_OFFS, Tightness
 from plumbob.reports.view.content import Finding, Table
 from plumbob.reports.view.sources import listed
 from plumbob.reports.view.tables import table, table_or_none
@@ -60,13 +59,3 @@ def every_statement(findings: Sequence[Finding]) -> Table:
     or why it cannot be."""
     titles = {finding.name: finding.title for finding in findings}
     return table("every_statement", rows=listed(), titles=titles)
-
-
-def tightness_tables(every: Sequence[Tightness]) -> tuple[Table, ...]:
-    """How tight the tolerances of each method are: a table of methods whose error is predicted, and
-    one of those whose error has a bound alone."""
-    both = (
-        table_or_none("tightness", every=every, bound_only=bound_only, round_offs=ROUND_OFFS)
-        for bound_only in (False, True)
-    )
-    return tuple(filter(None, both))

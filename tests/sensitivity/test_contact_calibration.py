@@ -15,7 +15,7 @@ from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.mujoco_capsule import LOADS, METHODS
 
 QUASI_STATIC, OVERSHOOT = "QUASI_STATIC_FACTOR", "OVERSHOOT_FACTOR"
-LOOSE = {"line": 15.0, "turn": 8.0}  # as in the tests of tightness
+LOOSE = {"line": 15.0, "turn": 8.0}
 LINE = ("capsule-line/at-123", "rk4+coulomb", 1e-3)
 OFF_CENTROID = ("capsule-line/off-centroid", "euler+coulomb", 1e-3)
 TURNS = tuple((f"capsule-turn/{ratio}", "euler+coulomb", 100) for ratio in (0.3, 0.1, 0.03))

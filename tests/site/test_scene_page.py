@@ -25,7 +25,7 @@ def _study(default, rk4):
 def _parts(study):
     """The record of the scene, and its errors by method."""
     record = scene_record(study, judge_study(study), study.scenes[0])
-    records = Records(StudyRecord((), {}, {}, (), ()), {SCENE: record})
+    records = Records(StudyRecord((), {}, {}, ()), {SCENE: record})
     return record, {name: of for (_, name), of in matrix.every_pair(study, records).items()}
 
 

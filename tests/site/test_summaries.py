@@ -1,4 +1,4 @@
-"""The pages of engines, sources and tolerances begin with sums of what they list."""
+"""The pages of engines and sources begin with sums of what they list."""
 
 import html
 import re
@@ -26,15 +26,6 @@ def test_statements_of_the_sources_are_counted(index, shown):
         f"{counted['holds']} statements hold, {wrong} do not: {counted['corrected']} are corrected "
         f"and {counted['refuted']} refuted. {counted['extended']} go further"
     )
-
-
-def test_tolerances_are_counted(index, shown):
-    every = shown.common["tight"]
-    for bound_only in (False, True):
-        held = [of.held for of in every if of.bound_only is bound_only]
-        assert not held or f"{sum(held):,} errors of {len(held)} method" in _lead(
-            index, "tolerances"
-        )
 
 
 @pytest.mark.parametrize("meaning", ["predicted", "converges", "limit", "unexpected"])

@@ -5,14 +5,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
 import pytest
 
-from plumbob.models.registry import system_of
 from plumbob.reports.analyses import analyses_of, requests
 from plumbob.reports.analyses.capsule_plan import legs
 from plumbob.reports.analyses.capsule_plan.plans import plan_of
-from plumbob.reports.judge.smallest_change import Sensitivities, parameters_of
 from plumbob.reports.view.finding_text import findings_of
 from plumbob.reports.view.site.writing import content
 from plumbob.tests.sharing.shared import shared
@@ -61,17 +58,7 @@ def small():
 
 @cache
 def _whole():
-    """Without the exact motions of every changed parameter, which take half of the time."""
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(Sensitivities, "slopes", property(_even))
-        return shared("whole-pages", lambda: _shown(study()))
-
-
-def _even(sensitivities):
-    """Slopes that are as invented as the study: 1 for every parameter and observable."""
-    scene = sensitivities.scene
-    ones = {observable.name: np.ones(1) for observable in system_of(scene).observables}
-    return dict.fromkeys(parameters_of(scene), ones)
+    return shared("whole-pages", lambda: _shown(study()))
 
 
 def _shown(study):

@@ -30,7 +30,7 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.reports.view.site.claims import formed, galleries
 from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
-from plumbob.reports.view.tables import table, table_or_none
+from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
 
@@ -81,7 +81,6 @@ def scene_view(
     at_first = _at_first(record, [methods[name] for name in ran])
     observables, ranges = study.observables(scene.name), step_ranges(study, scene)
     cells = {name: of for (where, name), of in every.items() if where == scene.name}
-    noticed = exact.sensitivity
     tables_below = (
         top_tables.scene_recommendations(record.recommendations),
         scene_tables.orders(convergence, methods),
@@ -90,8 +89,6 @@ def scene_view(
         scene_tables.cost(convergence, costs, methods),
         scene_tables.budgets(observables, convergence, judged, methods),
         scene_tables.every_run(observables, convergence, judged, methods),
-        noticed
-        and table("sensitivity", noticed=noticed, verdicts=record.verdicts, methods=methods),
         scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
     looks = styles(study.methods)

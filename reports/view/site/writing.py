@@ -42,7 +42,6 @@ BESIDE = MappingProxyType(
         OF_ENGINES: "on_engines",
         "cheapest": "advice",
         "sources": "sources",
-        "tolerances": "tightness",
         "glossary": "terms",
     }
 )  # pages that belong to no system, by name, with what they are there for
@@ -200,8 +199,6 @@ def _common(
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
         "every_statement": top_tables.every_statement(findings),
-        "tightness": top_tables.tightness_tables(records.study.tightness),
-        "tight": records.study.tightness,
         "styles": styles(study.methods),
         "dashes": dict(DASHES),
         "provenance": study.provenance,
