@@ -22,7 +22,7 @@ from plumbob.reports.analyses.cone_pendulum import (
 )
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, made, nothing, numbers_of
+from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 
 
 def test_finding_printed_hamiltonian():
@@ -72,16 +72,12 @@ def test_claims_in_numbers():
 
 
 def test_finding_uniformity():
-    """Three verdicts, MuJoCo beside the closed form, and maps that agree with it."""
+    """Three verdicts, and maps that agree with them."""
     measures = numbers_of(uniformity.UNIFORMITY)
     assert not measures.shrinks
     still, better, *_ = measures.points
     assert better.exact.deviation < still.exact.deviation
     assert better.exact.near > still.exact.near
-    for point in measures.points:
-        # a recorded turn ends within a step of its period, 1e-3 of it, and has 500 samples
-        for name, exact in vars(point.exact).items():
-            assert getattr(point.measured, name) == pytest.approx(exact, rel=2e-3, abs=2e-3)
     for each in measures.maps:
         assert np.nanmin(each.spread) > 1 - 1e-12
         assert each.deviation[:, 0] == pytest.approx(1.0, rel=1e-12)  # at rest
@@ -108,13 +104,8 @@ def test_finding_equilibria():
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
 
-@pytest.mark.long
 def test_finding_generating_solution():
     solutions = numbers_of(generating_solution.GENERATING_SOLUTION)
-    longer = generating_solution.averaged(made(generating_solution.damped(130.0)))
-    assert solutions.damped.gap / longer.gap == pytest.approx(2.0, rel=0.3)  # of the order of xi
-    assert solutions.damped.phase_gap == pytest.approx(longer.phase_gap, rel=0.05)  # of order 1
-    assert abs(longer.phase_gap) < 0.1
     for drive in solutions.drives:
         assert abs(drive.gap) < 1.0 / drive.inertia  # the next order: J/A, J at most 1.68 kg m^2
 

@@ -12,9 +12,7 @@ from scipy.integrate import solve_ivp
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.runner import run_study
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import measurements
 from plumbob.reports.analyses.analysis import plain
@@ -22,13 +20,11 @@ from plumbob.reports.analyses.simple_pendulum import (
     SECTION,
     bob,
     claims,
-    energy,
     notebook,
     orders,
-    tension,
 )
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, made, nothing
+from plumbob.tests.support.declared import declared, finding, nothing
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
@@ -150,37 +146,6 @@ def test_a_held_control_costs_orders():
     }
     assert slopes == pytest.approx(wanted, abs=0.05)  # higher terms at these steps
     assert slopes == pytest.approx(predicted, abs=2e-3)
-
-
-def loss(method, step):
-    """Rate [J/s] at which a joint loses energy, at any step [s]."""
-    run = made(ExtraRun(energy.SCENE, method, step, energy.LOSS_SPAN))
-    assert isinstance(run, Trajectory)
-    return energy.loss_rate(run)
-
-
-def test_energy_is_bounded_drifts_or_is_lost():
-    found = energy.numbers(study())
-    assert found.bounded == [*energy.SYMPLECTIC, "pymunk/tight"]
-    rk4 = found.drifts["ode/rk4"]
-    # a line through whole periods and a part of one: after 18 of them 0.3 % of the ripple remain
-    assert rk4.rate == pytest.approx(rk4.predicted, rel=5e-3)
-    for method in energy.JOINTED:
-        assert energy.predicted_loss(method, 1e-3) == pytest.approx(loss(method, 1e-3), abs=1e-6)
-    (joint,) = (of for of in found.losses if (of.method, of.step) == ("pymunk/default", 1e-3))
-    run = made(ExtraRun(energy.SCENE, "pymunk/default", 1e-3, energy.LOSS_SPAN))
-    energies = run.observables["theta_dot"] ** 2 / 2 - 9.8 * np.cos(run.observables["theta"])
-    first, last = np.interp([2.7555, 3 * 2.7555], run.times, energies)  # of swings of 2.7555 s
-    assert joint.rate == pytest.approx((last - first) / (2 * 2.7555), rel=1e-4)
-    cube = loss("pymunk/tight", 4e-3) / loss("pymunk/tight", 2e-3)
-    assert math.log2(cube) == pytest.approx(3.0, abs=0.1)
-
-
-def test_tension_of_the_rod():
-    for run in tension.numbers(study()).runs:
-        assert run.beside < 1e-13 if run.has_sensor else run.beside > 1e-3
-        if run.method == "pymunk/tight":
-            assert run.left < 0.1 * run.beside  # the delay is the stated one
 
 
 def test_the_notebooks_statements():

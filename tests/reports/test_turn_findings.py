@@ -4,22 +4,14 @@ import numpy as np
 import pytest
 
 from plumbob.reports.analyses.capsule_turn import (
-    body_angle,
     course,
     exact_motion,
     left_over,
     source_text,
 )
-from plumbob.reports.analyses.capsule_turn.turns import requests, turn
+from plumbob.reports.analyses.capsule_turn.turns import turn
 from plumbob.reports.analyses.measurements import problem
-from plumbob.tests.support.declared import declared, finding, measured, nothing
-
-EULER, FEET, DEFAULT = "mujoco/euler+coulomb", "pymunk/feet", "mujoco/euler"
-
-
-def study(scene, methods, *steps):
-    """A scene with some methods at a few steps, and the runs that findings on turns declare."""
-    return declared(measured(scene, methods, *steps), requests)
+from plumbob.tests.support.declared import finding, nothing
 
 
 def test_second_order_of_the_formula():
@@ -35,23 +27,6 @@ def test_second_order_of_the_formula():
     # a fourth order with a logarithm, whose factor theory has as -2.3733 (analytic/README.md)
     assert 3.6 < found.corrected.slopes["rest"] < 3.9
     assert found.factor == pytest.approx(-2.3733, rel=2e-3)
-
-
-@pytest.mark.long
-def test_angle_and_the_required_accuracy():
-    given = study("capsule-turn/0.3", (EULER,))
-    found = body_angle.angles(given)
-    good = {(e.epsilon, e.method): e.largest <= found.asked for e in found.errors}
-    for epsilon in (0.3, 0.03):
-        assert good[epsilon, "mujoco/rk4+coulomb"]
-        assert good[epsilon, FEET]
-        assert not good[epsilon, EULER]
-        assert not good[epsilon, DEFAULT]
-    for plot in finding(body_angle.ANGLE, given).figures:
-        # two formulas, four methods
-        names = [str(trace["name"]) for trace in plot.traces]
-        assert sum("slope" in name for name in names) == 2
-        assert {EULER, FEET, DEFAULT} <= set(names)
 
 
 def test_what_a_turn_leaves_at_its_stop():

@@ -42,8 +42,6 @@ COMPUTED = (  # from the sources and the exact motions alone: no figure of their
     "notebook-bob",
 )
 MEASURED = (
-    "capsule-stopping-distance",
-    "capsule-stiction-drift",
     "capsule-misprints",
     "capsule-any-line",
     "capsule-line-source",
@@ -56,7 +54,6 @@ MEASURED = (
     "capsule-momentum",
     "capsule-plan-open-loop",
     "capsule-train-total",
-    "capsule-turn-angle",
     "printed-hamiltonian",
     "inertia-y",
     "no-symmetry",
@@ -64,7 +61,6 @@ MEASURED = (
     "drive-work",
     "generating-solution",
     "bouncing-ball-restitution",
-    "free-body-rk4-second-order",
     "gradients",
     "gradients-through-contact",
     "largest-steps",
@@ -72,8 +68,6 @@ MEASURED = (
     "model-readers",
     "notebook-rk4",
     "held-control",
-    "pendulum-energy",
-    "rod-tension",
 )
 UNITED = 0.5  # every error of a spoiled study, at every step
 FAR = 0.7  # by how much its recordings depart by their end, in SI

@@ -59,19 +59,6 @@ def of_motion(motion: PendulumMotion) -> Uniformity:
     )
 
 
-def of_samples(times: Array, rates: Array) -> Uniformity:
-    """Measures of a recorded turn from `times` [s] and `rates` [rad/s], shape (n,), the first of
-    which is the start's."""
-    dense = np.linspace(times[0], times[-1], SAMPLES)
-    between = np.interp(dense, times, rates)
-    mean, square = (float(np.mean(between**power)) for power in (1, 2))
-    return Uniformity(
-        np.asarray(np.ptp(rates) / abs(rates[0])),
-        np.sqrt(np.asarray(max(square - mean**2, 0.0))) / abs(mean),
-        np.asarray(np.mean(np.abs(between / rates[0] - 1.0) <= NEAR)),
-    )
-
-
 def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
     """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
     coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""

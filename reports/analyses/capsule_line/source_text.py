@@ -19,6 +19,7 @@ from plumbob.reports.analyses.measurements import LINE, measured_error, problem
 CONTACTS = ("mujoco/euler", "mujoco/euler+coulomb")  # default and convergent
 STEP = 1e-3  # [s]
 THRESHOLD = "capsule-line/w1-threshold"
+COAST, SPIN = "capsule-coast/translation", "capsule-coast/spin"
 SHORTER = 1000.0  # times, of t1
 HARD = 2.0  # of w2 over f g/mu, beyond (15)
 STARTS = (-0.05, 0.0, 0.08)  # of the slider along its line [m]
@@ -79,8 +80,20 @@ def from_starts(line: LineManoeuvre) -> float:
     return max(abs(moved(start) / line.displacement - 1.0) for start in STARTS)
 
 
+def stop() -> Record:
+    """How a body with a fixed slider comes to rest."""
+    coast = problem(COAST)
+    speed, distance = math.hypot(*coast.setup.velocity), float(coast.motion.coasting.distance)
+    return Record(
+        speed=speed,  # at first [m/s]
+        distance=distance,  # [m]
+        time=2.0 * distance / speed,  # until it rests [s]
+        spinning=problem(SPIN).motion.rest_time,  # until one rests that spins too [s]
+    )
+
+
 def numbers(study: Study) -> Record:
-    """The sources' quantities, computed; and the errors of MuJoCo's friction."""
+    """The sources quantities, computed; and the errors of MuJoCo's friction."""
     line, barely = problem(LINE).motion, problem(THRESHOLD).motion
     body = line.capsule
     loads = line.normal_forces(np.linspace(0.0, line.t2, 50)).sum(axis=1)
@@ -105,6 +118,7 @@ def numbers(study: Study) -> Record:
         plan_duration=plan.duration,  # [s]
         acceleration=SPARE * limit,  # [m/s²] of the plan
         hard_brake=hard_brake(line),
+        stop=stop(),
         # largest relative change of the displacement with the slider's start
         by_start=from_starts(line),
         hard=HARD,

@@ -1,13 +1,12 @@
-"""The page's section on the capsule's turn: formula, exact motion, engines."""
+"""The page's section on the capsule's turn: formula and exact motion."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
-from plumbob.reports.analyses.capsule_turn.body_angle import ANGLE
 from plumbob.reports.analyses.capsule_turn.course import COURSE
 from plumbob.reports.analyses.capsule_turn.exact_motion import SECOND_ORDER, TOUCH
 from plumbob.reports.analyses.capsule_turn.left_over import LEFT_OVER
 from plumbob.reports.analyses.capsule_turn.source_text import SOURCE
 
-FINDINGS = (SECOND_ORDER, COURSE, LEFT_OVER, ANGLE, TOUCH, SOURCE)
+FINDINGS = (SECOND_ORDER, COURSE, LEFT_OVER, TOUCH, SOURCE)
 SECTION = Section(FINDINGS)

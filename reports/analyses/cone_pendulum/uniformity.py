@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
-from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion, of_samples
-from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.request import Changes
+from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, MUJOCO_STEP, ROTATING
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING
 from plumbob.reports.analyses.measurements import in_double
 
 Start = tuple[float, float, float]  # pivot_y [m], platform rate [rad/s], theta_dot [rad/s]
@@ -35,40 +32,17 @@ PIVOTS = (0.0, 0.09)  # [m]
 @cache
 def problem(start: Start) -> ConePendulum:
     """The source's cone from a start."""
-    return case_of(find_scene(ROTATING, dict(_changes(start)))).problem  # type: ignore[no-any-return]
-
-
-def _changes(start: Start) -> Changes:
-    return tuple(zip(("pivot_y", "platform_rate", "theta_dot"), start, strict=True))
-
-
-def _request(start: Start) -> ExtraRun:
-    period = problem(start).motion.period
-    return ExtraRun(ROTATING, MUJOCO, MUJOCO_STEP, period, _changes(start))
-
-
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """A turn of MuJoCo's full model at each of a few points."""
-    return tuple(_request(start) for start in POINTS)
+    changes = zip(("pivot_y", "platform_rate", "theta_dot"), start, strict=True)
+    return case_of(find_scene(ROTATING, dict(changes))).problem  # type: ignore[no-any-return]
 
 
 def numbers(study: Study) -> Record:
     """Three measures at a few points and over two maps."""
-    points = []
-    for start in POINTS:
-        run = study.answer(_request(start))
-        measured = None if run is None else of_samples(run.times, run.observables["theta_dot"])
-        pivot, platform_rate, speed = start
-        exact = of_motion(problem(start).motion)
-        points.append(
-            Record(
-                pivot=pivot,  # [m]
-                platform_rate=platform_rate,  # [rad/s]
-                speed=speed,  # [rad/s]
-                exact=exact,
-                measured=measured,  # of MuJoCo's full model
-            )
-        )
+    points = [
+        Record(pivot=start[0], platform_rate=start[1], speed=start[2], exact=of_motion(motion))
+        for start in POINTS
+        for motion in [problem(start).motion]
+    ]
     maps = tuple(over_rates(pivot) for pivot in PIVOTS)
     lowest = min(float(np.nanmin(each.spread)) for each in maps)
     return Record(
@@ -101,4 +75,4 @@ def over_rates(pivot: float) -> Record:
     )
 
 
-UNIFORMITY = Analysis("cone_pendulum/uniformity", numbers, requests)
+UNIFORMITY = Analysis("cone_pendulum/uniformity", numbers)

@@ -1,21 +1,17 @@
-"""The page's section on the simple pendulum: the notebook's cases, a held control, energy."""
+"""The page's section on the simple pendulum: the notebook's cases, and a held control."""
 
 from __future__ import annotations
 
 from plumbob.reports.analyses.analysis import Section
 from plumbob.reports.analyses.simple_pendulum.bob import BOB
 from plumbob.reports.analyses.simple_pendulum.claims import CLAIMS
-from plumbob.reports.analyses.simple_pendulum.energy import ENERGY
 from plumbob.reports.analyses.simple_pendulum.notebook import CASE_MOTIONS, RK4
 from plumbob.reports.analyses.simple_pendulum.orders import HELD_CONTROL
-from plumbob.reports.analyses.simple_pendulum.tension import TENSION
 
 FINDINGS = (
     CLAIMS,
     BOB,
     RK4,
     HELD_CONTROL,
-    ENERGY,
-    TENSION,
 )
 SECTION = Section(FINDINGS, (CASE_MOTIONS,))

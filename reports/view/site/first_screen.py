@@ -31,7 +31,6 @@ KEY_FINDINGS = (  # name, and which of its figures is its picture
     ("held-control", 0),
     ("printed-hamiltonian", 0),
     ("capsule-turn-second-order", 0),
-    ("energy", 0),
 )
 MOST_FINDINGS = 5
 
