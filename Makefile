@@ -43,7 +43,7 @@ check: .venv/.develop  ## ruff, mypy --strict, and the contracts on layers, file
 	$(BIN)/mypy --strict -p plumbob
 	$(BIN)/python -m pytest -q tests/contracts
 
-benchmark: .venv/.peers  ## ratios of times, kept in .benchmarks/history.jsonl (ARGS go to pytest)
+benchmark: .venv/.peers  ## ratios of times, held to limits (ARGS go to pytest)
 	$(CACHED) $(BIN)/python -m pytest tests/benchmarks $(ARGS)
 
 peers: .venv/.peers  ## add the optional engines and integrators to .venv

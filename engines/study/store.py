@@ -16,7 +16,6 @@ from sqlite3 import Connection
 from typing import Any, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
-from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
 from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.study.store_file import (
@@ -28,7 +27,7 @@ from plumbob.engines.study.store_file import (
     writing,
 )
 
-__all__ = ["FILE", "SCHEMA", "history", "load", "save", "studies_of"]
+__all__ = ["FILE", "SCHEMA", "load", "save", "studies_of"]
 T = TypeVar("T")
 ANALYSIS = "analysis "  # of keys
 Listed = list[tuple[str, str]]  # keys of a study's results, with the scene of each
@@ -179,15 +178,6 @@ def _loaded(store: Connection, number: int, body: str, listed: Listed) -> Study:
             raise ValueError(f"study {number}, {scene or key}, is not as it was stored")
         found |= there
     return assembled(from_json(body, Study), found.values())
-
-
-def history(file: Path) -> dict[int, Provenance]:
-    """How each study in `file` was made, by its number; raises as above."""
-    if not os.path.lexists(file):
-        return {}
-    with reading(file) as store:
-        studies = _studies(store).items()
-        return {number: from_json(body, Study).provenance for number, (body, _) in studies}
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:

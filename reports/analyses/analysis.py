@@ -12,7 +12,6 @@ import numpy as np
 from plumbob.engines.study.extra_runs import Requests, StudyPlan, nothing_more
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.models.scene import Case
 from plumbob.reports.judge.study_verdicts import Judgements, unexpected
 from plumbob.reports.view.content import Claim
 
@@ -43,8 +42,6 @@ class Section:
 
     findings: tuple[Analysis, ...]
     galleries: tuple[Analysis, ...] = ()  # a heading and its figures
-    solved: tuple[str, Callable[[Case], Numbers]] | None = None
-    """The source's figures for a case with parameters of the user's own: template and numbers."""
 
     def requests(self, plan: StudyPlan) -> Sequence[Request[Any]]:
         """The runs that all of them need beside the study's own."""

@@ -1,4 +1,4 @@
-"""plumbob compare: two studies, or two runs of benchmarks: versions, and what has moved."""
+"""plumbob compare: two studies: their versions, and what has moved."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import math
 import os
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -14,13 +14,10 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
 from plumbob.engines.study.cost import Key
-from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.report import html_file
-from plumbob.reports.judge import benchmarks
-from plumbob.reports.judge.benchmarks import BenchmarkRun
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
@@ -35,9 +32,6 @@ def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
     above = math.inf if chosen.above is None else values.fraction("fail-above", chosen.above)
     file = None if chosen.page is None else html_file("page", chosen.page)
-    runs = _benchmark("OLD", chosen.old), _benchmark("NEW", chosen.new)
-    if runs != (None, None):
-        return _benchmarks(chosen, runs, above)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
     moved = {
         "verdicts": _verdicts(old, new),
@@ -46,7 +40,21 @@ def command(chosen: argparse.Namespace) -> int:
         "costs": _costs(old, new),
     }
     made = old.provenance, new.provenance
-    grown = _print(chosen, made, [row for part in moved.values() for row in part], above)
+    rows = [row for part in moved.values() for row in part]
+    had, has = (of.versions for of in made)
+    versions = [
+        _row(("", ""), f"version of {n}", had.get(n, "unknown"), has.get(n, "unknown"))
+        for n in {**had, **has}
+        if had.get(n, "unknown") != has.get(n, "unknown")
+    ]
+    if chosen.json:
+        values.print_json([*versions, *rows])
+    else:
+        from plumbob.reports.view.tables import lines
+
+        both_made = dict(zip(("old", "new"), made, strict=True))
+        print(*lines("compare", made=both_made, versions=versions, moved=rows), sep="\n")
+    grown = sum(row["growth"] is not None and row["growth"] > above for row in rows)
     if file:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison
 
@@ -67,71 +75,14 @@ def command(chosen: argparse.Namespace) -> int:
     return 1 if grown else 0
 
 
-def _print(
-    chosen: argparse.Namespace,
-    made: tuple[Provenance, Provenance],
-    moved: Sequence[Mapping[str, Any]],
-    above: float,
-) -> int:
-    """Print what the old one and the new one were made with, and what has moved; returns how many
-    have grown by more than is allowed."""
-    from plumbob.reports.view.tables import lines
-
-    had, has = (of.versions for of in made)
-    both = ((n, had.get(n, "unknown"), has.get(n, "unknown")) for n in {**had, **has})
-    versions = [_row(("", ""), f"version of {n}", was, now) for n, was, now in both if was != now]
-    if chosen.json:
-        values.print_json([*versions, *moved])
-    else:
-        both_made = {"old": made[0], "new": made[1]}
-        print(*lines("compare", made=both_made, versions=versions, moved=moved), sep="\n")
-    return sum(row["growth"] is not None and row["growth"] > above for row in moved)
-
-
-def _benchmarks(
-    chosen: argparse.Namespace, runs: tuple[BenchmarkRun | None, BenchmarkRun | None], above: float
-) -> int:
-    """Print which ratios moved; 1 when one got worse by more than is allowed."""
-    old, new = runs
-    if not old or not new:
-        name, text = ("NEW", chosen.new) if old else ("OLD", chosen.old)
-        raise ParameterError(name, text, "a file of benchmarks, as the other one is")
-    if chosen.page is not None:
-        raise ParameterError("page", chosen.page, "left out: benchmarks have none")
-    rows = []
-    for was, now in benchmarks.moved(old, new, COSTS_MORE):
-        worse = was.median / now.median if now.least else now.median / was.median
-        rows.append(_row(("", ""), now.name, was.median, now.median, worse - 1.0))
-    names = [[r.name for r in run.ratios] for run in (old, new)]
-    rows += [_row(("", ""), name, "measured", "no") for name in names[0] if name not in names[1]]
-    rows += [_row(("", ""), name, "no", "measured") for name in names[1] if name not in names[0]]
-    return int(bool(_print(chosen, (old.made, new.made), rows, above)))
-
-
-def _benchmark(name: str, text: str) -> BenchmarkRun | None:
-    """The run of benchmarks that is meant, the last one without a number; None for a study."""
-    path, number = _numbered(name, text)
-    if not benchmarks.keeps_benchmarks(path):
-        return None
-    runs = benchmarks.stored(path)
-    if number is not None and not 1 <= number <= len(runs):
-        raise ParameterError(name, text, f"with a number of a run from 1 to {len(runs)}")
-    return runs[-1 if number is None else number - 1]
-
-
-def _numbered(name: str, text: str) -> tuple[Path, int | None]:
-    """A path and the number behind it."""
+def _study(name: str, text: str) -> Study:
+    """The study in a file or folder, of the number behind it."""
     path, number = text, None
     if "#" in text and not os.path.lexists(text):
         path, _, digits = text.rpartition("#")
         number = values.count(f"the number of the study in {name}", digits)
-    return Path(path), number
-
-
-def _study(name: str, text: str) -> Study:
-    path, number = _numbered(name, text)
-    file = path / store.FILE if path.is_dir() else path
-    study = store.load(file, number)
+    place = Path(path)
+    study = store.load(place / store.FILE if place.is_dir() else place, number)
     if study is None:
         raise ParameterError(name, text, "where `plumbob validate` has stored a study")
     return study

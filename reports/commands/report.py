@@ -31,17 +31,14 @@ def command(chosen: argparse.Namespace) -> int:
     if study is None:
         raise ParameterError("study", number, f"the number of a study in {chosen.out}")
     from plumbob.reports.view.page import written
-    from plumbob.reports.view.site.versions import versions
     from plumbob.reports.view.site.writing import publish, render, write_page
 
-    history = store.history(Path(chosen.out) / store.FILE)
     if public:
-        print(publish(study, public, versions(history, chosen.out)))
+        print(publish(study, public))
     elif single is None:
-        print(write_page(study, Path(chosen.out), history))
+        print(write_page(study, Path(chosen.out)))
     else:
-        text = render(study, versions(history, chosen.out))
-        print(written(text, single.parent, single.name))
+        print(written(render(study), single.parent, single.name))
     return 0
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,7 @@ from plumbob.analytic.reference import Array, Reference
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
-from plumbob.reports.analyses import section
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.view.content import Figure
 
 TABLE = (
     "scene",
@@ -39,7 +36,6 @@ def command(chosen: argparse.Namespace) -> int:
         times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
         case = case_of(scene)
         by_angle = _over_angles(case, chosen.angles)
-        _able(case, chosen.figures)
         also = case.system.also(case.problem, times)
         observables = case.reference.observe(times)
         uncertainty = _uncertainty(case.reference, times)
@@ -55,8 +51,6 @@ def command(chosen: argparse.Namespace) -> int:
         **({"by_angle": _named(by_angle)} if by_angle else {}),
         **facts,
     }
-    if chosen.figures:
-        _write(case, chosen.figures)
     if chosen.json:
         values.print_json(answer)
         return 0
@@ -123,43 +117,3 @@ def _over_angles(case: Case, text: str | None) -> Mapping[Observable, Array]:
             "angles", text, f"left out: {case.system.name} has no answers over an angle"
         )
     return {ANGLE: theta, **case.system.by_angle(case.problem, theta)}
-
-
-def _able(case: Case, path: str | None) -> None:
-    """Raises ParameterError where figures of `case` are asked for and there are none, or where
-    `path` cannot be written."""
-    if path is None:
-        return
-    of_system = section(case.system.name)
-    if of_system is None or of_system.solved is None:
-        raise ParameterError("figures", path, f"left out: {case.system.name} has none of its own")
-    place = Path(path)
-    if place.suffix != ".html" or place.is_dir() or not place.parent.is_dir():
-        raise ParameterError("figures", path, "a file .html in a folder that exists")
-
-
-def _write(case: Case, path: str) -> None:
-    """Write a page with the figures of the source for the parameters of `case`."""
-    of_system = section(case.system.name)
-    assert of_system
-    assert of_system.solved is not None
-    from plumbob.reports.view.page import filled, written
-    from plumbob.reports.view.tables import table
-
-    place = Path(path)
-    text = filled(
-        "figures.html.jinja",
-        scene=case.scene,
-        figures=_figures(of_system.solved, case),
-        parameters=table("values", caption="Parameters (SI)", values=case.scene.parameters),
-    )
-    written(text, place.parent, place.name)
-
-
-def _figures(solved: tuple[str, Callable[[Case], Any]], case: Case) -> Sequence[Figure]:
-    """The source's figures for a case, from a template and its numbers."""
-    from plumbob.reports.analyses.analysis import plain
-    from plumbob.reports.view.finding_text import written
-
-    template, numbers = solved
-    return [figure for f in written(template, plain(numbers(case))) for figure in f.figures]

@@ -127,7 +127,7 @@ def _report(
     study = store.load(out / store.FILE, number)
     assert study
     results = user_results(study, judged)
-    page = write_page(study, out, store.history(out / store.FILE))
+    page = write_page(study, out)
     if junit:
         write_junit(junit, study, judged)
     if chosen.json:

@@ -12,11 +12,7 @@ import pytest
 
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
-from plumbob.engines.study.provenance import Provenance
 from plumbob.reports.cli import main
-from plumbob.reports.judge import benchmarks
-from plumbob.reports.judge.benchmarks import BenchmarkRun, Ratio
-from plumbob.tests.support.benchmark_runs import add
 from plumbob.tests.support.studies import made_up
 
 SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
@@ -40,7 +36,6 @@ FILES = {
     "short.xml": BALL.format("1e-300"),
     "long.xml": BALL.format("1e300"),
     "ball.xml": BALL.format("1e-3"),
-    "deep.jsonl": f'{benchmarks.START}, "made": {ODD["DEEP"]}',
 }
 
 
@@ -69,12 +64,6 @@ def _fill(made):
     Path("stored").mkdir()
     study = made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)])
     store.save(study, Path("stored") / store.FILE)
-    history = Path("history.jsonl")
-    ratio = Ratio("adapter over bare loop", 0.97, 1.0, 1.03, most=1.1)
-    add(BenchmarkRun(Provenance(), (ratio,)), history)
-    run = history.read_text("utf-8")
-    Path("cut.jsonl").write_text(run + run[:200], "utf-8")
-    Path("negative.jsonl").write_text(run.replace("0.97", "-0.97"), "utf-8")
 
 
 @pytest.fixture

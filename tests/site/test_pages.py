@@ -17,7 +17,6 @@ from plumbob.reports.cli import main
 from plumbob.reports.view import page as filled_pages
 from plumbob.reports.view.content import Cell, Table
 from plumbob.reports.view.site import writing
-from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.writing import render, site, write_page
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import (
@@ -165,32 +164,6 @@ def test_an_engine_that_is_not_installed_is_a_line(tmp_path):
     text = page.read_text("utf-8")
     assert text.count("absent") == 1
     assert "Not run, because not installed: absent (2 methods)." in text
-
-
-def test_versions_of_a_folder_and_the_command_that_compares_them(tmp_path):
-    """The section is there where engines differ, and not where plumbob or numpy alone do."""
-    pairs = (("3.16.0", "1"), ("3.17.0", "1"), ("3.17.0", "2"))
-    made = [
-        Provenance({"mujoco": v, "numpy": n}, date=f"day {i}") for i, (v, n) in enumerate(pairs)
-    ]
-    history = dict(enumerate(made, 1))
-    found = versions(history, "my out")
-    assert found
-    assert found.command == "plumbob compare 'my out#1' 'my out#3' --page compared.html"
-    assert [[cell.text for cell in line] for line in found.table.rows] == [
-        ["3", "day 2", "3.17.0"],
-        ["2", "day 1", "3.17.0"],
-        ["1", "day 0", "3.16.0"],
-    ]
-    assert versions({n: one for n, one in history.items() if n > 1}, "out") is None
-    index = write_page(_small(), tmp_path, history=history)
-    text = index.read_text("utf-8")
-    assert 'id="versions"' in text
-    shown = html.unescape(re.findall(r"<code>(plumbob compare .*?)</code>", text)[0])
-    assert shown == f"plumbob compare '{tmp_path}#1' '{tmp_path}#3' --page compared.html"
-    assert 'id="versions"' not in write_page(_small(), tmp_path, history={1: made[0]}).read_text(
-        "utf-8"
-    )
 
 
 def _small(study_step=1e-3):

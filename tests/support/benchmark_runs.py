@@ -1,11 +1,21 @@
-"""Ratios of times that are taken in turn, and the file to which every run of them is added."""
+"""Ratios of times that are taken in turn, and their limits."""
 
-import json
 import math
 import statistics
-from dataclasses import asdict
+from dataclasses import dataclass
 
-from plumbob.reports.judge.benchmarks import FORMAT, Ratio
+
+@dataclass(frozen=True)
+class Ratio:
+    """How many times as long one thing takes as another: the median of many turns, the quartiles,
+    and what the median has to stay within."""
+
+    name: str
+    low: float
+    median: float
+    high: float
+    most: float = math.inf
+    least: float = 0.0
 
 
 def in_turn(run, other, turns=21):
@@ -22,15 +32,6 @@ def ratio(name, values, most=math.inf, least=0.0):
     """The ratio of some turns, at least two."""
     low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
     return Ratio(name, low, middle, high, most, least)
-
-
-def add(run, file):
-    """Add a run to a file, which is made where there is none."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    ratios = [{k: v for k, v in asdict(r).items() if v != math.inf} for r in run.ratios]
-    line = json.dumps({"format": FORMAT, "made": asdict(run.made), "ratios": ratios})
-    with file.open("a", encoding="utf-8") as lines:
-        lines.write(f"{line}\n")
 
 
 def holds(of):

@@ -32,5 +32,4 @@ SECTION = Section(
         generating_solution.GENERATING_SOLUTION,
     ),
     galleries=(source_figures.GALLERIES,),
-    solved=source_figures.SOLVED,
 )

@@ -8,13 +8,10 @@ import numpy as np
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import (
     MUJOCO,
@@ -45,48 +42,37 @@ def numbers(study: Study) -> Record:
     """Fig. 2, on a resting base, and Fig. 3, on a turning one."""
     return Record(
         cases={
-            "resting": _panels(forms(RESTING).problem, study.answer(_period(RESTING))),
-            "rotating": _panels(forms(ROTATING).problem, study.answer(_period(ROTATING))),
+            "resting": _panels(RESTING, study.answer(_period(RESTING))),
+            "rotating": _panels(ROTATING, study.answer(_period(ROTATING))),
         }
     )
 
 
-def solved(case: Case) -> Record:
-    """The same for any parameters."""
-    return Record(cases={"case": _panels(case.problem.started, None)})
-
-
-def _panels(problem: ConePendulum, run: Trajectory | None) -> Record:
+def _panels(scene: str, run: Trajectory | None) -> Record:
     """The panels of one case: the corrected motion, the printed one, and MuJoCo's run."""
-    right, printed = problem.motion, problem.printed_motion()
-    theta = np.linspace(0.0, TURN, POINTS)
-    wells = problem.potential_at(theta), np.asarray(in_double(printed.potential).value(theta))
+    right, printed = forms(scene).correct, forms(scene).printed
     return Record(
-        corrected=_drawn(problem.reference, right, wells[0], problem.potential_offset),
-        printed=_drawn(printed, printed, wells[1]),
+        corrected=_drawn(right),
+        printed=_drawn(printed),
         mujoco={} if run is None else _sampled(run, right),  # empty where there is none
     )
 
 
-def _drawn(
-    motion: PendulumMotion | TiltedMotion, principal: PendulumMotion, well: Array, offset: float = 0
-) -> Record:
-    """A motion of which the `principal` one, less `offset` [J], has the period and the barrier."""
-    period = principal.period
-    span = period if np.isfinite(period) else 1.0  # on a separatrix, and at rest, seconds
-    theta, times = np.linspace(0.0, TURN, POINTS), np.linspace(0.0, span, POINTS)
-    angle, time = theta / TURN, times / span
+def _drawn(motion: PendulumMotion) -> Record:
+    """The curves of a rotation."""
+    period = motion.period
+    theta, times = np.linspace(0.0, TURN, POINTS), np.linspace(0.0, period, POINTS)
+    angle, time = theta / TURN, times / period
     rate = motion.state(times)[1]
-    tops = principal.barriers
     return Record(
         period=period,  # [s]
-        barrier=float(double(tops[0])) + offset if tops.size else well.max(),  # top of V [J]
-        energy=float(double(principal.energy)) + offset,  # [J]
+        barrier=double(motion.barriers[0]),  # top of V [J]
+        energy=double(motion.energy),  # [J]
         curves={
-            "a": (angle, well),
-            "b": (angle, motion.time_at(theta) / span),
+            "a": (angle, in_double(motion.potential).value(theta)),
+            "b": (angle, motion.time_at(theta) / period),
             "c": (angle, motion.momentum(theta)),
-            "d": (time, principal.inertia * rate),
+            "d": (time, motion.inertia * rate),
             "e": (time, rate),
         },
     )
@@ -107,4 +93,3 @@ def _sampled(run: Trajectory, motion: PendulumMotion) -> Curves:
 
 
 GALLERIES = Analysis(TEMPLATE, numbers, requests)
-SOLVED = (TEMPLATE, solved)

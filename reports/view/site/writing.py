@@ -10,7 +10,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, top_tables
 from plumbob.reports.view.drawing import DASHES
@@ -32,7 +31,6 @@ from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
 from plumbob.reports.view.site.links import Links, page_file
 from plumbob.reports.view.site.phenomena import phenomena
-from plumbob.reports.view.site.versions import versions
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
@@ -49,7 +47,6 @@ SEARCH = "search.js"
 TABLES = "tables.html.gz"  # the folded tables of all pages, for those who read without a script
 TABLES_HEAD = '<!DOCTYPE html><meta charset="utf-8"><title>Tables of all scenes</title>'
 PAGES = "pages"  # the folder of all pages but the index
-NO_HISTORY: Mapping[int, Provenance] = MappingProxyType({})
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
 
@@ -63,11 +60,11 @@ class Content:
     pages: Sequence[Page]  # beside the index
 
 
-def write_page(study: Study, folder: Path, history: Mapping[int, Provenance] = NO_HISTORY) -> Path:
-    """Write the site of `study` into `folder` and return the path of its index; `history` is how
-    each study in the folder's store was made. The pages take the place of older ones at once, and
-    the index after them. Raises OSError where the folder cannot be written, and as `records_of`."""
-    return site(content(study, versions(history, str(folder))), folder)
+def write_page(study: Study, folder: Path) -> Path:
+    """Write the site of `study` into `folder` and return the path of its index. The pages take the
+    place of older ones at once, and the index after them. Raises OSError where the folder cannot be
+    written, and as `records_of`."""
+    return site(content(study), folder)
 
 
 def site(content: Content, folder: Path) -> Path:
@@ -85,18 +82,18 @@ def site(content: Content, folder: Path) -> Path:
     return written(index, folder, NAME)
 
 
-def publish(study: Study, folder: Path, others: View | None = None) -> Path:
+def publish(study: Study, folder: Path) -> Path:
     """Write the site of `study` as `folder`, an empty one or none yet, for a static host, and
     return the path of its index. Raises as `write_page`."""
-    page = site(content(study, others), folder)
+    page = site(content(study), folder)
     written("", folder, ".nojekyll")  # GitHub Pages then serves the files as they are
     return page
 
 
-def render(study: Study, others: View | None = None) -> str:
+def render(study: Study) -> str:
     """The whole site of `study` as one HTML file: a function of what is stored, which runs no
     engine. The pages beside the index stand in templates, which our script shows."""
-    return one_file(content(study, others))
+    return one_file(content(study))
 
 
 def one_file(content: Content) -> str:
@@ -144,13 +141,12 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], str]:
     return {**files, **plots.files}, index
 
 
-def content(study: Study, others: View | None = None) -> Content:
-    """The content of the pages of `study`, which `others` are stored beside, with other engines;
-    raises as `records_of`."""
+def content(study: Study) -> Content:
+    """The content of the pages of `study`; raises as `records_of`."""
     records = records_of(study)
     every = matrix.every_pair(study, records)
     views = _views(study, records, every)
-    common = {**_common(study, records, views, every), "versions": others}
+    common = _common(study, records, views, every)
     return Content(views, common, _pages(views, common))
 
 
