@@ -122,7 +122,7 @@ class System:
     kind: str = ""  # by which methods claim it: without one those alone that name it
     change: Callable[[Parameters, Parameters], Parameters] = replaced
     errors: Callable[[Any], ErrorTheory] = no_theory  # theory of fixed steps' errors
-    stability: Callable[[Any], StabilityTheory] | None = None  # theory of the largest step
+    stability: Callable[[Any], StabilityTheory | None] | None = None  # theory of the largest step
     start: tuple[str, ...] = ()
     """Parameters of the start of the motion; where a scene has none of them, the last is zero."""
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
 
 from plumbob.analytic.reference import Array
 
@@ -11,6 +15,7 @@ ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 
 Number = TypeVar("Number", float, Array)
 
+NEAR = 1e-7  # relative change of a parameter, by which the effect of its rounding is known
 SPLITTER = 134217729.0  # 2^27 + 1 halves the 53 bits of a double
 
 
@@ -40,3 +45,18 @@ def _halves(a: Number) -> tuple[Number, Number]:
     shifted = SPLITTER * a
     high = shifted - (shifted - a)
     return high, a - high
+
+
+def rounded_inputs(
+    problem: Any, observe: Callable[[Any], Mapping[str, Array]], roundings: float
+) -> dict[str, Array]:
+    """What so many roundings of each number of a `problem`, a dataclass, make of what is observed
+    of it, and one of that itself."""
+    exact = observe(problem)
+    doubts = {name: ULP * np.abs(values) for name, values in exact.items()}
+    for field in fields(problem):
+        if isinstance(value := getattr(problem, field.name), float):
+            moved = observe(replace(problem, **{field.name: value * (1.0 - NEAR)}))
+            for name, values in exact.items():
+                doubts[name] += roundings * ULP / NEAR * np.abs(moved[name] - values)
+    return doubts

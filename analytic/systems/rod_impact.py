@@ -18,17 +18,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Array, LinearResponse
 
 LAWS = ("newton", "poisson", "energetic")
-NEAR = 1e-7  # relative change of a parameter, by which the effect of its rounding is known
 ROUNDINGS = 16.0  # of each parameter
 INSTANTS = 2001  # at which the ends are looked at after the impact
 
@@ -158,13 +157,9 @@ class RodImpact(LinearResponse):
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
-        exact, moved = self._flown(times), self.length + abs(self.speed) * times
-        doubts = {name: ULP * (np.abs(value) + moved) for name, value in exact.items()}
-        for name in (f.name for f in fields(self) if f.type == "float"):
-            near = replace(self, **{name: getattr(self, name) * (1.0 - NEAR)})._flown(times)
-            for n, value in near.items():
-                doubts[n] += ROUNDINGS * ULP / NEAR * np.abs(value - exact[n])
-        return doubts
+        doubts = rounded_inputs(self, lambda rod: rod._flown(times), ROUNDINGS)
+        moved = ULP * (self.length + abs(self.speed) * times)
+        return {name: doubt + moved for name, doubt in doubts.items()}
 
 
 def _rebound(e: float, pressed: float, then: float, rate: float, later: float) -> float:

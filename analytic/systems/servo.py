@@ -3,28 +3,33 @@
 With x the angle from the target, the gear n and J = inertia + armature, the motor's own behind the
 gear (MuJoCo's documentation, Computation, "Actuation model", of a position actuator),
 
-    J x'' = n F - c x',   F = -n (kp x + kv x')                                                 (1)
+    J x'' = n F - c x',   F = -n (kp x + kv x'), at most F_max in magnitude                     (1)
 
-is a linear oscillator, overdamped or not, as long as |F| is below its limit. F itself obeys the
-equation of x, so that its peaks fall from one to the next: the largest |F| is that of the start or
-of the first peak.
+is a linear oscillator, overdamped or not, or at the limit a damped body under a constant force.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
+from itertools import islice
+from typing import Any
 
-import numpy as np
-
-from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.numerics.arithmetic import rounded_inputs
+from plumbob.analytic.numerics.rotor.limited_oscillator import LimitedOscillator, Piece
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.parameters import finite, non_negative, positive
+from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+
+STATE = "theta", "theta_dot"
+ROUNDINGS = 16.0  # of each parameter
 
 
 @dataclass(frozen=True)
-class Servo:
+class Servo(LinearResponse):
     """A link's `inertia` and a motor's `armature` [kg m^2], its `gear`, its gains `kp` [N m/rad]
     and `kv` [N m s/rad] and its `force_limit` [N m] before the gear, a joint's `damping`
     [N m s/rad]; `theta` [rad] from the target and its rate at time 0; raises ParameterError.
@@ -49,15 +54,10 @@ class Servo:
             if field.name in ("armature", "kv", "damping"):
                 check = non_negative
             check(field.name, getattr(self, field.name))
-        if not self.peak_force <= self.force_limit:
-            least = (
-                f"at least {self.peak_force:.6g} N m, which the motion takes: at its limit a motor"
-            )
-            raise ParameterError("force_limit", self.force_limit, f"{least} is no linear servo")
 
     @cached_property
     def started(self) -> SimplePendulum:
-        """Eq. 1 as that of a linear pendulum of J at 1 m."""
+        """Eq. 1 without a limit as that of a linear pendulum of J at 1 m."""
         total, square = self.inertia + self.armature, self.gear**2
         stiffness, damping = square * self.kp / total, (square * self.kv + self.damping) / total
         start = self.theta, self.theta_dot
@@ -70,21 +70,54 @@ class Servo:
         return self.damping / (self.damping + inside) if inside else 1.0
 
     @cached_property
-    def peak_force(self) -> float:
-        """The largest |F| of eq. 1 [N m]."""
-        pull, damping = self.started.gravity, self.started.damping_rate
-        speed = -pull * self.theta - damping * self.theta_dot
-        force, slope = (
-            -self.gear * (self.kp * x + self.kv * v)
-            for x, v in ((self.theta, self.theta_dot), (self.theta_dot, speed))
+    def limited(self) -> LimitedOscillator:
+        """Eq. 1 behind the gear."""
+        square = self.gear**2
+        gains = square * self.kp, square * self.kv
+        most = self.gear * self.force_limit
+        return LimitedOscillator(self.started.mass, *gains, self.damping, most)
+
+    @property
+    def system(self) -> SmoothSystem:
+        """Eq. 1 as theory steps it."""
+        of, matrix, start = self.limited, ((self.started.mass,),), (self.theta, self.theta_dot)
+
+        def torques(p: Any, time: float, q: Any, v: Any) -> tuple[float]:
+            return (min(max(of.unlimited(*q, *v), -of.limit), of.limit) - self.damping * v[0],)
+
+        return SmoothSystem(
+            STATE[:1], STATE[1:], lambda p, q: matrix, torques, {}, start[:1], start[1:]
         )
-        bend = (
-            -pull * force - damping / 2 * slope
-        )  # F' falls as e^(-damping t/2) (slope c + bend s)
-        root, late = math.sqrt(abs(pull - damping**2 / 4)), 0.0  # with c and s/root cosine and sine
-        if pull > damping**2 / 4:
-            late = math.atan2(-root * slope, bend) % math.pi / root
-        elif root * abs(slope) < abs(bend):
-            late = math.atanh(-root * slope / bend) / root if root else -slope / bend
-        later = LinearOscillator(pull, damping).motion(force, slope, np.array(max(late, 0.0)))
-        return max(abs(force), abs(float(later[0])))
+
+    def implicit(self, scheme: Scheme, state: Array) -> tuple[float, float]:
+        """Damping [1/s] and stiffness [1/s^2] that a step takes on the state after it: at the limit
+        the joint's alone."""
+        damping = scheme.implicit_damping * self.started.damping_rate
+        if abs(self.limited.unlimited(*state)) >= self.limited.limit:
+            return min(damping, self.damping / self.started.mass), 0.0
+        return damping, self.started.gravity * scheme.implicit_spring
+
+    def pieces(self) -> Iterator[Piece]:
+        """The parts of the motion, one after another."""
+        return self.limited.pieces(self.theta, self.theta_dot)
+
+    @cached_property
+    def saturates(self) -> bool:
+        """Whether the motor reaches its limit."""
+        return any(piece.side for piece in islice(self.pieces(), 2))
+
+    @property
+    def peak_force(self) -> float:
+        """The largest |F| [N m]: that of the start, of the first peak, or the limit."""
+        first = Piece(self.limited, 0.0, self.theta, self.theta_dot, 0.0)
+        torque = max(abs(first.torque(since)) for since in (0.0, first.peak))
+        return min(self.force_limit, torque / self.gear)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
+        states = self.limited.states(self.theta, self.theta_dot, times)
+        return dict(zip(STATE, states, strict=True))
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
+        return rounded_inputs(self, lambda servo: servo.observe(times), ROUNDINGS)

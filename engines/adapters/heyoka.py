@@ -104,7 +104,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
 def _pendulum(case: Case) -> Translated:
     problem = getattr(case.problem, "started", case.problem)
     rotor = getattr(getattr(problem, "motion", None), "rotor", None)
-    if rotor is None:
+    if rotor is None or getattr(case.problem, "saturates", False):
         raise Unsupported(
             f"heyoka has no builder for {case.system.name}: no driven rotor in one angle"
         )

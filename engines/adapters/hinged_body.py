@@ -62,6 +62,8 @@ class HingedBody:
 def hinged_body(case: Case) -> HingedBody:
     """The body of a pendulum's case; raises Unsupported for other systems."""
     problem = getattr(case.problem, "started", case.problem)
+    if getattr(case.problem, "saturates", False):
+        raise Unsupported("a motor's limit is not carried over")
     if case.system.family in _POINTS:
         return _point(problem)
     if case.system.family == "cone_pendulum":

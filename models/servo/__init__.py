@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.servo import Servo
+from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing
@@ -15,13 +17,24 @@ from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
-    """Natural frequency [rad/s], damping ratio, and the largest force before the gear [N m]."""
+    """Natural frequency [rad/s] and damping ratio below the limit, the largest force before the
+    gear [N m], and when the motor first comes to its limit or leaves it [s]."""
     natural = math.sqrt(servo.started.gravity)
     return {
         "natural_frequency": natural,
         "damping_ratio": servo.started.damping_rate / (2 * natural),
         "peak_force": servo.peak_force,
+        "switches": [piece.begin for piece in islice(servo.pieces(), 1, 7)],
     }
+
+
+def errors(servo: Servo) -> ErrorTheory:
+    """Theory of the errors of fixed steps on the motion."""
+    if not servo.saturates:
+        return linear.errors(servo.started)
+    from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
+
+    return smooth_errors(servo, implicit=servo.implicit)
 
 
 def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:
@@ -81,18 +94,31 @@ SYSTEM = field_system(
             steps=step_sizes(5e-4, 5e-6),
             hard="rates of 10^4/s and 0.25/s: implicit steps of 1 ms hold, explicit ones diverge",
         ),
+        _scene(
+            "saturated",
+            "motor-damped with an eighth of the force, the limit at the start and in braking",
+            (*_ARM, 0.8, 0.056, 0.0, 0.5, -0.5, 0.0),
+            duration=0.5,
+            steps=step_sizes(1e-2, 1e-3),
+        ),
+        _scene(
+            "saturated-swings",
+            "lightly-damped with a quarter of the force, the limit in every swing",
+            (*_ARM, 0.8, 1.2e-3, 0.12, 1.0, -0.5, 0.0),
+            duration=2.0,
+            steps=step_sizes(1e-2, 1e-3),
+        ),
     ),
     default="motor-damped",
-    reference=lambda servo: linear.reference(servo.started),
-    errors=lambda servo: linear.errors(servo.started),
-    stability=lambda servo: linear.stability(servo.started),
-    invariants=lambda servo, observed: linear.invariants(servo.started, observed),
+    reference=lambda servo: servo if servo.saturates else linear.reference(servo.started),
+    errors=errors,
+    stability=lambda servo: None if servo.saturates else linear.stability(servo.started),
+    invariants=lambda servo, observed: (
+        {} if servo.saturates else linear.invariants(servo.started, observed)
+    ),
     facts=facts,
     kind=ONE_SMOOTH,
     start=("theta", "theta_dot"),
     interest=swing,
-    builders={
-        engine: f"plumbob.engines.adapters.{engine}.simple_pendulum" for engine in ("ode", "pymunk")
-    },
 )
 SYSTEMS = (SYSTEM,)

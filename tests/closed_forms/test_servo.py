@@ -1,25 +1,53 @@
-"""The servo against 40 digits, its largest force, and where MuJoCo's step takes its damping."""
+"""The servo against 40 digits, its largest force and its limit, and where MuJoCo's step takes its
+damping."""
 
+import itertools
 from dataclasses import astuple, replace
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.registry import engine_of, method
+from plumbob.engines.method import meant
+from plumbob.engines.registry import engine_of, method, methods
+from plumbob.engines.study.measurement import scheme_of
 from plumbob.models.registry import case_of, scene, scenes
 
 SCENES = scenes("servo")
+STEPPING = [m for m in methods("mujoco/*,pymunk/*,ode/rk4") if meant(m, SCENES[0])]
 LIGHT = case_of(scene("servo/lightly-damped")).problem
 
 
 def exact(servo, time):
-    """Angle and its rate at a time [s], with 40 digits."""
-    inertia, armature, gear, kp, kv, damping, _, *start = map(mp.mpf, astuple(servo))
-    total = inertia + armature
-    flow = mp.matrix([[0, 1], [-(gear**2) * kp / total, -(gear**2 * kv + damping) / total]])
-    return list(mp.expm(flow * mp.mpf(time)) * mp.matrix(start))
+    """Angle and its rate at a time [s], with 40 digits: the moments at which the motor comes to its
+    limit and leaves it are roots near those in doubles."""
+    inertia, armature, gear, kp, kv, damping, limit, *start = map(mp.mpf, astuple(servo))
+    total, state, begin = inertia + armature, mp.matrix([*start, 1]), mp.mpf(0)
+    pieces = [*itertools.takewhile(lambda piece: piece.begin < time, servo.pieces())]
+    for piece, following in itertools.zip_longest(pieces, pieces[1:]):
+        side = int(piece.side)
+        pull = [-(gear**2) * kp, -(gear**2) * kv - damping, 0]
+        flow = mp.matrix([[0, 1, 0], [0, -damping, side * gear * limit] if side else pull, [0] * 3])
+        flow[1, :] /= total
+
+        def at(now, flow=flow, state=state, begin=begin):
+            return mp.expm(flow * (now - begin)) * state
+
+        def beyond(now, sign, at=at):
+            x, v, _ = at(now)
+            return -sign * gear * (kp * x + kv * v) - limit
+
+        ends = mp.mpf(time)
+        if following is not None:
+            sign = side or int(following.side)
+            ends = mp.findroot(
+                lambda now, sign=sign: beyond(now, sign), (following.begin, following.begin + 1e-9)
+            )
+            assert abs(ends - following.begin) < 1e-11
+        middle = (begin + ends) / 2
+        assert [beyond(middle, sign) > 0 for sign in (1, -1)] == [side == 1, side == -1]
+        state, begin = at(ends), ends
+    return list(state)[:2]
 
 
 @pytest.mark.parametrize("chosen", SCENES, ids=lambda chosen: chosen.name)
@@ -49,11 +77,40 @@ def test_the_largest_force_is_that_of_the_first_peak(kv):
         assert forces.max() * (1 - 1e-15) <= servo.peak_force <= forces.max() * (1 + 5e-6)
 
 
-def test_a_motion_beyond_the_limit_of_force_is_refused():
+def test_the_limit_is_reached_where_the_motion_takes_more():
     assert LIGHT.peak_force == pytest.approx(4.0)
-    replace(LIGHT, force_limit=4.0001)
-    with pytest.raises(ParameterError, match=r"force_limit = 3\.9999: must be at least 4 N m"):
-        replace(LIGHT, force_limit=3.9999)
+    assert not replace(LIGHT, force_limit=4.0001).saturates
+    limited = replace(LIGHT, force_limit=3.9999)
+    assert limited.saturates
+    assert limited.peak_force == 3.9999
+
+
+@pytest.mark.parametrize("damping", [0.0, 5.6])
+@pytest.mark.parametrize("kv", [0.0, 0.0788, 0.4])
+def test_starts_and_dampings_with_40_digits(kv, damping):
+    for start in STARTS[:3]:
+        values = {"theta": start[0], "theta_dot": start[1], "force_limit": 0.5}
+        servo = replace(LIGHT, kv=kv, damping=damping, **values)
+        observed, doubt = (f(np.array([0.7])) for f in (servo.observe, servo.uncertainty))
+        with mp.workdps(40):
+            for name, value in zip(("theta", "theta_dot"), exact(servo, 0.7), strict=True):
+                assert abs(value - mp.mpf(float(observed[name][0]))) < doubt[name][0]
+
+
+@pytest.mark.parametrize("how", STEPPING, ids=lambda how: how.name)
+@pytest.mark.parametrize("case", ["saturated", "saturated-swings"])
+def test_steps_at_the_limit_make_the_predicted_errors(case, how):
+    """And a limit that is a millionth higher makes others."""
+    for limit, predicted in ((1.0, True), (1.000001, False)):
+        problem = case_of(scene(f"servo/{case}"))
+        value = limit * problem.problem.force_limit
+        changed = case_of(scene(f"servo/{case}", {"force_limit": value}))
+        run = engine_of(how).prepare(changed, how, 1e-3).run()
+        scheme = scheme_of(problem, how)
+        theory = problem.errors.at_step(scheme, 1e-3, run.times).errors["theta"]
+        off = run.observables["theta"] - problem.reference.observe(run.times)["theta"] - theory
+        # 2000 steps round by 4e-17 each; a millionth of the limit moves the motion by 1e-7 and more
+        assert (np.abs(off).max() < 1e-13) == predicted
 
 
 @pytest.mark.parametrize("part", [0.5, 0.49, 1.0, 0.0], ids=lambda part: f"part={part}")

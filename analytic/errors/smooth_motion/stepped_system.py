@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -13,28 +14,36 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LEAPFROG, TABLEAUX, Scheme, SoftLoop
+from plumbob.analytic.systems.servo import Servo
 from plumbob.analytic.tableau import Tableau
 from plumbob.analytic.theory import StepErrors
 
 MOST_STEPS = 200_000  # of a run: some ten seconds
 MOST_CORRECTIONS = 100  # of an implicit half step
 Slope = Callable[[float, Array], Array]
+Implicit = Callable[[Scheme, Array], tuple[float, float]]
+"""A scheme and a state -> damping [1/s] and stiffness [1/s^2]."""
 Advance = Callable[[Slope, float, Array, float], Array]
 
 
 def smooth_errors(
-    motion: CertifiedMotion, soft: Callable[[SoftLoop, float], SmoothSystem] | None = None
+    motion: CertifiedMotion | Servo,
+    soft: Callable[[SoftLoop, float], SmoothSystem] | None = None,
+    implicit: Implicit | None = None,
 ) -> StepErrors:
     """The errors of semi-implicit Euler, leapfrog and the TABLEAUX on `motion`, or with a loop that
-    is closed softly, of which `soft` gives the equations at a step [s]; empty for others, for
-    damping or a spring that acts on the state after a step, for more than MOST_STEPS steps,
-    for times that are no multiples of the step, and where the steps diverge."""
+    is closed softly, of which `soft` gives the equations at a step [s], or with what is `implicit`
+    of one coordinate; empty for others, for other damping or springs that act on the state after a
+    step, for more than MOST_STEPS steps, for times that are no multiples of the step, and where the
+    steps diverge."""
 
     def error(scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
         marks, system = steps_until(times, step, MOST_STEPS), motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
         advance = None if _implicit(scheme, system) else _advance(scheme)
+        if implicit is not None and scheme.integrator == EULER and not scheme.position_first:
+            advance = partial(_implicit_euler, partial(implicit, scheme))
         if advance is None or marks is None:
             return {}
         held = READ_AT.get(scheme.control)
@@ -83,6 +92,20 @@ def _euler(slope: Slope, time: float, state: Array, step: float) -> Array:
     half = len(state) // 2
     rates = state[half:] + step * slope(time, state)[half:]
     return np.concatenate([state[:half] + step * rates, rates])
+
+
+def _implicit_euler(
+    implicit: Callable[[Array], tuple[float, float]],
+    slope: Slope,
+    time: float,
+    state: Array,
+    step: float,
+) -> Array:
+    """The same of one coordinate with the damping and the spring of the state after the step."""
+    damping, spring = implicit(state)
+    kick = slope(time, state)[1] - step * spring * state[1]
+    rate = state[1] + step * kick / (1.0 + step * (damping + step * spring))
+    return np.array([state[0] + step * rate, rate])
 
 
 def _position_first(slope: Slope, time: float, state: Array, step: float) -> Array:

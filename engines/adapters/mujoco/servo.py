@@ -26,7 +26,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}
 
-    spec.actuator("motor").forcelimited = 0  # which the motion does not reach: theory is linear
+    # A run that reaches a limit which the motion does not has too large a step, and is to diverge.
+    spec.actuator("motor").forcelimited = int(problem.saturates)
     start = spec.key("start")
     return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
 

@@ -1,0 +1,26 @@
+"""The servo as an equation of motion: a linear oscillator, or one whose motor has a limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from plumbob.engines.adapters.ode import simple_pendulum
+from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.method import Method
+
+
+def build(problem: Any, method: Method) -> Equation:
+    """J x'' = n F - c x', F = -n (kp x + kv x') within its limit; `problem` is a
+    plumbob.analytic.systems.servo.Servo."""
+    linear = simple_pendulum.build(problem, method)
+    if not problem.saturates:
+        return linear
+    inertia, most, gear = problem.inertia + problem.armature, problem.force_limit, problem.gear
+    kp, kv, damping = gear * problem.kp, gear * problem.kv, problem.damping
+
+    def limited(time: float, theta: float, theta_dot: float) -> float:
+        force = min(max(-kp * theta - kv * theta_dot, -most), most)
+        return float((gear * force - damping * theta_dot) / inertia)
+
+    return replace(linear, acceleration=limited, damping_rate=None)
