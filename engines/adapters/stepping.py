@@ -19,12 +19,8 @@ from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
+Named = Mapping[str, Array]
 DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
-
-
-def by_name(rows: Sequence[Mapping[str, float]]) -> Mapping[str, Array]:
-    """Values of the samples, shape (len(rows),) each."""
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 @dataclass(frozen=True)
@@ -41,8 +37,16 @@ class Built:
     """Steps after a sample, or if negative before one, at which `note` is called."""
     note: Callable[[float], Mapping[str, float]] = lambda time: {}
     """Time [s] of a pause -> what else there is to say of the sample before it."""
-    gather: Callable[[Sequence[Any]], Mapping[str, Array]] = by_name
-    """Of all that was read, the observables and channels."""
+    gather: Callable[[Sequence[Any]], tuple[Named, Named]] | None = None
+    """Of all that was read, the observables and channels, where it is not these by name."""
+
+    def gathered(self, rows: Sequence[Any]) -> tuple[Named, Named]:
+        """Observables and channels of the samples, shape (len(rows),) each."""
+        if self.gather is not None:
+            return self.gather(rows)
+        values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        channels = {name: values.pop(name) for name in self.channels}
+        return values, channels
 
 
 @dataclass
@@ -73,12 +77,12 @@ class SteppedSimulation:
                 break
         if built.pause > 0:
             self._advanced(built, self.steps, self.steps + 1, rows[-1])
-        values = built.gather(rows)
+        observables, channels = built.gathered(rows)
         return within(
             Trajectory(
                 times=np.array(marks[: len(rows)]) * self.step,
-                observables={n: v for n, v in values.items() if n not in built.channels},
-                channels={n: v for n, v in values.items() if n in built.channels},
+                observables=observables,
+                channels=channels,
                 steps=marks[len(rows) - 1],
                 seconds=seconds,
                 diverged_at=diverged,

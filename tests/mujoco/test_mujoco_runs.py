@@ -45,7 +45,6 @@ PUSHED = """
 def simulation(xml, translation, steps):
     """Any model as the adapter would run it, with its first coordinate and rate observed."""
     model = mujoco.MjModel.from_xml_string(xml)
-    model.opt.disableflags |= int(BIT.mjDSBL_AUTORESET)
     given = {
         "spec": None,
         "qpos": np.array(model.qpos0),
@@ -53,7 +52,7 @@ def simulation(xml, translation, steps):
         "observe": lambda qpos, qvel: ({"q": qpos[:, 0], "v": qvel[:, 0]}, {}),
     }
     whole = Translation(**{**given, **translation})
-    return MujocoSimulation(whole, model, mujoco.MjData(model), steps, model.opt.timestep, 0.0)
+    return MujocoSimulation(whole, model, steps, model.opt.timestep)
 
 
 def test_samples_end_with_the_run_and_times_are_multiples_of_the_step():

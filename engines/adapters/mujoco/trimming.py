@@ -72,11 +72,9 @@ def _versions(
 
 
 def _stages_off(model: mujoco.MjModel) -> Iterator[str]:
-    """Names of the stages that `model` leaves out; a reset on divergence is no stage."""
+    """Names of the stages that `model` leaves out."""
     for name, bit in options.BIT.__members__.items():
-        if not name.startswith("mjDSBL_") or bit == options.BIT.mjDSBL_AUTORESET:
-            continue
-        if model.opt.disableflags & int(bit):
+        if name.startswith("mjDSBL_") and model.opt.disableflags & int(bit):
             yield name.removeprefix("mjDSBL_").lower()
 
 

@@ -44,6 +44,14 @@ class Equation:
             return self.position, self.rate
         return np.array(self.position, dtype=np.float64), np.array(self.rate, dtype=np.float64)
 
+    def slope(self, position: Any, rate: Any) -> Any:
+        """Rate of the coordinates."""
+        return rate
+
+    def drifted(self, position: Any, rate: Any, h: float) -> Any:
+        """Coordinates after the time `h` [s] at a constant rate."""
+        return position + h * rate
+
     def observed(self, states: Sequence[State]) -> Mapping[str, Array]:
         """The observables of `states`, each of shape (len(states),)."""
         positions, rates = (

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.divergence import BEYOND
 from plumbob.engines.adapters.ode.turning import TurningEquation
@@ -16,9 +18,9 @@ def build(problem: Any, method: Method) -> TurningEquation:
     x, y, z = problem.inertia
     first, second, third = (y - z) / x, (z - x) / y, (x - y) / z
 
-    def acceleration(time: float, attitude: Sequence[float], rate: Sequence[float]) -> list[float]:
-        u, v, w = rate
-        return [first * v * w, second * w * u, third * u * v]
+    def acceleration(time: float, attitude: Array, rate: Array) -> Array:
+        u, v, w = rate.tolist()
+        return np.array([first * v * w, second * w * u, third * u * v])
 
     return TurningEquation(
         acceleration,

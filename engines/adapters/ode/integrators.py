@@ -21,11 +21,11 @@ MOST_CORRECTIONS = 100  # of an implicit half step: each divides the change by 2
 
 def semi_implicit_euler(equation: Equation, state: State, first: int, last: int, h: float) -> State:
     """State after the steps `first` to `last` - 1 of length `h` [s]: v = v + h f(t, x, v), then
-    x = x + h v."""
-    f, (x, v) = equation.acceleration, state
+    x drifts at v."""
+    f, drifted, (x, v) = equation.acceleration, equation.drifted, state
     for n in range(first, last):
         v = v + h * f(n * h, x, v)
-        x = x + h * v
+        x = drifted(x, v, h)
     return x, v
 
 
@@ -56,7 +56,7 @@ def _implicit_leapfrog(equation: Equation, state: State, first: int, last: int, 
     half = 0.5 * h
     for n in range(first, last):
         v = v + half * f(n * h, x, v)
-        x = x + h * v
+        x = equation.drifted(x, v, h)
         kicked, change = v, np.inf
         for _ in range(MOST_CORRECTIONS):
             corrected = kicked + half * f((n + 1) * h, x, v)
@@ -69,7 +69,7 @@ def _implicit_leapfrog(equation: Equation, state: State, first: int, last: int, 
 
 def rk4(equation: Equation, state: State, first: int, last: int, h: float) -> State:
     """State after the steps `first` to `last` - 1 of length `h` [s] of the classical Runge-Kutta
-    method, as in the notebook Pendulo Simples."""
+    method, as in the notebook Pendulo Simples; of coordinates whose rate is v."""
     f, (x, v) = equation.acceleration, state
     half, sixth = 0.5 * h, h / 6
     for n in range(first, last):
@@ -96,8 +96,9 @@ def explicit(tableau: Tableau) -> Advance:
             forces: list[Any] = []
             for node, row in zip(tableau.nodes, tableau.matrix, strict=True):
                 at = x + h * sum(a * u for a, u in zip(row, speeds, strict=False))
-                speeds.append(v + h * sum(a * k for a, k in zip(row, forces, strict=False)))
-                forces.append(f((n + node) * h, at, speeds[-1]))
+                rate = v + h * sum(a * k for a, k in zip(row, forces, strict=False))
+                speeds.append(equation.slope(at, rate))
+                forces.append(f((n + node) * h, at, rate))
             part = h / tableau.divisor
             x = x + part * sum(b * u for b, u in zip(tableau.weights, speeds, strict=True))
             v = v + part * sum(b * k for b, k in zip(tableau.weights, forces, strict=True))
@@ -106,7 +107,8 @@ def explicit(tableau: Tableau) -> Advance:
     return advance
 
 
-def integrator(name: str) -> Advance:
-    """The integrator that a `Scheme` names: EULER, LEAPFROG or one of TABLEAUX; raises KeyError."""
-    steps = {EULER: semi_implicit_euler, LEAPFROG: leapfrog, RK4: rk4}
+def integrator(name: str, turning: bool = False) -> Advance:
+    """The integrator that a `Scheme` names: EULER, LEAPFROG or one of TABLEAUX, of an attitude if
+    `turning`; raises KeyError."""
+    steps = {EULER: semi_implicit_euler, LEAPFROG: leapfrog} | ({} if turning else {RK4: rk4})
     return steps[name] if name in steps else explicit(TABLEAUX[name])

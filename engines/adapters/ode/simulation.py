@@ -19,7 +19,7 @@ from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.ode.equation import Equation, State
 from plumbob.engines.adapters.ode.integrators import Advance, integrator
-from plumbob.engines.adapters.ode.turning import TurningEquation, turning_integrator
+from plumbob.engines.adapters.ode.turning import TurningEquation
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import find_builder
@@ -50,9 +50,8 @@ def of_equation(
     ParameterError."""
     if method.control == "step":
         steps = sampling.step_count(duration, step)
-        name = method.scheme.integrator
         turning = isinstance(equation, TurningEquation)
-        advance = turning_integrator(name) if turning else integrator(name)
+        advance = integrator(method.scheme.integrator, turning)
         return fixed_steps(equation, advance, steps, step)
     solver = SOLVERS[method.settings["method"]]
     return AdaptiveSimulation(equation, solver, relative_tolerance(step, SMALLEST), duration, 0.0)
@@ -68,7 +67,12 @@ def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -
             nonlocal state
             state = advance(equation, state, first, last, step)
 
-        return Built(take, lambda: state, equation.limits, gather=equation.observed)
+        return Built(
+            take,
+            lambda: state,
+            equation.limits,
+            gather=lambda states: (equation.observed(states), {}),
+        )
 
     return SteppedSimulation(build, steps, step, 0.0)
 
@@ -160,10 +164,7 @@ class _Slope:
             x, v = y.tolist()
             return v, self.equation.acceleration(t, x, v)
         x, v = _parts(self.equation, y)
-        if isinstance(self.equation, TurningEquation):
-            x, v = x.tolist(), v.tolist()
-            return (*self.equation.velocity(x, v), *self.equation.acceleration(t, x, v))
-        return np.concatenate([v, self.equation.acceleration(t, x, v)])
+        return np.concatenate([self.equation.slope(x, v), self.equation.acceleration(t, x, v)])
 
 
 def solved(factors: tuple[Any, Any], right: Any) -> Any:
