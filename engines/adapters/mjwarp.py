@@ -5,14 +5,14 @@ they are first called; a step is recorded as a graph, which takes a hundredth of
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from plumbob.engines.abilities import Batches, RunsFiles, later
-from plumbob.engines.adapters.ported import PORTED, compiled, model_error, ported
+from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
@@ -91,11 +91,8 @@ def _started(translation: Any, model: Any) -> Built:
     def advance(first: int, last: int) -> None:
         port.steps(last - first)
 
-    def read() -> Mapping[str, float]:
-        state = (np.array(part.numpy(), float) for part in (port.data.qpos, port.data.qvel))
-        return {name: float(values[0]) for name, values in translation.observe(*state)[0].items()}
-
-    return Built(advance, read, translation.limits)
+    data = port.data
+    return built(translation, advance, lambda: (data.qpos.numpy()[0], data.qvel.numpy()[0]))
 
 
 def batch(

@@ -8,19 +8,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, later
-from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.own_derivatives import moved, nudged
-from plumbob.engines.adapters.ported import PORTED, compiled, model_error, ported
-from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
+from plumbob.engines.adapters.stepping import Built, SteppedSimulation
+from plumbob.engines.method import Engine, Method, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -32,47 +32,43 @@ METHODS = (
     ported("mjx/euler+float64", "EULER", float64=True),
     ported("mjx/rk4+float64", "RK4", float64=True),
 )
-LARGEST = 1e10  # above it MuJoCo calls a number huge
 
 
-@dataclass
-class MjxSimulation:
-    """A model on JAX's processor; every run starts afresh."""
+class MjxSimulation(SteppedSimulation):
+    """A model on JAX's processor; every run starts afresh, from a state after two steps that JAX
+    has compiled. JAX steps on other threads, so that the time is that of the process."""
 
-    translation: Any  # by the MuJoCo adapter's builder
-    model: Any  # MuJoCo's, compiled
-    precise: bool
-    steps: int
-    step: float  # [s]
-    compile_seconds: float = 0.0
+    def __init__(
+        self, translation: Any, model: Any, precise: bool, steps: int, step: float, samples: int
+    ) -> None:
+        """With MuJoCo's translation and its compiled model, in double precision if `precise`."""
+        super().__init__(self._started, steps, step, 0.0, samples=samples, clock=time.process_time)
+        self.translation, self.model, self.precise = translation, model, precise
 
     def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges. Two steps are taken
-        beforehand: JAX compiles when a function is first called. The steps are timed in one go
-        afterwards: to begin those between two samples takes up to 200 times what they take."""
+        """Run from the start to the end, or until the run diverges; timed in one go, as to begin
+        the steps between two samples takes up to 200 times what they take."""
         with _precision(self.precise):
-            return self._run()
+            done = super().run()
+            return replace(done, seconds=super().stepped(done.steps / self.steps).seconds)
 
     def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone; JAX steps on other threads, so
-        the time is that of the process."""
-        import jax
-
-        steps = sampling.first_steps(self.steps, fraction)
+        """The steps of the first `fraction` of the duration alone."""
         with _precision(self.precise):
-            model, take, start, controls = self._compiled()
-            begin = time.process_time()
-            jax.block_until_ready(take(model, start, controls, 0, steps))
-            return Stepping(steps, time.process_time() - begin)
+            return super().stepped(fraction)
 
-    def _compiled(self) -> tuple[Any, Any, Any, Any]:
-        """The model, the loop, already compiled, the start, and the controls of all steps."""
+    def _started(self) -> Built:
         import jax
 
-        take, (model, start, controls) = _loop(), self.numbers(self.precise)
-        once = take(model, start, controls, 0, 1)  # arguments and results have different
+        take, (model, state, controls) = _loop(), self.numbers(self.precise)
+        once = take(model, state, controls, 0, 1)  # arguments and results have different
         jax.block_until_ready(take(model, once, controls, 1, 2))  # types: two compilations
-        return model, take, start, controls
+
+        def advance(first: int, last: int) -> None:
+            nonlocal state
+            state = jax.block_until_ready(take(model, state, controls, first, last))
+
+        return built(self.translation, advance, lambda: (state.qpos, state.qvel))
 
     def numbers(self, precise: bool) -> tuple[Any, Any, Any]:
         """The model, the start, and the controls of all steps, as JAX has them."""
@@ -84,35 +80,6 @@ class MjxSimulation:
         start = mjx.make_data(self.model)
         start = start.replace(**{n: jax.numpy.asarray(v.astype(kind)) for n, v in begun.items()})
         return mjx.put_model(self.model), start, self._controls(kind)
-
-    def _run(self) -> Trajectory:
-        model, take, start, controls = self._compiled()
-        marks = sampling.sampled(self.steps)
-        state, qpos, qvel = start, [np.array(start.qpos)], [np.array(start.qvel)]
-        diverged = None
-        for first, last in zip(marks[:-1].tolist(), marks[1:].tolist(), strict=True):
-            state = take(model, state, controls, first, last)
-            if not bool(np.all(np.abs(np.concatenate([state.qpos, state.qvel])) < LARGEST)):
-                diverged = last * self.step
-                break
-            qpos.append(np.array(state.qpos, dtype=np.float64))
-            qvel.append(np.array(state.qvel, dtype=np.float64))
-        steps = int(marks[len(qpos) - 1])
-        seconds = _seconds(take, model, start, controls, 0, steps)
-        observed, channels = self.translation.observe(
-            np.array(qpos, dtype=np.float64), np.array(qvel, dtype=np.float64)
-        )
-        return within(
-            Trajectory(
-                times=marks[: len(qpos)].astype(np.float64) * self.step,
-                observables=observed,
-                channels=channels,
-                steps=steps,
-                seconds=seconds,
-                diverged_at=diverged,
-            ),
-            self.translation.limits,
-        )
 
     def _controls(self, kind: type[Any]) -> Any:
         """Controls of all steps, shape (n, nu): of the next power of two of them, so that few
@@ -158,18 +125,15 @@ def _precision(double: bool) -> AbstractContextManager[None]:
     return jax.enable_x64(double)  # type: ignore[no-any-return]
 
 
-def prepare(case: Case, method: Method, step: float) -> Simulation:
+def prepare(case: Case, method: Method, step: float) -> MjxSimulation:
     """Compile `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     steps = sampling.step_count(case.scene.duration, step)
     begin = time.perf_counter()
-    translation, model = compiled(case, method, step)
     precise = bool(method.settings.get("float64"))
-    simulation = MjxSimulation(translation, model, precise, steps, step)
+    simulation = MjxSimulation(*compiled(case, method, step), precise, steps, step, case.samples)
     try:
         with _precision(precise):
-            from mujoco import mjx
-
-            mjx.put_model(model)
+            simulation.numbers(precise)
     except NotImplementedError as error:
         raise Unsupported(f"MJX refuses the model: {' '.join(str(error).split())}") from None
     simulation.compile_seconds = time.perf_counter() - begin
@@ -182,7 +146,7 @@ def batch(
     """So many worlds from the start on, by JAX's vmap."""
     import jax
 
-    simulation = cast(MjxSimulation, prepare(case, method, step))
+    simulation = prepare(case, method, step)
     take = jax.jit(jax.vmap(_loop(), (None, 0, None, None, None)))
     with _precision(simulation.precise):
         model, start, controls = simulation.numbers(simulation.precise)
@@ -201,7 +165,7 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> Mappin
     import jax
 
     cases, apart = nudged(number)
-    low, here, high = (cast(MjxSimulation, prepare(case, method, step)) for case in cases)
+    low, here, high = (prepare(case, method, step) for case in cases)
     slopes = _slopes(low, high, apart)
     with _precision(here.precise):
         end = partial(_end, here.numbers(here.precise), slopes, here.steps)

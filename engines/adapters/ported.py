@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from plumbob.analytic.schemes import EULER, RK4, Scheme
+from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, ModelError
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
@@ -44,6 +48,18 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     model = translation.spec.compile()
     translation.tune(model)
     return translation, model
+
+
+def built(
+    translation: Any, advance: Callable[[int, int], None], read: Callable[[], tuple[Any, Any]]
+) -> Built:
+    """A scene at its start in a port, which reads positions and velocities."""
+
+    def observed(states: Sequence[tuple[Any, Any]]) -> Any:
+        qpos, qvel = (np.array(values, float) for values in zip(*states, strict=True))
+        return translation.observe(qpos, qvel)
+
+    return Built(advance, read, translation.limits, gather=observed)
 
 
 def model_error(case: Case, method: Method, step: float) -> ModelError:
