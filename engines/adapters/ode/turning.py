@@ -21,7 +21,12 @@ class TurningEquation(Equation):
         """Rate of the quaternion [1/s]."""
         (a, b, c, d), (x, y, z) = position.tolist(), (0.5 * rate).tolist()
         return np.array(
-            [-b * x - c * y - d * z, a * x + c * z - d * y, a * y - b * z + d * x, a * z + b * y - c * x]
+            [
+                -b * x - c * y - d * z,
+                a * x + c * z - d * y,
+                a * y - b * z + d * x,
+                a * z + b * y - c * x,
+            ]
         )
 
     def drifted(self, position: Array, rate: Array, h: float) -> Array:
