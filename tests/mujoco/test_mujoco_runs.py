@@ -11,7 +11,6 @@ import pytest
 from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
 from plumbob.engines.adapters.mujoco import simulation as simulations
-from plumbob.engines.adapters.mujoco.options import BIT
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.tests.mujoco.one_hinge import HINGE
