@@ -13,17 +13,14 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import Moved
-from plumbob.engines.audit.ensemble import Likely, likely
 from plumbob.engines.audit.gradient import Gradients, gradients
-from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, refined
+from plumbob.engines.audit.reference import RESOLVED, Certificate, certified
 from plumbob.engines.audit.stability import Stability, stability
 from plumbob.engines.audit.step_errors import (
     Balance,
     Compared,
     balances,
     compared,
-    held,
-    horizon,
     known,
     unlike,
 )
@@ -33,10 +30,9 @@ from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Touchin
 if TYPE_CHECKING:
     from plumbob.engines.audit.engines import EngineError
 
-REFERENCE, TRIMS, ENSEMBLE, STABLE = 0.6, 0.1, 0.1, 0.05  # of the budget
+REFERENCE, TRIMS, STABLE = 0.6, 0.1, 0.05  # of the budget
 LEAST_STABLE = 5.0  # [s] for the largest steps, whatever the budget: most take less than two
-AFTER = TRIMS + ENSEMBLE + STABLE
-BEYOND = 0.01  # [m]: a motion that no step predicts to that is described by means of many starts
+AFTER = TRIMS + STABLE
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,6 @@ class Audit:
     seconds: float  # wall time
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
-    likely: Likely | None = None  # beyond what can be predicted; None where all can be
     touching: Touching | None = None  # which pairs when, at the own step
     stability: Stability | None = None  # the largest steps that hold
     model: OwnModel | None = None
@@ -158,10 +153,6 @@ def audited(model: OwnModel, script: Script, control: str, allowance: Allowance)
     progress("the continuous motion, by two methods")
     reference = certified(model, script, allowance.part(REFERENCE))
     result = None
-    if reference.until >= script.duration * (1 - 1e-9):
-        parts = round(script.period / model.step)
-        error = held(model, script, reference, model.integrator, parts).at(-1)
-        reference = refined(model, script, reference, error, allowance)
     if reference.until > 0.0:
         progress("the model's own steps")
         left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
@@ -169,13 +160,9 @@ def audited(model: OwnModel, script: Script, control: str, allowance: Allowance)
         if result.index < known(reference):
             reference = replace(reference, why=unlike(result, reference, script))
         result = result if result.index else None
-    left_out, read, means = None, tuple[Balance, ...](), None
+    left_out, read = None, tuple[Balance, ...]()
     if result is not None:
         states = model.stepped(script, model.integrator, result.own.parts).states
-        beyond = math.isfinite(horizon(result, reference, script, BEYOND))
-        if beyond and np.isfinite(states).all():
-            progress("starts nearby")
-            means = likely(model, script, result.own.parts, allowance.part(ENSEMBLE))
         error = result.own.at(result.index)
         if math.isfinite(error):
             read = balances(model, states, reference.course.states, result.index)
@@ -200,7 +187,6 @@ def audited(model: OwnModel, script: Script, control: str, allowance: Allowance)
         time.perf_counter() - began,
         left_out,
         read,
-        means,
         model.touching(script),
         largest,
         model,

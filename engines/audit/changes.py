@@ -27,42 +27,41 @@ class Moved:
 
 
 def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]:
-    """Everything that two audits, as plain data, tell apart. An error that no longer has a value
-    counts as infinite, one below what the references are known to as none."""
-    if "fields" not in old:
+    """Everything that two audits, of motions or of contacts, as plain data, tell apart. An error
+    that no longer has a value counts as infinite, one below what the references are known to as
+    none."""
+    contacts = "own" in new
+    if ("own" if contacts else "fields") not in old:
         return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
-    rows = [*_worse(old, new)]
-    for group, names in (("version of", "versions"), ("", ""), ("field", "fields")):
-        was, now = (audit[names] if names else _settings(audit) for audit in (old, new))
-        for name in dict.fromkeys((*was, *now)):
-            values = was.get(name, ABSENT), now.get(name, ABSENT)
-            if values[0] != values[1]:
-                rows.append(_moved(f"{group} {name}".strip(), *values))
-    return tuple(rows)
-
-
-def contact_changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]:
-    """Everything that two contact audits, as plain data, tell apart: errors and drifts of the
-    contacts as they are and as they are pasted, settings, the body, and versions."""
-    if "own" not in old:
-        return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
-    rows = list[Moved]()
-    for kind in ("own", "pasted"):
-        before, now = (_slides(audit[kind]) for audit in (old, new))
-        for what, was, size in zip(("error [m]", "drift [m/s]"), before, now, strict=True):
-            if not math.isclose(was, size, rel_tol=ROUNDING) and not math.isnan(was + size):
-                growth = _relative(size, was) - 1.0
-                rows.append(_moved(f"{what} of {kind} contacts", was, size, growth))
-    was, now = (
-        {name: audit[name] for name in OF_CONTACTS} | audit["body"] | audit.get("versions", {})
-        for audit in (old, new)
+    was, now = (_settings(audit, OF_CONTACTS if contacts else SETTINGS) for audit in (old, new))
+    return (
+        *(_slid(old, new) if contacts else _worse(old, new)),
+        *(
+            _moved(name, was.get(name, ABSENT), now.get(name, ABSENT))
+            for name in dict.fromkeys((*was, *now))
+            if not _same(was.get(name), now.get(name))
+        ),
     )
-    rows += [
-        _moved(name, was.get(name, ABSENT), value)
-        for name, value in now.items()
-        if not _same(was.get(name), value)
-    ]
-    return tuple(rows)
+
+
+def _settings(audit: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """What an audit is of: settings of these names, the body, versions and the model's fields."""
+    groups = {
+        f"{group} {name}": value
+        for group, key in (("version of", "versions"), ("field", "fields"))
+        for name, value in audit.get(key, {}).items()
+    }
+    settings: dict[str, Any] = {name: audit[name] for name in names} | audit.get("body", {})
+    return settings | groups
+
+
+def _slid(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
+    """Changes of errors and drifts of the contacts as they are and as they are pasted."""
+    for kind in ("own", "pasted"):
+        both = zip(_slides(old[kind]), _slides(new[kind]), strict=True)
+        for what, (was, now) in zip(("error [m]", "drift [m/s]"), both, strict=True):
+            if not _same(was, now) and not math.isnan(was + now):
+                yield _moved(f"{what} of {kind} contacts", was, now, _relative(now, was) - 1.0)
 
 
 def _slides(runs: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
@@ -91,10 +90,6 @@ def _moved(what: str, old: Any, new: Any, growth: float | None = None) -> Moved:
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     return Moved(what, text(old), text(new), growth)
-
-
-def _settings(audit: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: audit[name] for name in SETTINGS}
 
 
 def _worse(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:

@@ -32,9 +32,7 @@ IN_LAYER, OTHER_IN_LAYER = 1e-7, 1e-6  # tolerances there
 POWERS = (0.25, 0.5)
 CHATTER, WITHIN = 20, 0.05  # events, within [s]: more are chatter
 FIRST = 0.4  # of the time, for the first method
-FINER = 1e-2  # times both tolerances, where those do not resolve the step's error
 RESOLVED = 5.0  # times the reference's uncertainty: an error from there on is quoted
-REFINING = 0.1  # of an audit's time, at most; a finer pair takes up to 2.5 times as long
 OUT_OF_TIME = "the time given for it ended"
 
 
@@ -59,11 +57,6 @@ class Certificate:
     widths: tuple[float, ...] = ()  # [m] of the layers; empty for a smooth motion
     why: str = ""  # there is none, or it ends early
     not_smooth: str = ""  # why layers were needed
-
-    @property
-    def rounding(self) -> float:
-        """[m] of the bodies' positions."""
-        return float(np.finfo(float).eps * np.abs(self.positions).max())
 
     @property
     def until(self) -> float:
@@ -141,25 +134,6 @@ def left_open(widths: Sequence[float], apart: Sequence[Array]) -> Array:
         for difference, (wide, narrow) in zip(apart, pairwise(widths), strict=True)
     ]
     return np.asarray(np.max(left, axis=0))
-
-
-def refined(
-    model: OwnModel, script: Script, reference: Certificate, error: float, allowance: Allowance
-) -> Certificate:
-    """The reference of a smooth motion at finer tolerances, where it is not known to a fifth of the
-    step's `error` [m] and a part of an audit's time suffices; else as it was."""
-    known, seconds = reference.uncertainty[-1], REFINING * allowance.seconds
-    expected = 2.5 * (reference.course.seconds + reference.confirmed_by.seconds)
-    unresolved = reference.rounding < error <= RESOLVED * known
-    if reference.widths or reference.why or not unresolved or expected > seconds:
-        return reference
-    asked = (("DOP853", FINER * TIGHT), ("RK45", FINER * LOOSE))
-    runs = [
-        allowance.start(computed, model, script, Run(*run, 0.0, seconds), allowance.clock)
-        for run in asked
-    ]
-    finer = _compared(model, *(run() for run in runs))
-    return reference if finer.why or finer.uncertainty[-1] >= known else finer
 
 
 class _Watch:

@@ -6,82 +6,67 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
-from sqlite3 import Connection
+from sqlite3 import Connection, connect
 from typing import Any
 
 from plumbob.engines.study import store
 from plumbob.engines.study.codec import plain
 from plumbob.engines.study.results import Study, TaskResult
-from plumbob.engines.study.store_file import writing
+from plumbob.engines.study.store_file import create, writing
 
 SOURCES = ("analytic", "models", "engines")  # folders whose files decide what is measured
 Note = Callable[[str], None]
 
 
-class Unkept:
-    """Results that are kept nowhere: those of a study that is made in one go."""
-
-    def begin(self, plan: str, keys: Sequence[str]) -> bool:
-        """Begin, or go on with, the study of this plan, which consists of these results and costs
-        that follow from them; tells whether it was begun before."""
-        return False
-
-    def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
-        """Those of the results that are there, but for what was given up."""
-        return {}
-
-    def keep(self, results: Mapping[str, TaskResult]) -> None:
-        """Keep results by their keys."""
-
-    def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
-        """The study has these results, and no others."""
-
-
-class Checkpoint(Unkept):
+class Checkpoint:
     """The results of the study that is measured into an open store."""
 
     def __init__(self, opened: Connection, fresh: bool, note: Note) -> None:
         self._store, self._fresh, self._note = opened, fresh, note
-        self._plan = ""
         self.number = 0
         self.given_up: tuple[str, ...] = ()  # each with its reason
 
     def begin(self, plan: str, keys: Sequence[str]) -> bool:
-        """As above; what another process has given up is open again."""
+        """Begin, or go on with, the study of this plan, which consists of these results and costs
+        that follow from them; tells whether it was begun before."""
         if self._fresh:
             store.forget(self._store, plan)
-        self._plan = plan
         self.number, before = store.begun(self._store, plan)
         if count := len(self.there(keys)):
             self._note(f"goes on: {count} of {len(keys)} results are there")
         return before
 
     def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
-        """As above."""
+        """Those of the results that are there, but for what was given up."""
         found = store.results(self._store, self.number, keys, TaskResult)
         return {key: result for key, result in found.items() if not result.lost}
 
     def keep(self, results: Mapping[str, TaskResult]) -> None:
-        """As above, in one transaction."""
+        """Keep results by their keys, in one transaction."""
         store.keep(self._store, self.number, results)
 
     def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
-        """As above; the same command tries again what was given up, if anything."""
+        """The study has these results, and no others; the same command tries again what was given
+        up, if anything."""
         self.given_up = tuple(f"{r.label}: {r.lost}" for r in results.values() if r.lost)
-        plan = self._plan if self.given_up else None
-        store.complete(self._store, self.number, plan, study, results)
+        store.complete(self._store, self.number, study, results, bool(self.given_up))
 
 
 @contextmanager
 def measured_into(
-    file: Path, fresh: bool = False, note: Note = lambda _: None
+    file: Path | None, fresh: bool = False, note: Note = lambda _: None
 ) -> Iterator[Checkpoint]:
-    """The checkpoint in the store `file`, made if need be; `fresh` begins a new study where one is
-    not complete, `note` is given what a user wants to know. Raises ParameterError for a file that
-    is no store or cannot be written."""
+    """The checkpoint in the store `file`, made if need be, or without one in memory; `fresh` begins
+    a new study where one is not complete, `note` is given what a user wants to know. Raises
+    ParameterError for a file that is no store or cannot be written."""
+    if file is None:
+        with closing(connect(":memory:", isolation_level=None)) as opened:
+            create(opened)
+            yield Checkpoint(opened, fresh, note)
+        return
     with _alone(file.parent, note), writing(file) as opened:
         yield Checkpoint(opened, fresh, note)
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-import statistics
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from plumbob.engines.method import Method
 from plumbob.engines.registry import engines
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.cost import Cost, Key
@@ -53,54 +51,34 @@ def with_installed_versions(study: Study) -> tuple[Study, tuple[LeftOut, ...]]:
 
 
 def merged(studies: Sequence[Study], scene: Scene | None = None) -> Study | None:
-    """The convergence studies of one scene as one study, the oldest first: of runs at one step the
-    newest, of costs the median ratio to the reference step. What has the parameters of another
-    scene of that name, or another definition of a method, than `scene` or the newest study is left
-    out; None where nothing is left."""
+    """The convergence studies of one scene as one study, the oldest first: of runs at one step, and
+    of costs, the newest. What has the parameters of another scene of that name, or another
+    definition of a method, than `scene` or the newest study is left out; None where nothing is
+    left."""
     wanted = scene if scene is not None else (studies[-1].scenes[0] if studies else None)
     same = [s for s in studies if wanted is not None and _same(s.scenes[0], wanted)]
     if wanted is None or not same:
         return None
-    methods: dict[str, Method] = {m.name: m for study in same for m in study.methods}
+    methods = {m.name: m for study in same for m in study.methods}
     together: dict[Key, ConvergenceStudy] = {}
+    costs: dict[Key, Cost] = {}
+    unit = next((s.reference_step for s in reversed(same) if s.costs), math.nan)
     for study in same:
-        known = {m.name: m for m in study.methods}
-        for c in study.convergence:
-            if known.get(c.method) == methods[c.method]:
-                key = c.scene, c.method
-                together[key] = _joined(together[key], c) if key in together else c
-    units = [s.reference_step for s in same if math.isfinite(s.reference_step)]
-    unit = units[-1] if units else math.nan
+        present = study.of_methods([m.name for m in study.methods if m == methods[m.name]])
+        for c in present.convergence:
+            key = c.scene, c.method
+            together[key] = _joined(together[key], c) if key in together else c
+        for key, cost in present.costs.items():
+            costs[key] = cost.scaled(unit / study.reference_step)
     return replace(
         same[-1],
         scenes=(wanted,),
         methods=tuple(methods.values()),
         convergence=tuple(together.values()),
-        costs=_median_costs(same, methods, unit),
+        costs=costs,
         reference_step=unit,
-        extras={of: found for study in same for of, found in study.extras.items()},
+        extras={of: answer for study in same for of, answer in study.extras.items()},
     )
-
-
-def _median_costs(
-    studies: Sequence[Study], methods: Mapping[str, Method], unit: float
-) -> dict[Key, Cost]:
-    """The last cost of each pair at its median ratio to the reference step, which takes `unit`
-    [ns]."""
-    ratios: dict[Key, list[float]] = {}
-    last: dict[Key, Cost] = {}
-    for study in studies:
-        known = {m.name: m for m in study.methods}
-        for key, cost in study.costs.items():
-            if known.get(key[1]) == methods[key[1]]:
-                ratios.setdefault(key, []).append(cost.ratio)
-                last[key] = cost
-    costs = {}
-    for key, measured in ratios.items():
-        ratio = statistics.median(measured)
-        scale = ratio * unit / last[key].ns_per_step if math.isfinite(unit) else 1.0
-        costs[key] = replace(last[key].scaled(scale), ratio=ratio)
-    return costs
 
 
 def searched_runs(studies: Sequence[Study], scene: Scene) -> dict[str, list[Measurement]]:

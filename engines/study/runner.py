@@ -7,6 +7,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 from plumbob.engines.added import one_line
 from plumbob.engines.method import Method, Stepping, meant
 from plumbob.engines.registry import find_engine
-from plumbob.engines.study.checkpoint import Unkept, key_of
+from plumbob.engines.study.checkpoint import Checkpoint, key_of, measured_into
 from plumbob.engines.study.convergence import (
     SEED,
     ConvergenceStudy,
@@ -91,7 +92,7 @@ def run_study(
     timed: bool = True,
     requests: Requests = nothing_more,
     command: str = "",
-    kept: Unkept | None = None,
+    kept: Checkpoint | None = None,
     seed: int = SEED,
     analyse: Analyse = no_analyses,
 ) -> Study:
@@ -102,10 +103,10 @@ def run_study(
     and those that are there are not measured again; `seed` draws one more step for each pair;
     `analyse` works out what is stored beside the measurements. Timings, of costs and of trimmed
     models, are made alone, after the rest. Tasks that crash or time out twice are "missing"."""
-    kept = kept or Unkept()
     plan = StudyPlan(profile, tuple(scenes), tuple(methods))
     chosen = pairs(scenes, methods)
-    with workers_of(jobs) as workers:
+    opened = measured_into(None) if kept is None else nullcontext(kept)
+    with workers_of(jobs) as workers, opened as kept:
         if executor is None and min(workers.count, len(chosen)) > 1:
             workers.begin(len(chosen), __name__)
         errors, trims = _tasks(plan, chosen, tuple(dict.fromkeys(requests(plan))), seed)
@@ -130,7 +131,7 @@ def run_study(
         study = assembled(study.described(), found.values())
         progress("analyses", 0, 0)
         study = replace(study, analyses=analyse(study, workers))
-    kept.complete(study, found)
+        kept.complete(study, found)
     return study
 
 
@@ -138,7 +139,7 @@ def _measured(
     errors: Sequence[Task],
     trims: Sequence[Task],
     plan: StudyPlan,
-    kept: Unkept,
+    kept: Checkpoint,
     pool: _Pool,
     progress: Progress,
     timed: bool,
@@ -196,7 +197,7 @@ def _timings(errors: Iterable[TaskResult], plan: StudyPlan) -> dict[str, _Timing
 def _costs(
     timings: Mapping[str, _Timing],
     plan: StudyPlan,
-    kept: Unkept,
+    kept: Checkpoint,
     workers: Workers | None,
     progress: Progress,
 ) -> dict[str, TaskResult]:

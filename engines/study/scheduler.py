@@ -9,7 +9,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-from plumbob.engines.study.checkpoint import Unkept
+from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.engines.study.results import TaskResult
 from plumbob.engines.workers import Lost, Task, results
 
@@ -41,7 +41,7 @@ def _timed(do: Callable[..., TaskResult], arguments: tuple[Any, ...]) -> TaskRes
 
 def worked_out(
     tasks: Sequence[Task],
-    kept: Unkept,
+    kept: Checkpoint,
     executor: Executor | None,
     progress: Progress,
     count: int = 1,

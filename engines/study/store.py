@@ -1,8 +1,8 @@
 """Results kept in a file: each once, with a checksum, under its key; a study is a list of keys.
 
-An SQLite file with two tables. A study that is not complete has a row with its plan, and no list
-yet. What a checksum does not fit is not read: whatever has damaged a file, nothing else has to
-notice it.
+An SQLite file with one table. A study that is complete has a row with its list, one that is to go
+on a row with its plan. What a checksum does not fit is not read: whatever has damaged a file,
+nothing else has to notice it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from sqlite3 import Connection
 from typing import Any, TypeVar
@@ -30,7 +31,15 @@ from plumbob.engines.study.store_file import (
 __all__ = ["FILE", "SCHEMA", "load", "save", "studies_of"]
 T = TypeVar("T")
 ANALYSIS = "analysis "  # of keys
-Listed = list[tuple[str, str]]  # keys of a study's results, with the scene of each
+STUDY, PLAN = "study", "plan"  # keys of what is no result
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A study without its results, and the keys of these, with the scene of each."""
+
+    study: Study
+    results: tuple[tuple[str, str], ...]
 
 
 def save(study: Study, file: Path) -> int:
@@ -51,66 +60,64 @@ def save(study: Study, file: Path) -> int:
             pair = request.scene, request.method
         results[str(request)] = TaskResult(extras={request: result}, pair=pair)
     with writing(file) as store, transaction(store):
-        number, _ = begun(store, None)
+        number, _ = begun(store, "")
         keep(store, number, results)
-        complete(store, number, None, study, results)
+        complete(store, number, study, results)
     return number
 
 
-def begun(store: Connection, plan: str | None) -> tuple[int, bool]:
-    """The number of the study of this plan that is not complete, or else of a new one, and whether
-    it was there before."""
+def begun(store: Connection, plan: str) -> tuple[int, bool]:
+    """The number of the study of this plan that is to go on, or else of a new one, and whether it
+    was there before."""
     with transaction(store):
-        found = store.execute("select id from study where plan = ?", (plan,)).fetchone()
-        if found is not None:
+        query = "select study from result where key = ? and body = ?"
+        if found := store.execute(query, (PLAN, plan)).fetchone():
             return int(found[0]), True
-        number = store.execute("insert into study (digest) values ('')").lastrowid
-        assert number is not None
-        _write(store, number, plan, None, None)
+        (last,) = store.execute("select max(study) from result").fetchone()
+        number = (last or 0) + 1
+        _write(store, number, PLAN, plan)
     return number, False
 
 
 def forget(store: Connection, plan: str) -> None:
-    """A study of this plan that is not complete is never gone on with."""
+    """A study of this plan that is to go on does not; what is complete of it stays."""
     with transaction(store):
-        query = "select id, body, results from study where plan = ?"
-        for number, body, listed in store.execute(query, (plan,)).fetchall():
-            if body is None:
-                store.execute("delete from result where study = ?", (number,))
-                store.execute("delete from study where id = ?", (number,))
-            else:
-                _write(store, number, None, body, listed)
+        number, _ = begun(store, plan)
+        query = "select 1 from result where study = ? and key = ?"
+        stays = store.execute(query, (number, STUDY)).fetchone()
+        only = "and key = 'plan'" if stays else ""
+        store.execute(f"delete from result where study = ? {only}", (number,))
 
 
 def _write(store: Connection, *row: Any) -> None:
-    """Write the row of a study, in an open transaction."""
-    store.execute("replace into study values (?, ?, ?, ?, ?)", (*row, _digest(*row)))
+    """Write a row, in an open transaction."""
+    store.execute("replace into result values (?, ?, ?, ?)", (*row, _digest(*row)))
 
 
 def keep(store: Connection, number: int, results: Mapping[str, Any]) -> None:
     """Keep results of a study by their keys, in one transaction."""
     with transaction(store):
         for key, result in results.items():
-            row = (number, key, to_json(result))
-            store.execute("replace into result values (?, ?, ?, ?)", (*row, _digest(*row)))
+            _write(store, number, key, to_json(result))
 
 
 def complete(
     store: Connection,
     number: int,
-    plan: str | None,
     study: Study,
     results: Mapping[str, TaskResult],
+    goes_on: bool = False,
 ) -> None:
-    """Write the list of a study, its analyses with it, and take out what is not in it; with its
-    `plan` where the study is to go on."""
+    """Write the list of a study, its analyses with it, and take out what is not in it, the plan too
+    unless the study `goes_on`."""
     results = {**results, **_by_key(study.analyses)}
-    listed = json.dumps([(key, result.pair[0]) for key, result in results.items()])
+    listed = tuple((key, result.pair[0]) for key, result in results.items())
+    stays = [*results, STUDY, *[PLAN] * goes_on]
     with transaction(store):
         keep(store, number, _by_key(study.analyses))
-        _write(store, number, plan, to_json(study.described()), listed)
+        _write(store, number, STUDY, to_json(Listed(study.described(), listed)))
         query = "delete from result where study = ? and key not in (select value from json_each(?))"
-        store.execute(query, (number, json.dumps(list(results))))
+        store.execute(query, (number, json.dumps(stays)))
 
 
 def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
@@ -142,21 +149,17 @@ def _intact(what: str, digest: str, *row: Any) -> None:
         raise ValueError(f"{what} is not as it was stored")
 
 
-def _studies(store: Connection) -> dict[int, tuple[str, Listed]]:
-    """The studies that have a list, the oldest first, as JSON; raises ValueError for a damaged one,
-    and for results without a study."""
-    query = "select id, plan, body, results, digest from study order by id"
-    rows = store.execute(query).fetchall()
-    for *row, digest in rows:
-        _intact(f"study {row[0]}", digest, *row)
-    query = "select study from result where study not in (select id from study) limit 1"
-    for (number,) in store.execute(query).fetchall():
+def _studies(store: Connection) -> dict[int, Listed]:
+    """The studies that have a list, the oldest first; raises ValueError for a
+    damaged one, and for results without a study."""
+    query = "select study, body, digest from result where key = ? order by study"
+    rows = store.execute(query, (STUDY,)).fetchall()
+    for number, body, digest in rows:
+        _intact(f"study {number}", digest, number, STUDY, body)
+    query = "select study from result group by study having not max(key in (?, ?)) limit 1"
+    for (number,) in store.execute(query, (STUDY, PLAN)).fetchall():
         raise ValueError(f"study {number} is not as it was stored")
-    return {
-        number: (body, json.loads(listed))
-        for number, _, body, listed, _ in rows
-        if body is not None
-    }
+    return {number: from_json(body, Listed) for number, body, _ in rows}
 
 
 def load(file: Path, number: int | None = None) -> Study | None:
@@ -167,17 +170,17 @@ def load(file: Path, number: int | None = None) -> Study | None:
     with reading(file) as store:
         studies = _studies(store)
         wanted = next(reversed(studies), None) if number is None else number
-        return _loaded(store, wanted, *studies[wanted]) if wanted in studies else None
+        return _loaded(store, wanted, studies[wanted]) if wanted in studies else None
 
 
-def _loaded(store: Connection, number: int, body: str, listed: Listed) -> Study:
+def _loaded(store: Connection, number: int, listed: Listed) -> Study:
     found: dict[str, TaskResult] = {}
-    for key, scene in listed:
+    for key, scene in listed.results:
         there = results(store, number, [key], TaskResult, scene)
         if not there:
             raise ValueError(f"study {number}, {scene or key}, is not as it was stored")
         found |= there
-    return assembled(from_json(body, Study), found.values())
+    return assembled(listed.study, found.values())
 
 
 def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
@@ -187,7 +190,7 @@ def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
         return ()
     found = []
     with reading(file) as store:
-        for number, (body, listed) in _studies(store).items():
-            if own := [entry for entry in listed if entry[1] == scene]:
-                found.append(_loaded(store, number, body, own).of_scene(scene))
+        for number, listed in _studies(store).items():
+            if own := tuple(entry for entry in listed.results if entry[1] == scene):
+                found.append(_loaded(store, number, replace(listed, results=own)).of_scene(scene))
     return tuple(study for study in found if any(c.measurements for c in study.convergence))

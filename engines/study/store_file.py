@@ -16,16 +16,12 @@ from urllib.parse import quote
 from plumbob.analytic.parameters import ParameterError
 
 FILE = "studies.sqlite3"  # its name in a folder of results
-SCHEMA = 7  # of the tables and of the JSON in them; 6 had each result twice
+SCHEMA = 8  # of the table and of the JSON in it; 7 had one more table
 PATIENCE = 5.0  # [s] to wait for another process that has locked the file
 HOLDS = "a file of stored results"
-TABLES = """
-create table if not exists study (
-    id integer primary key, plan text, body text, results text, digest text not null);
-create table if not exists result (
+TABLE = """create table result (
     study integer not null, key text not null, body text not null, digest text not null,
-    primary key (study, key));
-"""
+    primary key (study, key))"""
 
 
 @contextmanager
@@ -57,21 +53,19 @@ def writing(file: Path) -> Iterator[sqlite3.Connection]:
             (found,) = store.execute("pragma quick_check(1)").fetchone()
             if found != "ok":
                 raise sqlite3.DatabaseError(found)
-            with transaction(store):
-                for statement in TABLES.split(";") if new else ():
-                    store.execute(statement)
-                store.execute(f"pragma user_version = {SCHEMA}")
+            if new:
+                create(store)
             yield store
 
 
 @contextmanager
-def transaction(store: sqlite3.Connection) -> Iterator[None]:
+def transaction(store: sqlite3.Connection, how: str = "immediate") -> Iterator[None]:
     """A transaction: what is written within is there as a whole, or not at all; one within another
     is part of it."""
     if store.in_transaction:
         yield
         return
-    store.execute("begin immediate")
+    store.execute(f"begin {how}")
     try:
         yield
         store.execute("commit")
@@ -95,20 +89,23 @@ def _regular(file: Path) -> None:
         raise ParameterError("store", str(file), f"a regular file, {HOLDS}")
 
 
+def create(store: sqlite3.Connection) -> None:
+    """Make the table in an empty file."""
+    with transaction(store):
+        store.execute(TABLE)
+        store.execute(f"pragma user_version = {SCHEMA}")
+
+
 def _ours(store: sqlite3.Connection, file: Path) -> bool:
-    """Whether there are our tables, and False for an empty file; raises ParameterError for a file
-    of another schema, or with anything in it that is not ours."""
-    store.execute("begin")  # another process may make the tables between two reads
-    try:
+    """Whether there is our table, and False for an empty file; raises ParameterError for a file of
+    another schema, or with anything in it that is not ours."""
+    with transaction(store, "deferred"):  # another process may make the table between two reads
         (schema,) = store.execute("pragma user_version").fetchone()
-        there = _tables(store)
-    finally:
-        store.execute("rollback")
+        query = "select sql from sqlite_master where name not like 'sqlite^_%' escape '^'"
+        there = [sql for (sql,) in store.execute(query).fetchall()]
     if not there and not schema:
         return False
-    if schema == 0 and "study" not in there:  # schemas had no numbers at first
-        raise ParameterError("store", str(file), f"{HOLDS} (it holds other data)")
-    if schema != SCHEMA:
+    if schema not in (0, SCHEMA):
         which = "an older" if schema < SCHEMA else "a newer"
         raise ParameterError(
             "store",
@@ -116,24 +113,9 @@ def _ours(store: sqlite3.Connection, file: Path) -> bool:
             f"written by this version of plumbob (schema {SCHEMA}), and is by {which} one "
             f"(schema {schema}): take another folder with --out, or measure again",
         )
-    with closing(sqlite3.connect(":memory:")) as made:
-        made.executescript(TABLES)
-        wanted = _tables(made)
-    for name, (what, sql) in there.items():
-        if (what, sql) != wanted.get(name):
-            raise ParameterError(
-                "store", str(file), f"{HOLDS} alone (it holds the {what} {name!r})"
-            )
-    for name in wanted.keys() - there.keys():
-        raise ParameterError("store", str(file), f"{HOLDS} (the table {name!r} is missing)")
+    if not schema or [sql.casefold() for sql in there] != [TABLE.casefold()]:
+        raise ParameterError("store", str(file), f"{HOLDS} alone (it holds other data)")
     return True
-
-
-def _tables(store: sqlite3.Connection) -> dict[str, tuple[str, str]]:
-    """Everything that is defined in a file, by its name: what it is, and its definition."""
-    query = "select name, type, sql from sqlite_master where name not like 'sqlite^_%' escape '^'"
-    rows = store.execute(query).fetchall()
-    return {name: (what, " ".join((sql or "").split())) for name, what, sql in rows}
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.changes import changes, contact_changes
+from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
 from plumbob.engines.audit.controls import KINDS
 from plumbob.engines.audit.engines import readers
@@ -183,8 +183,7 @@ def _of_file(
             friction=numbers.get("friction"),
             keyframe=chosen.keyframe,
         )
-        since = None if old is None else contact_changes(old, record(slid))
-        return replace(slid, changes=since)
+        return slid if old is None else replace(slid, changes=changes(old, record(slid)))
     result = audit(
         model,
         chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),

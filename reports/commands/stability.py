@@ -61,7 +61,7 @@ def _measured(
     chosen: argparse.Namespace, scenes: Sequence[Scene], methods: Sequence[Method]
 ) -> Study:
     """A study of these searches, and of nothing else, kept where a folder is given."""
-    from plumbob.engines.study.checkpoint import Unkept, measured_into
+    from plumbob.engines.study.checkpoint import measured_into
     from plumbob.engines.study.runner import pairs, run_study
     from plumbob.reports.commands.validate import noted, progress, writable
 
@@ -77,23 +77,18 @@ def _measured(
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
     line, jobs = shlex.join(["plumbob", *sys.argv[1:]]), values.jobs(chosen)
 
-    def made(kept: Unkept) -> Study:
-        with progress() as show:
-            return run_study(
-                (),
-                methods,
-                jobs=min(jobs, max(1, len(searches) // 2)),
-                progress=show,
-                timed=False,
-                requests=lambda plan: searches,
-                command=line,
-                kept=kept,
-            )
-
-    if not chosen.out:
-        return made(Unkept())
-    with measured_into(writable("out", Path(chosen.out)) / FILE, False, noted) as kept:
-        return made(kept)
+    file = writable("out", Path(chosen.out)) / FILE if chosen.out else None
+    with measured_into(file, note=noted) as kept, progress() as show:
+        return run_study(
+            (),
+            methods,
+            jobs=min(jobs, max(1, len(searches) // 2)),
+            progress=show,
+            timed=False,
+            requests=lambda plan: searches,
+            command=line,
+            kept=kept,
+        )
 
 
 def _judged(study: Study) -> Iterator[JudgedLimit | JudgedLongRun]:

@@ -128,10 +128,10 @@ def figures(out):
     }
 
 
-def rows(out, table):
-    """How many rows a table of a folder's store has."""
+def rows(out):
+    """How many studies, and how many rows in all, a folder's store has."""
     with closing(sqlite3.connect(f"file:{out / FILE}?mode=ro", uri=True)) as opened:
-        return int(opened.execute(f"select count(*) from {table}").fetchone()[0])
+        return opened.execute("select count(distinct study), count(*) from result").fetchone()
 
 
 def fatal(scene, method, most, seed):

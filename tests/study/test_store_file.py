@@ -54,18 +54,18 @@ BAD = {
     "newer": (_with("pragma user_version = 99"), "a newer one"),
     "trigger": (
         _with("create trigger t after insert on result begin delete from result; end"),
-        "the trigger 't'",
+        "it holds other data",
     ),
     "view": (
-        _with("drop table result; create view result as select * from study"),
-        "the view 'result'",
+        _with("drop table result; create view result as select 1 as study"),
+        "it holds other data",
     ),
-    "other table": (_with("create table own (x)"), "the table 'own'"),
+    "other table": (_with("create table own (x)"), "it holds other data"),
     "other columns": (
         _with("drop table result; create table result (study, body)"),
-        "the table 'result'",
+        "it holds other data",
     ),
-    "a table less": (_with("drop table result"), "the table 'result' is missing"),
+    "no table": (_with("drop table result"), "it holds other data"),
     "pipe": (lambda file, whole: os.mkfifo(file), "a regular file"),
     "folder": (lambda file, whole: file.mkdir(), "must be"),
 }

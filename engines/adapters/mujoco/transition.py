@@ -37,6 +37,11 @@ Beside = tuple[MujocoSimulation, MujocoSimulation, MujocoSimulation, float]
 TOUCHING = 1e-7  # of a state's number
 
 
+def difference(model: mujoco.MjModel) -> float:
+    """The size of MuJoCo's own central differences of a model's step."""
+    return TOUCHING if model.geom_contype.any() or model.geom_conaffinity.any() else NUDGE
+
+
 def transition(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """Derivatives of the observables that a state gives; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
@@ -47,7 +52,7 @@ def transition(number: Number, method: Method, step: float) -> Mapping[str, floa
         )
     model, data, along = here.model, here.data, _at_start(runs)
     by_state, by_control = np.zeros((along.size,) * 2), np.zeros((along.size, model.nu))
-    nudge = TOUCHING if model.ngeom else NUDGE
+    nudge = difference(model)
     with options.collected():  # warnings are those of the run itself
         for control, change in zip(*_controls(runs), strict=True):
             data.ctrl[:] = control

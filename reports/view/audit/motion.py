@@ -6,13 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
-from plumbob.engines.audit.ensemble import FINER, MEANS, STANDS_OUT, Likely
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
 from plumbob.engines.audit.stability import Limit
 from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError, horizon
@@ -93,7 +91,6 @@ class Motion:
 
     audit: Audit
     targets: tuple[float, ...] = TARGETS
-    finer: int = FINER
 
     @property
     def steps(self) -> Compared:
@@ -140,17 +137,6 @@ class Motion:
         audit = self.audit
         ends = [(t, horizon(self.steps, audit.reference, audit.script, t)) for t in TARGETS[1:3]]
         return tuple((target, None if math.isinf(end) else end) for target, end in ends)
-
-    @property
-    def likely(self) -> Mapping[str, Any] | None:
-        """The mean that differs most, by how much [m], and whether that stands out."""
-        means: Likely | None = self.audit.likely
-        if means is None:
-            return None
-        name, apart = means.most
-        k = MEANS.index(name)
-        size = abs(means.own[k] - means.finer[k])
-        return {"mean": name, "apart": apart, "size": size, "stands_out": apart >= STANDS_OUT}
 
     @property
     def other_limits(self) -> tuple[tuple[str, Limit], ...]:

@@ -48,7 +48,6 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "notes": (*audit.notes, *(steps.own.remarks if steps else ())),
         "to_do": dict(rows(answered(audit)))["to do"],
         **_steps(steps),
-        "likely": None if audit.likely is None else audit.likely.__dict__,
         "balances": [b.__dict__ for b in audit.balances],
         "trims": []
         if audit.trims is None

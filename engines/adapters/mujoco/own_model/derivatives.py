@@ -13,9 +13,9 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
 from plumbob.engines.adapters.mujoco.terms import put
+from plumbob.engines.adapters.mujoco.transition import difference
 from plumbob.engines.own_motion import NotCertifiable, Script
 
-NUDGE = 1e-6  # of a state's number and of a control, for MuJoCo's own central differences
 TURNS = ("about x", "about y", "about z")
 FREEDOMS = MappingProxyType({6: ("x", "y", "z", *TURNS), 3: TURNS})  # of joints with several
 
@@ -43,7 +43,7 @@ def product(model: Any, data: Any, script: Script) -> Array:
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise NotCertifiable("mjd_transitionFD refuses RK4")
     put(data, script.start)
-    nv, size = model.nv, 2 * model.nv + model.na
+    nv, size, nudge = model.nv, 2 * model.nv + model.na, difference(model)
     along = np.eye(size, size + model.nu)
     by_state, by_control = np.zeros((size, size)), np.zeros((size, model.nu))
     ends = np.full((len(script.controls) + 1, nv, size + model.nu), np.nan)
@@ -51,7 +51,7 @@ def product(model: Any, data: Any, script: Script) -> Array:
     for k, control in enumerate(script.controls):
         data.ctrl[:] = control
         for _ in range(round(script.period / model.opt.timestep)):
-            mujoco.mjd_transitionFD(model, data, NUDGE, True, by_state, by_control, None, None)
+            mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
             along = by_state @ along
             along[:, size:] += by_control
             mujoco.mj_step(model, data)

@@ -334,14 +334,6 @@ class MujocoModel:
         """A PNG of it at the start; None where this machine draws none."""
         return picture(self.effective, self.start.qpos)
 
-    def starts(self, count: int, size: float) -> Array:
-        """States near the start, by `size` [m or rad] in each coordinate, the same at each call,
-        shape (count, n)."""
-        model, random = self.effective, np.random.default_rng(0)
-        shifts = np.zeros((count, 2 * model.nv + model.na))
-        shifts[:, : model.nv] = size * random.standard_normal((count, model.nv))
-        return np.array([self.shifted(self.state, shift) for shift in shifts])
-
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
         """Of the numbers that a motion depends on: each "position", "velocity" and "activation" of
