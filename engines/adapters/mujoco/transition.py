@@ -39,7 +39,8 @@ TOUCHING = 1e-7  # of a state's number
 
 def difference(model: mujoco.MjModel) -> float:
     """The size of MuJoCo's own central differences of a model's step."""
-    return TOUCHING if model.geom_contype.any() or model.geom_conaffinity.any() else NUDGE
+    touching = model.npair or model.geom_contype.any() or model.geom_conaffinity.any()
+    return TOUCHING if touching else NUDGE
 
 
 def transition(number: Number, method: Method, step: float) -> Mapping[str, float]:
