@@ -1,5 +1,7 @@
 """The exact rotation of a free body: 45-digit integration, invariants, symmetries, limits."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,9 @@ from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.tests.free_body.recorded import FILE
-from plumbob.tests.support.extrapolation import recorded
+from plumbob.tests.support.recorded import recorded
 
-CASES = recorded(FILE)
+CASES = recorded(Path(__file__).with_name("recorded.json"))
 NAMES = (*RATES, *ATTITUDE)
 
 

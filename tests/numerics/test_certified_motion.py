@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import mpmath as mp
 import numpy as np
@@ -14,10 +15,9 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.tests.numerics.double_pendulum import double_pendulum
-from plumbob.tests.numerics.recorded_motions import FILE
-from plumbob.tests.support.extrapolation import recorded
+from plumbob.tests.support.recorded import recorded
 
-CASES = recorded(FILE)
+CASES = recorded(Path(__file__).with_name("recorded_motions.json"))
 
 
 def stacked(values):

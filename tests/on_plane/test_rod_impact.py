@@ -7,7 +7,6 @@ import pytest
 from mpmath import mp
 
 from plumbob.analytic.errors.contact_models import impacts, rod_steps
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import LAWS
 from plumbob.engines.method import meant
@@ -158,21 +157,3 @@ def test_a_slightly_different_contact_is_noticed(name, constant, monkeypatch):
     stepped = changed.at_step(scheme_of(case, how), 1e-3, run.times)
     differs = run.observables["angle"] - case.reference.observe(run.times)["angle"]
     assert np.abs(differs - stepped.errors["angle"]).max() > 1e-7
-
-
-@pytest.mark.parametrize(
-    ("start", "name", "value", "must"),
-    [
-        ("sticks", "law", "moreau", "one of newton, poisson, energetic"),
-        ("sticks", "restitution", 1.5, "at most 1"),
-        ("sticks", "angle", 3.2, "at most 3.1415"),
-        ("sticks", "height", 0.0, "greater than 0"),
-        ("jams at rest", "law", "newton", ""),
-    ],
-)
-def test_bad_input(start, name, value, must):
-    of = rod(start, law="energetic")
-    with pytest.raises(ParameterError, match=f"must be {must}"):
-        replace(of, **{name: value})
-    with pytest.raises(ParameterError, match="it strikes again"):
-        of.observe(np.array([3.0]))

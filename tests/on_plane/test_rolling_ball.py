@@ -1,14 +1,11 @@
 """The rolling ball against 40 digits, an integration and theory; its file against its builder."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from mpmath import mp
-from scipy.integrate import solve_ivp
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, scenes
@@ -68,42 +65,6 @@ def test_40_digits(changes):
             for name, value in zip(exact, stepped_to(ball, time), strict=True):
                 assert abs(float(value - mp.mpf(exact[name][i]))) <= doubt[name][i], (name, time)
     assert doubt["speed"].max() < 4e-15 * ball.scale
-
-
-@pytest.mark.parametrize("changes", CHANGES, ids=str)
-def test_an_integration_of_smoothed_friction_comes_near(changes):
-    """With tanh for the signs, of another time and arithmetic: within 1e-3 of the speeds."""
-    ball, width = replace(BALL, **changes), 1e-4
-
-    def slope(time, y):
-        rolled = ball.friction * np.tanh((y[1] - y[2]) / width)
-        turned = ball.rolling_friction / ball.radius * np.tanh(y[2] / width)
-        return y[1], -ball.gravity * rolled, 2.5 * ball.gravity * (rolled - turned)
-
-    times = np.linspace(0.0, 1.2, 25)
-    start = (0.0, ball.speed, ball.radius * ball.spin)
-    run = solve_ivp(slope, (0.0, 1.2), start, "Radau", times, rtol=1e-8, atol=1e-9)
-    exact = ball.observe(times)
-    for name, values in zip(exact, (*run.y[:2], run.y[2] / ball.radius), strict=True):
-        size = ball.scale / (ball.radius if name == "spin" else 1.0)
-        assert np.abs(exact[name] - values).max() < 1e-3 * size, name
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "must"),
-    [
-        ("radius", 0.0, "greater than 0"),
-        ("mass", -1.0, "greater than 0"),
-        ("gravity", 0.0, "greater than 0"),
-        ("friction", -0.1, "0 or greater"),
-        ("rolling_friction", -0.1, "0 or greater"),
-        ("torsional_friction", -0.1, "0 or greater"),
-        ("spin", math.inf, "a finite number"),
-    ],
-)
-def test_bad_input(name, value, must):
-    with pytest.raises(ParameterError, match=f"{name} = .*must be {must}"):
-        replace(BALL, **{name: value})
 
 
 @pytest.mark.parametrize("chosen", SCENES[:2], ids=lambda s: s.name)

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -12,11 +13,10 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.sensitivities.capsule import phased
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
-from plumbob.tests.sensitivities.recorded import FILE, nested, scene_of
 from plumbob.tests.support.derivatives import scaled
 
 SMOOTH, SLIDING = 1e-9, 1e-8  # of scale
-RECORDED = json.loads(FILE.read_text("utf-8"))
+RECORDED = json.loads(Path(__file__).with_name("recorded.json").read_text("utf-8"))
 mpmath.mp.dps = 40
 
 
@@ -31,21 +31,28 @@ def agrees(found, name, exact, scale, within):
     return ""
 
 
+def tuples(value):
+    """JSON's lists as tuples."""
+    if isinstance(value, dict):
+        return {name: tuples(part) for name, part in value.items()}
+    return tuple(map(tuples, value)) if isinstance(value, list) else value
+
+
 @pytest.mark.long(keep=12)
-@pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["system"])
+@pytest.mark.parametrize("record", RECORDED, ids=lambda r: r["scene"])
 def test_recorded_derivatives(record):
     """Smooth motions, and a body sliding before its first stop, by every parameter at three random
     sets of them."""
-    case = case_of(scene(scene_of(record["system"]), nested(record["parameters"])))
+    case = case_of(scene(record["scene"], tuples(record["parameters"])))
     times = np.array(record["times"])
     found = exact_gradient(case, list(record["by"]), times)
     observed = case.reference.observe(times)
     for name, exact in record["by"].items():
         for observable, text in exact.items():
             values = np.array(text, dtype=float)
-            number = record["parameters"][name]
+            number = record["numbers"][name]
             scale = scaled(values, observed[observable], number)
-            within = SLIDING if record["system"] == "capsule-coast" else SMOOTH
+            within = SLIDING if record["scene"] == "capsule-coast/spin" else SMOOTH
             wrong = agrees(found[name], observable, values, scale, within)
             assert not wrong, (name, wrong)
 

@@ -1,15 +1,16 @@
 """Chains of rods against 60 digits of each rod's own equations, and against their modes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
 from plumbob.models.registry import case_of, scene
-from plumbob.tests.smooth_systems.recorded_chains import FILE
-from plumbob.tests.support.extrapolation import recorded
+from plumbob.tests.support.recorded import recorded
 
-CASES = recorded(FILE)
+CASES = recorded(Path(__file__).with_name("recorded_chains.json"))
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
