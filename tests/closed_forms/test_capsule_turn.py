@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER as SEMI_IMPLICIT
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule_setup import InWorld
@@ -57,27 +56,6 @@ def test_consecutive_turns_are_the_whole_motion():
         turns, path = (getattr(m.at(times), name) for m in (repeated, motion))
         np.testing.assert_allclose(turns, path, rtol=0, atol=1e-11 * np.abs(path).max())
     assert repeated.error.heading[0] >= 3 * repeated.single.error.heading[0]
-
-
-@pytest.mark.parametrize("friction", [0.0, 1e-308, 1e-17])
-def test_friction_that_no_double_shows_is_refused_before_anything_is_worked_out(
-    friction, monkeypatch
-):
-    monkeypatch.setattr(f"{RepeatedTurn.__module__}.three_point_motion", None)
-    slippery = RepeatedTurn(replace(WHOLE, capsule=replace(CHECK, friction=friction)))
-    with pytest.raises(ParameterError, match=r"^friction = .* greater than .*e-15"):
-        _ = slippery.single
-
-
-def test_friction_that_changes_the_last_digit_of_the_largest_rate_ends_a_turn():
-    least, slippery = (
-        replace(WHOLE, capsule=replace(CHECK, friction=part * WHOLE.least_friction))
-        for part in (1.0, 2.0)
-    )
-    rate = WHOLE.inertia_ratio * abs(WHOLE.angular_acceleration) * WHOLE.half_time
-    lost = 2.0 * WHOLE.half_time * least.friction_bound
-    assert lost == pytest.approx(2.0**-53 * rate, rel=1e-12)
-    assert math.isfinite(RepeatedTurn(slippery).single.rest_time)
 
 
 @pytest.mark.parametrize(

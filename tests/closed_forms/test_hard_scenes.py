@@ -1,11 +1,7 @@
 """The references of hard scenes beside 40 digits, or a second method."""
 
-from dataclasses import replace
-
 import numpy as np
-import pytest
 
-from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.high_precision import orbit_of
@@ -21,15 +17,3 @@ def test_a_platform_at_1e4_rad_per_s_against_40_digits():
         for exact, key in zip(state, ("theta", "theta_dot"), strict=True):
             assert abs(float(seen[key][i] - exact)) <= allowed[key][i]
     assert (allowed["theta"] / np.abs(seen["theta"]) < 1e-13).all()
-
-
-@pytest.mark.parametrize("rate", [1e2, 1e3, 1e4])
-def test_two_methods_follow_a_heavily_damped_pendulum(rate):
-    """Beyond the milliseconds in which the speed is lost, weight and damping all but cancel."""
-    problem = replace(
-        case_of(find_scene("simple-pendulum/overdamped")).problem, damping_rate=rate, theta_dot=2.0
-    )
-    motion = DrivenMotion(problem.rotor, problem.theta, problem.theta_dot)
-    gaps = motion.certified.disagreement(np.array([0.1]))
-    assert gaps["theta"] < 1e-14
-    assert gaps["theta_dot"] < 1e-12

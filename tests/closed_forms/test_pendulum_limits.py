@@ -81,14 +81,6 @@ def test_rest(case):
     assert all(np.isfinite(u).all() for u in motion.uncertainty(times).values())
 
 
-@pytest.mark.parametrize("theta", [3.0, -3.0, 20.0, -100.0])
-def test_angle_from_the_top_is_on_the_turn_nearest_to_theta(theta):
-    motion = PendulumMotion(SIMPLE, 1.0, theta, 0.0, theta_from_top=1e-3)
-    start = motion.state(np.zeros(1))[0][0]
-    assert abs(start - theta) < math.pi + 1e-3
-    assert math.remainder(start - math.pi - 1e-3, 2 * math.pi) == pytest.approx(0.0, abs=3e-14)
-
-
 @pytest.mark.parametrize("index", range(11))
 def test_time_of_an_angle(index):
     """theta(time_at(x)) = x, and no earlier time has it."""

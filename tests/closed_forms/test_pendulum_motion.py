@@ -15,7 +15,6 @@ from gmpy2 import mpfr
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
-from plumbob.analytic.systems.pendulums import conditioning
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.tests.support.high_precision import Orbit, orbit_of, started
 from plumbob.tests.support.random_pendulums import REGIMES, pendulums
@@ -142,19 +141,6 @@ HARD = {
 @pytest.mark.parametrize("case", HARD)
 def test_hard_case(case):
     assert_exact(HARD[case].motion, orbit_of(HARD[case]))
-
-
-def test_an_uncertainty_does_not_depend_on_what_was_asked_before():
-    def rotation():
-        return PendulumMotion(SIMPLE, 1.0, 0.3, 7.0)
-
-    runs = [np.linspace(0.0, last, 20) for last in (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1.0)]
-    asked = rotation()
-    found = [asked.uncertainty(times) for times in runs]
-    for times, before in zip(runs, found, strict=True):
-        conditioning._rounded.cache_clear()
-        for name, known in rotation().uncertainty(times).items():
-            np.testing.assert_array_equal(before[name], known)
 
 
 @pytest.mark.parametrize("change", ["a", "b", "c", "inertia"])

@@ -26,15 +26,6 @@ def test_two_methods_agree_on_the_reference(name):
     )
 
 
-def test_chaos_is_followed_within_its_horizon():
-    scene = find_scene(SIMPLE + "forced-chaotic")
-    motion = DrivenMotion(system_of(scene).problem(scene.parameters).rotor, 0.2, 0.0)
-    times = np.arange(0.0, 170.0)
-    horizon = times[motion.uncertainty(times)["theta"] > 1e-6][0]
-    assert scene.duration < horizon == pytest.approx(156.0, abs=8.0)
-    assert "156 s" in scene.summary
-
-
 def test_an_error_that_is_not_small_is_reported():
     # the second-order response grows with the error: ten times the error, ten times as nonlinear
     case, linear = (case_of(find_scene(f"{name}damped-rotating")) for name in (SIMPLE, LINEAR))
@@ -46,21 +37,3 @@ def test_an_error_that_is_not_small_is_reported():
     )
     assert 0.0 < small == pytest.approx(large / 10, rel=1e-6)
     assert linear.reference.nonlinearity(times, dict(errors)) == 0.0
-
-
-def test_facts_say_what_the_motion_does():
-    facts = {
-        case: system_of(scene).facts(system_of(scene).problem(scene.parameters))
-        for case in ("free-large", "rotating-slow", "damped-large", "forced-large", "overdamped")
-        for scene in [find_scene(SIMPLE + case)]
-    }
-    assert [facts[case]["kind"] for case in facts] == [
-        "libration",
-        "rotation",
-        "damped",
-        "forced, damped",
-        "overdamped",
-    ]
-    assert facts["free-large"]["barrier"] == pytest.approx(9.8)
-    assert facts["free-large"]["period"] == pytest.approx(2.7554946184863862, rel=1e-15)
-    assert "period" not in facts["damped-large"]

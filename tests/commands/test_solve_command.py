@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from plumbob.models.registry import case_of, scene, scenes, systems
+from plumbob.models.registry import case_of, scene
 from plumbob.reports.cli import main
 
 
@@ -39,41 +39,6 @@ def test_json_has_every_digit_and_the_uncertainty(capsys):
     for name, values in answer["uncertainty"].items():
         assert values[0] == float(alone[name][0])  # whatever the later time is
         assert answer["observables"][name][0] == float(reference.observe(np.array([0.5]))[name][0])
-
-
-# Others of capsule-plan take up to ten seconds each to plan: with --profile full.
-QUICK_PLANS = tuple(
-    f"capsule-plan/{name}" for name in ("near-free", "ahead-curve", "beside-curve-23-longer")
-)
-ALL = [one.name for one in scenes("*")]
-
-
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize("system", list(systems()))
-def test_every_scene_is_printed(system, capsys, pytestconfig):
-    own = [name for name in ALL if name.startswith(f"{system}/")]
-    if system == "capsule-plan" and pytestconfig.getoption("profile") != "full":
-        own = [name for name in own if name in QUICK_PLANS]
-    assert own
-    for name in own:
-        case = case_of(scene(name))
-        lines = _printed(capsys, name)
-        assert lines[0].startswith(f"{name}: {case.scene.summary}")
-        facts = [line.strip().partition(":")[0] for line in lines]
-        seen = case.reference.observe(np.array([0.0, case.scene.duration]))
-        assert {observable.name for observable in case.system.observables} <= set(seen)
-        assert all(np.isfinite(values).all() for values in seen.values())
-        printed = case.system.facts(case.problem)
-        assert printed.get("t_rest", 0.0) <= case.scene.duration * (1 + 1e-12)
-        for key, value in printed.items():
-            assert key in facts or value in (None, "", [], {}), (name, key)
-
-
-def _printed(capsys, name):
-    assert main(["solve", name, "--times", "0.05"]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    return out.splitlines()
 
 
 def test_angles_are_the_parameter(capsys):

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors, step_error
-from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE, lines
 
@@ -42,21 +41,6 @@ def test_step_error_is_that_of_the_scheme(position_first, line, steps):
     places = run_line(line, step, position_first)
     off = places[-1] - line.displacement
     assert abs(off - float(step_error(line, step))) <= rounding(line, places)
-
-
-@pytest.mark.parametrize("position_first", [False, True])
-def test_leading_error_while_moving(position_first):
-    """t1 on the grid; until t_star the error is of first order only."""
-    step = LINE.t1 / 37
-    places = run_line(LINE, step, position_first)
-    times = np.asarray(step * np.arange(places.size), dtype=np.float64)
-    moving = times < LINE.t_star
-    scheme = Scheme(EULER, position_first=position_first)
-    error = line_errors(LINE, scheme, step, times)["displacement"]
-    lead = (-0.5 if position_first else 0.5) * LINE.body_velocity(times)
-    np.testing.assert_allclose(error[moving], step * lead[moving], rtol=0, atol=1e-17)
-    left = places - LINE.body_displacement(times) - error
-    assert np.abs(left[moving]).max() <= rounding(LINE, places)
 
 
 def test_sensitivity():

@@ -6,8 +6,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.tests.support.pendulum_cases import CASES, endpoint, motion
 
 # Theta and theta_dot after 50 s, by a Taylor series of order 40 in 32 digits. So does
@@ -34,17 +32,6 @@ def test_the_motion_reaches_the_32_digits(name):
         assert error <= spread[observable][0]
         # and, with the growth along the chaotic orbit (430), below 1e-12
         assert error <= 1e-12
-
-
-@pytest.mark.parametrize("name", ["free-small", "free-large", "rotating-slow", "rotating-fast"])
-def test_undamped_swings_and_turns_are_those_of_jacobi(name):
-    case, times = CASES[name], np.linspace(0.0, 50.0, 41)
-    potential = TrigonometricPotential(0.0, 0.0, case.rotor.sin)
-    wanted = PendulumMotion(potential, 1.0, case.theta, case.theta_dot).observe(times)["theta"]
-    exact = motion(case)
-    errors = np.abs(exact.observe(times)["theta"] - wanted)
-    assert np.all(errors <= exact.uncertainty(times)["theta"] + 1e-15 * (1 + np.abs(wanted)))
-    assert errors.max() < 1e-11  # 457 rad round at 6e-14, in each step
 
 
 def test_the_cone_has_its_check_values():

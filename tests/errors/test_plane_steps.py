@@ -9,29 +9,13 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
-from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.analytic.schemes import EULER
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.slider_path import line_stroke
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.implicit_friction import FrictionProblem, after_friction
-from plumbob.tests.support.random_capsules import CHECK, LINE
+from plumbob.tests.support.random_capsules import CHECK
 
 X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
-
-
-@pytest.mark.parametrize("direction", [0.0, 0.7, 2.15])
-@pytest.mark.parametrize("step", [1e-3, 3.7e-4])
-def test_on_a_line_it_is_the_sawtooth(direction, step):
-    line = LineManoeuvre(CHECK, LINE.w1, LINE.w2, LINE.t1, direction)
-    path = line_stroke((0.0, 0.0), direction, line.w1, line.w2, line.t1)
-    steps = math.ceil(line.t_star / step) + 2
-    end = trajectory(CHECK, path, Start(), EULER, step, steps)[-1]
-    gone = end[X] * math.cos(direction) + end[Y] * math.sin(direction)
-    predicted = line.displacement + float(step_error(line, step))
-    assert gone == pytest.approx(predicted, abs=1e-15)  # rounding of 5.6e-3 m in a hundred steps
-    assert abs(end[HEADING]) < 1e-13
 
 
 @pytest.mark.parametrize("angle", [-1.0, 0.4])

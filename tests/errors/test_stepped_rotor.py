@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
-from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.engines.registry import method as find_method
@@ -55,24 +54,6 @@ def test_what_the_series_leaves_is_of_the_next_order(scheme):
     coarse, fine = (left_over(scheme, h) for h in (2e-2, 1e-2))
     assert (fine > 1e-12).all()
     assert (np.log2(coarse / fine) > after - 0.3).all()
-
-
-@pytest.mark.parametrize(
-    ("without", "count"),
-    [(None, 9), ("stiffness", 9), ("damping_rate", 8), ("forcing_amplitude", 6)],
-)
-def test_schemes_taken_for_one_have_the_same_errors_and_others_have_not(without, count):
-    rotor = replace(ROTOR, **{without: 0.0}) if without else ROTOR
-    theory, step = RotorErrors(rotor, *START), 1e-2
-    times = np.arange(0, 21, 4).astype(float) * step
-    of = {}
-    for scheme in PLAIN:
-        chosen = simplest(scheme, rotor)
-        errors = [theory.at_step(s, step, times).errors["theta_dot"] for s in (scheme, chosen)]
-        assert errors[0].tobytes() == errors[1].tobytes()
-        np.testing.assert_equal(theory.series(scheme, times), theory.series(chosen, times))
-        assert of.setdefault(errors[0].tobytes(), chosen) == chosen
-    assert len(of) == count
 
 
 def stepped(name, method, step):

@@ -8,7 +8,6 @@ import pytest
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalIntegral
 from plumbob.analytic.numerics.quad import double, quad
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.tests.support.recorded import recorded
@@ -97,22 +96,3 @@ def _mean(a, b):
     for _ in range(40):
         a, b = (a + b) / 2, float(np.sqrt(a * b))
     return a
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "wanted"),
-    [
-        ("inertia_x", 0.0, "greater than 0"),
-        ("inertia_z", 4.1, "at most the sum of the other two"),
-        ("angular_velocity", (1.0, 2.0), "three finite numbers"),
-        ("angular_velocity", "123", "three finite numbers"),
-        ("angular_velocity", (1.0, float("nan"), 0.0), "three finite numbers"),
-        ("angular_velocity", 3.0, "three finite numbers"),
-    ],
-)
-def test_bad_parameters_are_named(name, value, wanted):
-    good = {f"inertia_{axis}": 2.0 for axis in "xyz"}
-    good["angular_velocity"] = (1, 2, 3)
-    with pytest.raises(ParameterError, match=wanted) as raised:
-        FreeBody(**(good | {name: value}))
-    assert raised.value.name == name

@@ -70,32 +70,6 @@ def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
     assert sum(j.verdict == "predicted" for j in judged) >= 10
 
 
-@pytest.mark.parametrize(
-    ("step", "eps", "relative"),
-    [(1e-3, 1e-3, -0.565), (1e-3, 1e-5, -0.500), (1e-4, 1e-3, -0.738), (1e-4, 1e-5, 1.57)],
-)
-def test_default_contacts_have_noise_for_a_derivative(step, eps, relative):
-    search = GradientSearch(
-        LINE, "mujoco/euler", ("displacement",), "friction", ("central",), step, (eps,)
-    )
-    (judged,) = _judged(search)
-    assert judged.relative_error == pytest.approx(relative, abs=2e-3)
-    assert judged.verdict == "off-prediction"
-    assert judged.known
-    assert not judged.surprise
-
-
-@pytest.mark.parametrize("how", ["mujoco/euler+coulomb", "pymunk/feet"])
-def test_contacts_that_converge_have_the_derivative_of_their_step(how):
-    for step, eps, relative in ((1e-3, 1e-3, 5.20e-3), (1e-4, 1e-3, 7.6e-5)):
-        search = GradientSearch(
-            LINE, how, ("displacement",), "friction", ("central",), step, (eps,)
-        )
-        (judged,) = _judged(search)
-        assert judged.relative_error == pytest.approx(relative, rel=0.06)
-        assert judged.verdict == "predicted"
-
-
 def test_the_order_of_a_derivative_is_that_of_its_scheme():
     for how, order in (("mujoco/euler", 1), ("ode/leapfrog", 2), ("ode/rk4", 4)):
         steps, errors, predicted = [4e-3, 2e-3, 1e-3, 5e-4], [], []

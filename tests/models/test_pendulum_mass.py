@@ -3,15 +3,11 @@
 import numpy as np
 import pytest
 
-from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.tests.support.cases import run_of, verdict_of
 
 MASS = 3.7  # [kg]
 FORCED = "simple-pendulum/forced-large"  # A 1.5 rad/s^2, xi 0.2/s, L 1 m
-METHODS = ("mujoco/euler", "mujoco/rk4", "pymunk/tight", "ode/rk4")
-STEP = 1e-3  # [s]
 
 
 def forced(mass, part=1.0):
@@ -56,20 +52,3 @@ def test_the_notebooks_form_is_the_same_pendulum():
         for m in (1.0, 3.0)
     )
     assert light.damping_rate == pytest.approx(3.0 * heavy.damping_rate, rel=1e-15)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("method", METHODS)
-def test_engines_with_another_mass(method):
-    how = find_method(method)
-    found, run = run_of(how, forced(MASS), STEP)
-    assert verdict_of(found, how) == "predicted"
-    _, plain = run_of(how, forced(1.0), STEP)
-    if "tension" in run.observables:
-        np.testing.assert_allclose(
-            run.observables["tension"], MASS * plain.observables["tension"], rtol=1e-7, atol=1e-7
-        )
-        wrong = find_scene(FORCED, {"mass": MASS * 1.001})  # motion unchanged, tension 0.1 % more
-        assert verdict_of(run_of(how, forced(MASS), STEP, wrong)[0], how) == "off-prediction"
-    weak = forced(MASS, 0.999)
-    assert verdict_of(run_of(how, forced(MASS), STEP, weak)[0], how) == "off-prediction"

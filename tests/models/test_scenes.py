@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.models.registry import case_of, scene, scenes
+from plumbob.models.registry import case_of, scene, scenes, system_of
+from plumbob.models.scene import SMOOTH as KIND
 from plumbob.models.scene import step_sizes
 
 CASES = {  # of the notebook: start [deg], speed there [deg/s], damping [1/s]
@@ -87,10 +88,11 @@ SMOOTH = (
     "capsule-line/frictionless",
     "capsule-coast/translation",
     "capsule-coast/rotation",
+    *(s.name for s in scenes("*") if s.system == "free-body" or system_of(s).kind == KIND),
 )
 
 
-@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("name", dict.fromkeys(SMOOTH))
 def test_invariants_hold_on_the_exact_motion(name):
     case = case_of(scene(name))
     seen = case.reference.observe(np.linspace(0.0, case.scene.duration, 501))

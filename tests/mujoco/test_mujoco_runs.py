@@ -88,13 +88,6 @@ def test_the_engines_own_alarm_ends_the_run(tmp_path, monkeypatch, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_limits_cut_a_run_that_the_engine_itself_is_content_with():
-    given = {"qpos": np.array([1.0]), "limits": {"v": 1.0}}
-    trajectory = simulation(HINGE.format(joint="", contype=0, more=""), given, 1000).run()
-    assert trajectory.diverged_at is not None
-    assert trajectory.observables["v"].max() <= 1.0
-
-
 @pytest.mark.parametrize("control_at", [0.0, 0.5])
 @pytest.mark.parametrize("block", [64, 8192])
 def test_controls_are_held_over_each_step(control_at, block, monkeypatch):

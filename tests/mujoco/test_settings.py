@@ -10,11 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.contact_models.contact_stability import largest_ratio
-from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import SettingsToPaste
-from plumbob.engines.adapters.mujoco.contacts import DAMPING
-from plumbob.engines.adapters.mujoco.file_check import frequency_ratio
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
@@ -105,14 +101,3 @@ def test_stopping_distances_are_as_predicted(variant, method, body, step):
     leading = 0.0 if "rk4" in method else -SPEED * step / 2
     tilt = -FRICTION * GRAVITY * shape * (step / (stiffness or OWN_STIFFNESS)) ** 2
     assert distance - EXACT == pytest.approx(leading + tilt, abs=REST * SPEED * step / 2)
-
-
-@pytest.mark.parametrize("body", BODIES)
-def test_contacts_are_stable_by_the_stated_condition(body):
-    """At the stiffness that is pasted, and not at that of the capsule's own contacts, 0.4, which
-    RK4 alone takes of the box and the stand."""
-    stiffness = BODIES[body][2] or OWN_STIFFNESS
-    snippet = snippets("mujoco/euler+coulomb", 1e-3, stiffness)[0]
-    ratio = frequency_ratio(own_model(body, snippet.mjcf))
-    assert ratio < largest_ratio(stiffness, DAMPING, Scheme(EULER))
-    assert ratio > largest_ratio(0.4, DAMPING, Scheme(EULER))

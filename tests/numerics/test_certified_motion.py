@@ -140,15 +140,3 @@ def test_a_pendulum_moves_as_its_closed_form(theta):
     for ours, name in (("x", "theta"), ("v", "theta_dot")):
         assert (np.abs(seen[ours] - truth[name]) <= stated[ours] + theirs[name]).all()
         assert (stated[ours] <= 40 * np.maximum.accumulate(theirs[name])).all()
-
-
-@pytest.mark.long
-def test_a_motion_asked_for_in_pieces_is_the_same_to_the_bit():
-    whole, parts = (CertifiedMotion(double_pendulum()) for _ in range(2))
-    whole.observe(np.array([6.0]))
-    for time in (0.0, 0.3, 5.0, 2.2):
-        for ask in ("observe", "uncertainty"):
-            at = np.array([time])
-            assert np.array_equal(
-                stacked(getattr(whole, ask)(at)), stacked(getattr(parts, ask)(at))
-            )

@@ -1,7 +1,6 @@
 """An engine and a system of other packages take part in everything; what is broken costs a line."""
 
 import json
-import re
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,6 @@ from plumbob.tests.outside.installed_packages import (
     PACKAGES,
     broken,
     changed,
-    install,
     install_folder,
     seen,
 )
@@ -171,33 +169,6 @@ def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(limits, fact
 
 
 @pytest.mark.long(keep=4)
-@pytest.mark.parametrize(
-    ("limits", "why"),
-    [
-        (None, "FileNotFoundError"),
-        (FILE, "the size of a known limit is 0.0"),
-        (SHOWN.replace('["tension"]', '"tension"'), "observables of its NotRead is 'tension'"),
-        (f"{FILE}sizes = 3", "unexpected keyword argument 'sizes'"),
-        ("known_limits = 3", "its file of limits: TypeError"),
-        ("known_limits", "its file of limits: TOMLDecodeError"),
-        (FILE.replace("reason", "because"), "unexpected keyword argument 'because'"),
-        (FILE.replace("tiny/", "huge/"), "('huge/euler',), which is none of its methods"),
-        (f'{FILE}size = 1.0\nother = "never"', "is 'never', not one of"),
-    ],
-)
-def test_a_broken_file_of_pair_costs_the_engine(limits, why, site, capsys):
-    broken(site, FILED)
-    if limits is not None:
-        (site / "limits.toml").write_text(limits, "utf-8")
-    with seen(site):
-        assert main(["list", "methods"]) == 0
-    out, err = capsys.readouterr()
-    assert "tiny" not in out
-    assert why in err
-    assert err.count("\n") == 1
-
-
-@pytest.mark.long(keep=4)
 @pytest.mark.parametrize("kind", DEFECTS["engines"])
 def test_a_broken_engine_costs_a_line(kind, site, capfd):
     """The rest is listed; whoever asks for it is informed why not, with exit code 2."""
@@ -269,35 +240,3 @@ def test_a_broken_system_costs_a_line(defect, site, capsys):
             said = capsys.readouterr().err
             assert why in said
             assert said.count("\n") == 1
-
-
-THEORY = "from plumbob.analytic.theory import StepErrors\n"
-RAISING = "if len(times) > 101: raise RuntimeError('no root')\n        "
-UNSEEN = {  # that no look at a few moments of a scene shows
-    "reference": ("last = self.gravity", f"{RAISING}last = self.gravity"),
-    "theory": ("family=", "errors=lambda body: StepErrors(lambda *about: [].pop()),\n    family="),
-}
-
-
-@pytest.mark.parametrize("kind", UNSEEN)
-def test_a_defect_in_an_added_system_costs_its_pieces(kind, site, tmp_path, monkeypatch, capsys):
-    """They are named with the reason; what else was asked for has its verdict, and there is a page
-    where nothing of the system could be held to its exact motion."""
-    right, wrong = UNSEEN[kind]
-    points = {entry_points.SYSTEMS: {"falling-body": "theirs:SYSTEM"}}
-    equation = (PACKAGES / "falling_body" / "falling_body_ode.py").read_text("utf-8")
-    text = f"{THEORY}{changed(SYSTEM, right, wrong)}"
-    install(site, "their-package", points, theirs=text, falling_body_ode=equation)
-    words = ["--methods", "ode/euler", "--jobs", "1", "--out", str(tmp_path / "out")]
-    if kind == "theory":
-        without_pages(monkeypatch)
-    scenes = f"{FALL},{SMALL}" if kind == "theory" else FALL
-    with seen(site):
-        code = main(["validate", "--scenes", scenes, *words])
-    said = capsys.readouterr()
-    assert code == 3, said.err
-    assert f"given up: {FALL} ode/euler: the system of the package" in said.err
-    if kind == "theory":
-        assert re.search(r"ode/euler +predicted", said.out)
-    else:
-        assert (tmp_path / "out" / "index.html").is_file()

@@ -14,7 +14,7 @@ from plumbob.engines.study.runner import most_steps
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.replay import deviating, replay
+from plumbob.reports.analyses.replay import deviating
 from plumbob.reports.analyses.replay.capsule import motion
 from plumbob.reports.analyses.replay.pendulums import pendulum
 from plumbob.reports.analyses.replay.runs import (
@@ -22,7 +22,7 @@ from plumbob.reports.analyses.replay.runs import (
     shown_runs,
 )
 from plumbob.reports.analyses.replay.samples import COUNTS, coded, sampled
-from plumbob.tests.replay.all_replays import decoded, plan, recorded, replays
+from plumbob.tests.replay.all_replays import decoded, plan, replays
 
 KILOBYTES = 160.0  # of a scene's data, in 24 bits a number
 NAMES = [scene.name for scene in plan().scenes]
@@ -121,21 +121,3 @@ def test_a_users_own_settings_take_the_place_of_the_default_ones():
 
 def find_methods_of(*names):
     return tuple(find_method(name) for name in names)
-
-
-def test_contacts_that_do_not_converge_are_not_recommended():
-    scene = find_scene("capsule-line/ca1")
-    methods = find_methods_of("mujoco/euler", "mujoco/rk4", "mujoco/euler+elliptic")
-    shown = shown_runs(StudyPlan("quick", (scene,), methods), scene)
-    assert [(one.role, one.run.method) for one in shown] == [
-        ("default", "mujoco/euler"),
-        ("other", "mujoco/rk4"),
-    ]
-
-
-def test_a_study_without_recordings_shows_the_exact_answer_alone():
-    scene = find_scene("capsule-line/ca1")
-    shown = replay(replace(recorded(), extras={}), scene)
-    assert [layer.slot for layer in shown.layers] == ["exact"]
-    assert len(shown.lacking) == 2
-    assert shown.factors == (1, 10)

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -78,20 +77,6 @@ def test_the_body_is_where_the_certified_motion_has_it(figures):
         figure.locator("[data-layer]").nth(1).uncheck()
         set_time(figure, FRACTION)
         assert (_apart(figure) > 0.0) == misplaced
-
-
-@pytest.mark.long
-def test_the_ghost_is_as_far_off_as_errors_are_drawn(figures):
-    """And at first so that they can be seen."""
-    figure = found(figures[0], "model")
-    factor = shown().magnified
-    assert factor > 1
-    assert figure.locator(".factor").input_value() == str(factor)
-    set_time(figure, 1.0)
-    said = figure.locator(".error").text_content() or ""
-    value, unit = re.fullmatch(r", now ([\d.e-]+) (.?m)", said).groups()
-    sizes = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
-    assert f"at the end {metres(float(value) * sizes[unit])}" in str(figure.text_content())
 
 
 def _apart(figure):

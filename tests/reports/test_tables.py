@@ -15,7 +15,7 @@ from plumbob.engines.study.order import Order
 from plumbob.models.registry import case_of, system_of, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses import section
-from plumbob.reports.analyses.cone_pendulum import hamiltonian, source_claims
+from plumbob.reports.analyses.cone_pendulum import source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge
@@ -23,7 +23,7 @@ from plumbob.reports.view import notation, scene_tables, sources, top_tables
 from plumbob.reports.view.content import StatementVerdict
 from plumbob.reports.view.sources import NOTEBOOK
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.declared import declared, finding, nothing
+from plumbob.tests.support.declared import finding, nothing
 from plumbob.tests.support.studies import SCENE, quick
 
 TESTS = Path(__file__).parents[1]
@@ -185,22 +185,3 @@ def test_printed_numbers_of_the_source_hold():
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(source_claims, "ANGLES", 260)
         assert round(source_claims.sampled_top(), 3) != 514.197
-
-
-def test_a_changed_run_changes_its_row():
-    study = declared(nothing(), hamiltonian.requests)
-    request = hamiltonian.INDEPENDENT["mujoco"]
-    run = study.extras[request]
-
-    def statement(theta):
-        changed = dict(study.extras)
-        changed[request] = replace(run, observables={**run.observables, "theta": theta})
-        (found,) = finding(hamiltonian.PRINTED, replace(study, extras=changed)).statements
-        return found
-
-    theta = run.observables["theta"]
-    assert statement(theta).verdict == "refuted"
-    assert statement(theta + 1e-6).verdict == "refuted"
-    assert statement(theta + 1e-6).ours != statement(theta).ours
-    printed = hamiltonian.forms(hamiltonian.ROTATING).printed.state(run.times)[0]
-    assert statement(printed).verdict == "holds"

@@ -14,6 +14,7 @@ from plumbob.analytic.sensitivities.capsule import phased
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.derivatives import scaled
+from plumbob.tests.support.recorded import tuples
 
 SMOOTH, SLIDING = 1e-9, 1e-8  # of scale
 RECORDED = json.loads(Path(__file__).with_name("recorded.json").read_text("utf-8"))
@@ -29,13 +30,6 @@ def agrees(found, name, exact, scale, within):
     if not (off <= within * scale).all() or not (unsure <= within * scale).all():
         return f"{name} off by {off.max()}, uncertainty {unsure.max()}, of {scale}"
     return ""
-
-
-def tuples(value):
-    """JSON's lists as tuples."""
-    if isinstance(value, dict):
-        return {name: tuples(part) for name, part in value.items()}
-    return tuple(map(tuples, value)) if isinstance(value, list) else value
 
 
 @pytest.mark.long(keep=12)

@@ -41,25 +41,6 @@ def test_derivatives_through_events(name, by):
             assert unsure <= SURE * scale, (parameter, observable, unsure / scale)
 
 
-@pytest.mark.parametrize("name", ["capsule-coast/translation", "capsule-coast/rotation"])
-def test_all_supports_stop_together(name):
-    """Where a motion has a formula its derivatives through the rest are those of the formula."""
-    case = case_of(scene(name))
-    speed = "heading_rate" if name.endswith("rotation") else "velocity_x"
-    observable = "heading" if name.endswith("rotation") else "x"
-    end = np.array([case.scene.duration])
-    found = exact_gradient(case, ["friction", "gravity", speed], end, [observable])
-    way = float(case.reference.observe(end)[observable][0])
-    for parameter in ("friction", "gravity"):
-        slope = -way / case.scene.parameters[parameter]
-        assert found[parameter].values[observable][0] == pytest.approx(slope, rel=1e-12)
-    vx, vy = (case.scene.parameters[n] for n in ("velocity_x", "velocity_y"))
-    # x = v_x |v|/(2 f g), the turn is proportional to the square of the rate.
-    part = 2.0 if speed == "heading_rate" else 1.0 + vx**2 / (vx**2 + vy**2)
-    slope = part * way / case.scene.parameters[speed]
-    assert found[speed].values[observable][0] == pytest.approx(slope, rel=1e-12)
-
-
 @pytest.mark.long(keep=0)
 @pytest.mark.parametrize("by", ["to", "friction"])
 def test_a_plan_reaches_its_goal_for_all_parameters_near(by):

@@ -7,7 +7,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from plumbob.analytic.sensitivities.neighbours import Neighbours
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.derivatives import scaled
@@ -143,11 +142,3 @@ def test_differences_of_40_digits_are_within_the_uncertainty(name, seed):
                 scale = scaled(wanted, observed[observable], float(exact[parameter]))
                 # A time may lie beside a switch.
                 assert np.median(unsure) <= SMOOTH * scale, (parameter, unsure)
-
-
-def test_an_uncertainty_of_the_motion_itself_alone_is_exceeded(monkeypatch):
-    """A body that coasts along a line has a formula, and its neighbours have none."""
-    right = Neighbours.derivative
-    monkeypatch.setattr(Neighbours, "derivative", lambda one, read, errors=None: right(one, read))
-    with pytest.raises(AssertionError):
-        test_differences_of_40_digits_are_within_the_uncertainty("capsule-coast/translation", 0)

@@ -14,8 +14,6 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed
 from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.cli import main
-from plumbob.reports.view import page as filled_pages
-from plumbob.reports.view.content import Cell, Table
 from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.writing import render, site, write_page
 from plumbob.tests.site.whole_profile import small
@@ -196,30 +194,3 @@ def test_front_has_no_dominated_point():
     points = [Point("m", 1.0, e, c) for c, e in zip(costs, errors, strict=True)]
     kept = front(points, lambda p: (p.ns_per_second, p.error))
     assert [(p.ns_per_second, p.error) for p in kept] == [(1, 1), (2, 0.5), (4, 0.1)]
-
-
-def test_a_cell_that_is_text_alone_is_what_every_cell_is():
-    """Rows write the plain ones themselves, in a third of the time."""
-    parts = filled_pages._environment().get_template("parts.html.jinja")
-    made = parts.make_module({"styles": {}, "href": str})
-    kinds = (
-        "",
-        "number",
-        "reason",
-        "total",
-        "number total",
-        "text",
-        "scene",
-        "method",
-        "predicted",
-    )
-    cells = [
-        Cell(text, kind, hint, link, span)
-        for text in ("", "a/b <c>")
-        for kind in kinds
-        for hint, link, span in (("", "", 1), ("seen", "", 1), ("", "there", 1), ("", "", 2))
-    ]
-    for cell in cells:
-        html = str(made.rows(Table("of one row", ("", ""), ((cell, cell),))))
-        expected = f"<tr>{made.cell(cell, True)}{made.cell(cell, False)}\n"
-        assert expected in html, cell

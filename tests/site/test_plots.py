@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pytest
 
 from plumbob.reports.view.drawing import drawing, shown
@@ -10,7 +9,6 @@ from plumbob.reports.view.plotly_figure import (
     FRONT,
     curve,
     figure,
-    linear,
     logarithmic,
 )
 from plumbob.tests.support.browser import visited
@@ -61,12 +59,6 @@ def test_every_label_is_inside_its_picture_and_apart(index, browser, pytestconfi
         assert len(visit.ask(MISPLACED, {name: moved})) > 2
 
 
-def _svg(of, *chosen):
-    drawn = drawing(of, chosen)
-    assert drawn
-    return drawn.svg
-
-
 @pytest.mark.long
 def test_a_plot_is_a_picture_until_it_is_pressed(index, browser):
     page = site_files(index)[1].parent / SCENE
@@ -103,17 +95,3 @@ def test_a_picture_has_the_methods_that_are_chosen_and_their_front():
     for chosen, names in ((["a/fast"], {"a/fast"}), ([], {"a/fast", "b/slow"})):
         drawn = drawing(both, chosen)
         assert {name for name, _, _ in drawn.names} == {"Pareto front", *names}
-
-
-def test_a_curve_breaks_at_a_gap_and_keeps_its_course():
-    x = np.linspace(0.0, 6.0, 300)
-    y = np.where(abs(x - 3.0) < 0.1, np.nan, np.sin(x))
-    text = _svg(figure("", "", [curve(x, y, colour="#123456")], linear("x [1]"), linear("y [1]")))
-    (path,) = re.findall(r'stroke="#123456"[^>]* d="([^"]+)"', text)
-    first, second = ([int(n) for n in re.findall(r"-?\d+", run)] for run in path.split("M")[1:])
-    assert 10 < len(first) + len(second) < 600
-    points = np.cumsum(np.reshape([*first, *second[2:]], (-1, 2)), axis=0)[: len(first) // 2]
-    along = 6.0 / (points[-1, 0] - points[0, 0]) * (x[x < 2.9][-1] / 6.0)
-    angle = (points[:, 0] - points[0, 0]) * along
-    height = (points[0, 1] - points[:, 1]) / (points[0, 1] - points[:, 1].min())
-    assert np.max(np.abs(height - np.sin(angle))) < 0.01

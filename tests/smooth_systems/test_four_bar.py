@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
@@ -45,11 +44,3 @@ def test_the_soft_loop_pulls_as_mujoco_s_does():
         joints, ours = links.loop_accelerations(TURNING, gap)
         # the solver's Hessian costs four digits: a condition of 1/(1 - d)
         np.testing.assert_allclose(np.cumsum(joints), ours, 1e-10, 1e-8)
-
-
-def test_a_change_point_is_refused_and_so_is_a_crank_that_stops():
-    for rocker, coupler in ((0.2, 0.5), (0.2, 0.5 + 1e-16), (0.3, 0.4)):
-        with pytest.raises(ParameterError, match="motion beyond the change point is not unique"):
-            replace(BARS, rocker=rocker, coupler=coupler)
-    with pytest.raises(ParameterError, match=r"coupler \+ rocker$"):
-        replace(BARS, crank=0.45)

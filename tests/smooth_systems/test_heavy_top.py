@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
@@ -51,13 +50,6 @@ def test_40_digits(top):
     assert abs(error) * exact["tilt_rate"][0] < doubt["tilt"][0] < 1e-14
     moved = error * exact["precession_rate"][0]  # at the time that the tilt's last digit is passed
     assert abs(around - moved - exact["precession"][0]) < doubt["precession"][0] < 1e-14
-
-
-def test_what_no_top_has_is_refused():
-    with pytest.raises(ParameterError, match=r"tilt = 0\.0: must be between 0 and pi"):
-        replace(TOP, tilt=0.0)
-    with pytest.raises(ParameterError, match="at most twice the moment across"):
-        replace(TOP, inertia_axis=5e-3)
 
 
 @pytest.mark.parametrize("spin", [100.0, 285.0])

@@ -6,15 +6,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
 from plumbob.analytic.errors.stability.largest_step import largest_step
 from plumbob.analytic.errors.stability.linear_steps import (
     LinearSystem,
-    jacobians,
     stability_function,
     step_matrices,
 )
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.tableau import CLASSICAL, order_5, order_8
 
@@ -82,17 +79,6 @@ def test_the_stability_function_by_its_definition_in_40_digits(tableau, z):
         wanted = complex(1 + number * (weights.T * stage)[0])
     found = complex(stability_function(tableau, np.array(z)))
     assert found == pytest.approx(wanted, rel=1e-13)  # 12 stages, 4.8 at most a weight: 100 ulp
-
-
-@pytest.mark.parametrize("scheme", PLAIN, ids=str)
-def test_step_matrices_are_the_derivatives_of_the_steps_taken_elsewhere(scheme):
-    rotor = DrivenRotor(stiffness=7.0, damping_rate=0.9)
-    steps = np.array([1e-3, 0.1, 0.6])
-    advance, state = many_steps(rotor, (0.3, 0.0), scheme, steps)
-    matrices = step_matrices(oscillator(0.9, 7.0), scheme)
-    assert matrices is not None
-    taken = jacobians(advance, state, len(steps))
-    np.testing.assert_allclose(matrices(steps), taken, rtol=1e-13, atol=1e-15)  # a few roundings
 
 
 def test_the_fastest_mode_of_a_coupled_system_sets_the_limit():

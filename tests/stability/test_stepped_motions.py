@@ -8,11 +8,10 @@ import pytest
 from plumbob.analytic.errors.stability.largest_step import FACTOR, run_length
 from plumbob.analytic.errors.stability.pendulum_kinds import PendulumKinds
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import EVERY, RATIO
-from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.models import free_body, simple_pendulum
+from plumbob.models import simple_pendulum
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support import fixed_step
@@ -134,18 +133,6 @@ def test_kinds_of_motion():
     assert kind(2.0 * swing, np.cos(phase), wells) == "libration in well 0 and 1"
 
 
-def test_euler_on_a_steady_rotation_in_closed_form():
-    """Explicit there: |1 + i h Omega|^n = 1000 within 10^4 steps or 100 turns."""
-    body = FreeBody(1.0, 1.0, 1.75, (0.0, 0.0, 2.0))
-    step = free_body.stability(body).limits(Scheme(EULER))[0].step
-    count = int(run_length(np.array([step]), math.pi)[0])
-    precession = 0.75 * 2.0
-    assert 0.5 * count * math.log1p((step * precession) ** 2) == pytest.approx(
-        math.log(FACTOR),
-        rel=1e-3,  # one step of the count
-    )
-
-
 @pytest.mark.long(keep=1)
 @pytest.mark.parametrize(
     ("name", "scheme", "holds", "fails"),
@@ -161,17 +148,3 @@ def test_an_iteration_and_a_quaternion_set_limits_of_their_own(name, scheme, hol
     would no longer contract, and where RK4 lets the quaternion grow, whatever the rotation."""
     first = min(theory(name).limits(Scheme(scheme)), key=lambda limit: limit.step)
     assert first.step == pytest.approx(math.sqrt(holds * fails), rel=0.03)  # half of both grids
-
-
-@pytest.mark.parametrize(
-    "name", ["simple-pendulum", "linear-pendulum", "cone-pendulum", "free-body"]
-)
-def test_every_smooth_system_has_a_theory(name):
-    limits = theory(name)
-    assert limits.fastest > 0.0
-    assert limits.growth(0.0) >= 1.0
-    assert [limit.step for limit in limits.limits(Scheme(ADAPTIVE))] == [math.inf]
-    assert limits.limits(Scheme("velocity-verlet")) == ()
-    unstable = limits.limits(Scheme(EULER))[0]
-    assert unstable.kind == "unstable"
-    assert 0.0 < unstable.step < math.inf

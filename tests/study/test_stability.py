@@ -6,7 +6,6 @@ import operator
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
 import pytest
 
 from plumbob.analytic.stability import EVERY, RATIO, StabilityTheory, StepLimit
@@ -22,7 +21,6 @@ from plumbob.engines.study.stability import (
     Stability,
     StabilitySearch,
     StepPrediction,
-    Trials,
     bracket,
     known_limit,
     measured,
@@ -190,24 +188,6 @@ def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
 def test_a_limit_is_judged_from_both_sides(predicted, holds, fails, equilibrium, wanted):
     limit = MeasuredLimit("unstable", predicted, holds, fails, "lost")
     assert judged("ode/rk4", Stability((limit,), equilibrium)) == [wanted]
-
-
-@pytest.mark.parametrize(
-    ("scene", "growth", "size"),
-    [
-        ("capsule-line/ca1", 1.0, 1e-6),
-        ("simple-pendulum/near-top-1e-6", 1.0, 1e-6),
-        ("cone-pendulum/rotating-base", 1e5, 1e-9),
-        ("cone-pendulum/rotating-base", 1e300, 1e-11),
-    ],
-)
-def test_the_nudge_is_another_start_of_the_same_system(scene, growth, size):
-    """Smaller where the exact motion makes much of it."""
-    case = case_of(find_scene(scene))
-    trials = Trials(case, find_method("ode/rk4"), at_equilibrium(lambda duration: growth))
-    begun, moved = (one.reference.observe(np.zeros(1)) for one in (case, trials.nudged))
-    apart = {n: abs(float(moved[n][0] - begun[n][0])) / s for n, s in trials.scales.items()}
-    assert max(apart.values()) == pytest.approx(size, rel=1e-3)
 
 
 def test_of_pair_the_smallest_is_known_and_a_measured_one_is_taken_first():

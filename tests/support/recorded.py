@@ -29,3 +29,10 @@ def recorded(file):
         name: Recorded(**{field: tuple(values) for field, values in case.items()})
         for name, case in table.items()
     }
+
+
+def tuples(value):
+    """A value of JSON or TOML with tuples for its lists."""
+    if isinstance(value, dict):
+        return {name: tuples(part) for name, part in value.items()}
+    return tuple(map(tuples, value)) if isinstance(value, list) else value

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure, relative_error
@@ -79,31 +78,6 @@ def test_a_sweep_that_was_cut_off_goes_on(tmp_path):
     assert np.array_equal(found.errors, sweep(asked, {}, forgotten).errors, equal_nan=True)
     with store.keeping(file, small(2e-3)) as (other, _):
         assert other == {}  # another step is another sweep
-
-
-@pytest.mark.parametrize("kind", ["text", "another program's", "a trigger", "a folder"])
-def test_a_foreign_file_is_left_alone(kind, tmp_path):
-    import sqlite3
-
-    file = tmp_path / store.FILE
-    if kind == "a folder":
-        file.mkdir()
-    elif kind == "text":
-        file.write_text("not a database, and longer than a header of a hundred bytes " * 3)
-    else:
-        if kind == "a trigger":
-            store.keeping(file, small()).__enter__()
-        with sqlite3.connect(file) as other:
-            other.execute("create table other (x)")
-            if kind == "a trigger":
-                other.execute(
-                    "create trigger t after insert on result begin delete from result; end"
-                )
-        other.close()
-    before = file.read_bytes() if file.is_file() else b""
-    with pytest.raises(ParameterError, match="a file of stored results"):
-        store.keeping(file, small()).__enter__()
-    assert (file.read_bytes() if file.is_file() else b"") == before
 
 
 def test_a_box_keeps_what_is_changed():

@@ -6,12 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.planner.construction import plan
-from plumbob.analytic.systems.planner.problem import RestPose
 from plumbob.models.registry import scene
 from plumbob.models.tripod_capsule.plan import planned
-from plumbob.tests.support.random_capsules import CHECK
 
 REACHED = 1e-11  # the plan is exact: the errors of the reference remain
 SEED, TASKS = 27, range(10)
@@ -58,25 +54,3 @@ def test_a_pose_is_reached_along_any_arc_and_segments(number):
             off = np.maximum(lines[:, 1] - along.real, along.real - lines[:, 2])
             beside = np.maximum(np.abs(along.imag), off).max(axis=0)
             assert beside.min() <= 1e-12
-
-
-@pytest.mark.parametrize("across", [1.0, 0.3])
-def test_pieces_that_meet_are_one_curve(across):
-    """Segments that end on the arc, or cross it, join it: the slider keeps to the curve."""
-    segments = ((0.2, 0.03, 0.12), (1.6, 0.05, 0.13))
-    ends = (0.2, 1.6) if across == 1.0 else (-0.1, 1.9)
-    start, goal = (
-        RestPose(x, 0.0, psi, (0.12 * math.cos(0.9), 0.12 * math.sin(0.9)))
-        for x, psi in ((0.0, 0.0), (0.01, 0.05))
-    )
-    made = plan(CHECK, goal, track="curve", start=start, arc=ends, segments=segments)
-    assert made.rails.joined
-    assert max(made.error) <= REACHED
-    place = made.slider(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1j]
-    on_line = [
-        (np.abs((place * np.exp(-1j * side)).imag) <= 1e-12) & (np.abs(place) >= low - 1e-12)
-        for side, low, _ in segments
-    ]
-    assert np.all((np.abs(np.abs(place) - 0.12) <= 1e-12) | on_line[0] | on_line[1])
-    with pytest.raises(ParameterError, match=r"^slider = .* on the curve"):
-        plan(CHECK, RestPose(0.01, 0.0, 0.05), track="curve", arc=ends, segments=segments)

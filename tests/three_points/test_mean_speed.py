@@ -8,15 +8,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
     fastest,
     fastest_speed,
-    longest_stroke,
     mean_speed,
 )
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
+from plumbob.tests.support.random_capsules import CHECK, LIMIT
 
 STROKE = 0.5  # [m]
 
@@ -48,15 +46,3 @@ def test_no_point_of_a_grid_is_faster():
     slower = RepeatedLine(replace(one.manoeuvre, w2=0.999 * LIMIT), 1)
     assert slower.mean_speed < best * (1 - 1e-4)
     assert best < fastest_speed(CHECK, STROKE) < 1.1 * best
-
-
-def test_bad_input_is_named():
-    for name, given_ in (("stroke", (LIMIT, LIMIT, 0.0)), ("w1", (-1.0, LIMIT, 1.0))):
-        with pytest.raises(ParameterError, match=name):
-            mean_speed(CHECK, *given_)
-    with pytest.raises(ParameterError, match="friction"):
-        fastest_speed(replace(CHECK, friction=0.0), 1.0)
-    shifted = replace(CHECK, supports=((0.31, 0.0), (0.01, 0.15), (0.01, -0.15)))
-    with pytest.raises(ParameterError, match="supports"):
-        longest_stroke(shifted, 0.0)
-    assert RepeatedLine(LINE, 1).mean_speed > 0.0

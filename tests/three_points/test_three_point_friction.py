@@ -6,17 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.slider_path import (
-    SliderPath,
-    StraightPiece,
-    concatenate,
-    fixed,
     line_stroke,
 )
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.tests.support.plane_motions import SmoothPiece
 from plumbob.tests.support.random_capsules import CHECK, LIMIT
 from plumbob.tests.support.random_slides import COAST, ending, pose, slide
 from plumbob.tests.support.smoothed_friction import smoothed_pose
@@ -74,25 +68,3 @@ def test_smoothed_friction_finds_the_same_pose(request):
         time = ending(motion)
         found = smoothed_pose(case.capsule, case.path, case.state, time, delta, order).pose
         assert np.abs(found - pose(motion, time)).max() <= 1e-9, name
-
-
-def far_out(times):
-    still = np.zeros((times.size, 2))
-    return still + np.array([2.0, 0.0]), still, still
-
-
-@pytest.mark.parametrize(
-    ("path", "friction", "name"),
-    [
-        (lambda: fixed((2.0, 0.0)), 0.3, "normal_force_2"),
-        (lambda: SliderPath((SmoothPiece(0.1, far_out),)), 0.3, "normal_force_2"),
-        (lambda: SliderPath((StraightPiece(0.1, (0.0, 0.0), 0.0, 0.0, 1.0, 0.0),)), 0.3, "path"),
-        (lambda: concatenate(fixed((0.0, 0.0)), fixed((0.1, 0.0))), 0.3, "path position"),
-        (lambda: SliderPath(()), 0.3, "path"),
-        (lambda: line_stroke((0.0, 0.0), 0.0, 1.0, 1.0, -1.0), 0.3, "t1"),
-        (lambda: fixed((0.0, 0.0)), 0.0, "friction"),
-    ],
-)
-def test_bad_input_is_named(path, friction, name):
-    with pytest.raises(ParameterError, match=name):
-        three_point_motion(replace(CHECK, friction=friction), path())

@@ -1,18 +1,14 @@
 """Properties of every three-point motion: Coulomb's law, balances, symmetries, error."""
 
-import math
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.balance import balance
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.tests.support.plane_motions import SmoothPiece, loading
-from plumbob.tests.support.random_slides import ending, pose, slide
+from plumbob.analytic.systems.three_points.friction import three_point_motion
+from plumbob.tests.support.plane_motions import loading
+from plumbob.tests.support.random_slides import ending, slide
 
 SEEDS = st.integers(0, 10**6)
 
@@ -41,43 +37,6 @@ def test_friction_obeys_coulomb_and_the_body_stops(seed):
     speeds = motion.at(motion.rest_time + np.array([0.0, 1.0]))
     assert not speeds.velocity.any()
     assert not speeds.angular_velocity.any()
-
-
-def mirrored(piece):
-    """A piece of a path in a mirror along x."""
-
-    def kinematics(times):
-        r, v, w = (part * np.array([1.0, -1.0]) for part in piece.kinematics(times))
-        return r, v, w
-
-    return SmoothPiece(piece.duration, kinematics)
-
-
-@given(SEEDS, st.floats(-3.0, 3.0), st.sampled_from([1, -1]))
-@settings(max_examples=10)
-def test_turning_the_ground_and_a_mirror_do_the_same_to_the_motion(seed, angle, side):
-    case = slide(seed)
-    capsule, path, start = case.capsule, case.path, case.start
-    if side < 0:
-        a, b, c = ((x, -y) for x, y in capsule.supports)
-        capsule = replace(capsule, supports=(a, b, c))
-        path = SliderPath(tuple(mirrored(piece) for piece in path.pieces))
-    cosine, sine = math.cos(angle), math.sin(angle)
-
-    def seen(x, y):
-        return cosine * x - sine * side * y, sine * x + cosine * side * y
-
-    moved = Start(
-        seen(*start.position),
-        side * start.heading + angle,
-        seen(*start.velocity),
-        side * start.angular_velocity,
-    )
-    motion = case.motion()
-    time = ending(motion)
-    x, y, psi = pose(motion, time)
-    found = pose(three_point_motion(capsule, path, moved), time)
-    np.testing.assert_allclose(found, [*seen(x, y), side * psi + angle], rtol=0, atol=1e-12)
 
 
 @pytest.mark.long(keep=2)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
+from plumbob.analytic.systems.three_points.implicit_friction import onset
 from plumbob.analytic.systems.three_points.rest import load_factor
 
 RATES = st.floats(-3.0, 3.0)
@@ -50,21 +50,6 @@ def test_a_full_slip_is_the_edge_of_the_set(held, slip, size):
     assert np.abs(worst / np.linalg.norm(worst) - along).max() <= 1e-5
 
 
-@given(supports(), st.tuples(RATES, RATES, RATES), st.floats(0.02, 2.0))
-def test_a_slide_starts_with_the_acceleration_it_was_made_from(held, given_rate, inertia):
-    limits, arms = held
-    accelerations = rate(given_rate, arms)
-    if np.abs(accelerations).min() < 1e-3:
-        return
-    force, torque = wrench(limits * accelerations / np.abs(accelerations), arms)
-    force += 1.3 * complex(given_rate[0], given_rate[1])
-    torque += inertia * given_rate[2]
-    answer = onset(1.3, inertia, limits, arms, force, torque)
-    assert answer.mode == "slide"
-    found = np.array([answer.linear.real, answer.linear.imag, answer.angular])
-    np.testing.assert_allclose(found, given_rate, rtol=0, atol=1e-9)
-
-
 @given(supports(), st.integers(0, 2), st.floats(0.01, 3.0), ANGLES, st.floats(0, 0.999999))
 def test_a_pivot_starts_about_its_support(held, about, spin_up, angle, part):
     limits, arms = held
@@ -77,15 +62,3 @@ def test_a_pivot_starts_about_its_support(held, about, spin_up, angle, part):
     answer = onset(1.3, 0.2, limits, arms, force + 1.3 * linear, torque + 0.2 * spin_up)
     assert (answer.mode, answer.support) == ("pivot", about)
     assert answer.angular == pytest.approx(spin_up, rel=1e-11)
-
-
-@given(st.floats(0.1, 2.0), st.floats(0.001, 1.0), ANGLES, st.floats(1e-6, 10.0), ANGLES)
-def test_a_slip_starts_along_the_missing_force(limit, inertia, angle, size, lean):
-    """a = -B (F_needed + f N a/|a|), with any anisotropy of B."""
-    arm, a = 0.3 * complex(np.exp(1j * lean)), size * complex(np.exp(1j * angle))
-    lever = np.array([-arm.imag, arm.real])
-    mobility = np.eye(2) / 1.3 + np.outer(lever, lever) / inertia
-    pushed = np.linalg.solve(mobility, [a.real, a.imag])
-    needed = -complex(*pushed) - limit * a / abs(a)
-    found = slip_onset(1.3, inertia, limit, arm, needed)
-    assert abs(found - a) <= 1e-9 * (1.0 + abs(a))
