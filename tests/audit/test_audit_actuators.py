@@ -1,19 +1,14 @@
 """Actuators whose forces MuJoCo works out with the step: their continuous motion has none."""
 
-import copy
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
-from plumbob.engines.adapters.mujoco.own_model.model import MujocoModel, own_model
+from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
-from plumbob.reports.view.audit.page import answered, rows
-from plumbob.tests.audit.scenes_as_models import audit_of, compiled, recast
+from plumbob.tests.audit.scenes_as_models import compiled
 
 BUDGET = 60.0  # [s], far more than these take
 DURATION = 0.5  # [s]
@@ -98,35 +93,3 @@ def test_a_plugins_slew_limit_is_refused(controls):
     slew = '<config key="slewmax" value="3"/>'
     with pytest.raises(NotCertifiable, match="a plugin with a slew limit"):
         arm(PLUGIN.format(2, controls, slew))
-
-
-@dataclass(frozen=True)
-class Ending(MujocoModel):
-    """A model whose continuous motion is lost soon."""
-
-    def field(self, width=0.0):
-        return EndsSoon(without_step(copy.copy(self.effective)), self.start, width)
-
-
-class EndsSoon(ContinuousField):
-    """A field that ends."""
-
-    def __call__(self, t, y):
-        if t > 0.1:
-            raise NotCertifiable("it ends here")
-        return super().__call__(t, y)
-
-
-@pytest.mark.long
-def test_nothing_moves_is_said_of_a_whole_motion_alone():
-    resting = ARM.replace('"0.002"', '"0.002" gravity="0 0 0"').format("")
-    own = own_model(compiled(resting), "arm")
-    still = audit_of(own, duration=0.2)
-    assert still.still
-    assert dict(rows(answered(still)))["your error"] == "none: nothing moves under this control"
-    ending = audit_of(recast(Ending, own), duration=0.2)
-    said = dict(rows(answered(ending)))
-    assert ending.until == pytest.approx(0.1)
-    assert ending.error == 0.0
-    assert "nothing moves" not in said["your error"]
-    assert "then: it ends here" in said["reference"]

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 
-from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import step_errors
-from plumbob.engines.audit.controls import script
-from plumbob.engines.own_motion import Start
-from plumbob.tests.audit.contacts.bodies_on_planes import texts
-from plumbob.tests.audit.scenes_as_models import audit_of, ball, compiled
+from plumbob.tests.audit.scenes_as_models import audit_of, ball
 
 FALLING = """<mujoco><option timestep="0.01" integrator="{}"/><worldbody>
   <body><freejoint/><geom size=".1" mass="2"/></body></worldbody></mujoco>"""
@@ -45,22 +41,6 @@ def test_penetration_is_beside_the_continuous_one():
     assert 0.0 < depth.apart < depth.own
     lowest = 0.1 - np.min(found.reference.positions[:, 1, 2])
     assert depth.continuous == pytest.approx(lowest, abs=1e-9)
-
-
-def test_slip_is_the_speed_across_the_normal():
-    """A body that slides: its speed falls by f g t, and its feet slip at that."""
-    text = texts()["four-footed box"].replace(
-        "</mujoco>",
-        '<keyframe><key qpos="0 0 .0395 1 0 0 0" qvel=".5 0 0 0 0 0"/></keyframe></mujoco>',
-    )
-    model = own_model(compiled(text), "box", Start(0))
-    states = model.stepped(script(model, duration=0.1), "euler", 10).states
-    slip = model.readings(states)["slip"]
-    speeds = np.linalg.norm(states[:, 7:9], axis=1)
-    touching = slip > 0.0  # default contacts leave the plane now and then
-    assert np.count_nonzero(touching) >= 3
-    assert slip[touching] == pytest.approx(speeds[touching], rel=0.05)
-    assert speeds[-1] < speeds[0] - 0.2
 
 
 @pytest.mark.long

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import mujoco
-import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import model as own_model_module
@@ -23,17 +22,6 @@ from plumbob.tests.audit.scenes_as_models import (
 )
 
 BUDGET = 60.0  # [s], far more than these take
-# A body of three different moments of inertia, that turns about all its axes.
-TOP = """
-<mujoco>
-  <option timestep="0.002" integrator="RK4" gravity="0 0 0"/>
-  <worldbody><body name="top"><freejoint/>
-    <inertial pos="0 0 0" mass="1" diaginertia="1 2 3"/></body>
-    <body name="arm" pos="1 0 0"><joint axis="0 1 0"/><geom size=".1" pos=".3 0 0"/></body>
-  </worldbody>
-  <keyframe><key qpos="0 0 0 1 0 0 0 0" qvel="0 0 0 1 2 3 1"/></keyframe>
-</mujoco>
-"""
 
 
 @pytest.mark.long
@@ -108,17 +96,6 @@ def test_clamp_that_is_left_out_is_caught():
     assert found.until < 0.07  # it falls onto the plane at 0.064 s
     with pytest.raises(AssertionError, match="no reference beyond"):
         found.assert_within(1.0)
-
-
-def test_rk4_of_a_free_body_is_of_second_order():
-    """MuJoCo adds the velocities of the stages without the correction of rotation."""
-    found = audit_of(TOP, keyframe=0, duration=0.2)
-    exact = found.reference.course.states
-    parts = [s.parts for s in found.found.steps if s.integrator == "rk4"]
-    runs = [found.model.stepped(found.script, "rk4", n).states for n in parts[:4]]
-    turned = [np.abs(found.model.coordinates(states, exact)).max() for states in runs]
-    slopes = np.diff(np.log2(turned))
-    assert slopes == pytest.approx(-2.0, abs=0.1)
 
 
 def test_effective_contacts_are_those_that_refsafe_leaves():

@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.reference import POWERS, WIDTHS, certified, largest, left_open
+from plumbob.engines.audit.reference import WIDTHS, certified, largest
 from plumbob.tests.audit.scenes_as_models import audit_of, compiled
 
 FRICTION, GRAVITY, SPEED = 0.3, 9.81, 1.0
@@ -62,20 +62,6 @@ def test_a_foot_that_chatters_is_certified_where_coulomb_has_it(cone):
     assert (apart(found) <= found.reference.uncertainty).all()
     assert found.resolved
     assert found.error > 1e-4  # of its own steps
-
-
-@pytest.mark.parametrize("power", [*POWERS, 0.4, 1.0])
-def test_what_layers_leave_open_is_the_way_to_their_limit(power):
-    """Of motions at a distance from it that goes as a power of the width."""
-    distances = np.array(WIDTHS) ** power
-    apart = [np.array([0.0, one, np.inf]) for one in -np.diff(distances)]
-    left = left_open(WIDTHS, apart)
-    assert left[0] == 0.0
-    assert left[2] == np.inf
-    assert left[1] >= distances[-1] * (1 - 1e-4)
-    if power <= POWERS[1]:
-        assert left[1] == pytest.approx(distances[-1], rel=1e-4)
-        assert left[1] > apart[-1][1]  # by more than the narrowest two differ by
 
 
 def test_a_certificate_of_layers_holds_where_their_distance_goes_as_a_root(monkeypatch):

@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import gradient as gradient_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
-from plumbob.engines.audit.gradient import Entry, gradients
+from plumbob.engines.audit.gradient import gradients
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
@@ -88,22 +88,6 @@ def test_a_pendulum_is_confirmed_by_small_steps_and_another_eps(integrator):
             found.errors(found.ways[1])[-1], rel=1e-5
         )
         assert 1.0 / 30.0 < found.predicted_eps / (found.ways[1].eps or 0.0) < 30.0
-
-
-def test_the_horizon_is_where_the_error_is_as_large_as_the_gradient():
-    found = found_of(oscillator())
-    transition, *others = found.ways
-    wrong = transition.computed.copy()
-    wrong[7:] *= -1.0
-    off = replace(found, ways=(replace(transition, computed=wrong), *others))
-    assert off.horizon == pytest.approx(found.times[7])
-    assert off.why == ""
-    largest = off.worst(off.ways[0])
-    assert isinstance(largest, Entry)
-    assert largest.relative_error == pytest.approx(-2.0, abs=0.1)
-    # Beyond what is known of the motion's own, nothing is said.
-    vague = np.where(np.arange(len(found.times))[:, None] > 3, 1.0, found.uncertainty)
-    assert replace(off, uncertainty=vague).horizon is None
 
 
 def test_what_has_no_derivative_is_left_out_with_its_reason():

@@ -12,7 +12,6 @@ from plumbob.reports.cli import main
 from plumbob.reports.view.audit.page import answered, card, page, rows
 from plumbob.reports.view.notation import metres
 from plumbob.tests.audit.scenes_as_models import PENDULUM, audit_of, ball
-from plumbob.tests.support.page_document import plotted_inside
 
 
 @pytest.fixture(name="found", scope="module")
@@ -35,22 +34,6 @@ def test_the_card_says_the_error_the_choice_and_the_certificate(found):
         assert f'{name}="{value}" in place of ' in lines["to do"]
     shown = unescape(re.sub("<[^>]+>", "", page(answered(found), found, "")))
     assert said in shown.replace("\u00a0", " ")
-
-
-@pytest.mark.long
-def test_figures_are_drawn_from_the_audit(found):
-    answer = answered(found)
-    text = page(answer, found, "")
-    assert len(plotted_inside(text)) == text.count('src="data:image/svg+xml,') == 3
-    timeline = answer.figures[-1]
-    assert [t["name"] for t in timeline.traces] == ["floor – geom 1"]
-    lasting = found.touching.intervals("floor – geom 1")
-    assert lasting[0, 0] == pytest.approx(0.064, abs=1.5e-3)  # it falls 2 cm first
-    assert lasting[-1, 1] == pytest.approx(0.2)
-    assert timeline.traces[0]["x"][:2] == pytest.approx(lasting[0])
-    ends = found.touching.events
-    assert ends == 2 * len(lasting) - (lasting[-1, 1] >= 0.2)
-    assert f"{ends / 0.2:.3g} begin or cease to in a second" in timeline.caption
 
 
 @pytest.mark.long

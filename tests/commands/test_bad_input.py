@@ -2,9 +2,8 @@
 
 import os
 import shlex
-import sqlite3
 import tomllib
-from contextlib import chdir, closing
+from contextlib import chdir
 from dataclasses import replace
 from pathlib import Path
 
@@ -109,59 +108,6 @@ def test_a_run_that_cannot_begin_is_a_verdict(scene, change, verdict, capsys):
     out, err = capsys.readouterr()
     assert f" at 0.001: {verdict}" in out
     assert err == ""
-
-
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    ("scene", "method", "verdict"),
-    [
-        ("capsule-hold/0.999", "ode/rk4", None),
-        ("capsule-turn/0.3", "exact/closed-form", "unsupported"),
-        (SMALL, "heyoka/*", "missing"),
-    ],
-)
-def test_a_study_without_a_run_has_a_page(scene, method, verdict, tmp_path, capsys, monkeypatch):
-    def there(engine):
-        return engine.name != "heyoka"
-
-    for module in ("engines.registry", "engines.study.measurement", "engines.study.extra_runs"):
-        monkeypatch.setattr(f"plumbob.{module}.installed", there, raising=False)
-    words = ["validate", "--scenes", scene, "--methods", method, "--jobs", "1"]
-    code = main([*words, "--out", str(tmp_path)])
-    out, err = capsys.readouterr()
-    assert (code, err) == (3 if verdict == "missing" else 0, "")
-    assert verdict is None or verdict in out
-    assert scene.replace("/", "/<wbr>") in (tmp_path / "index.html").read_text("utf-8")
-
-
-def _damaged(file, kind, body):
-    """Every body of a kind put in another's place, as by a program whose checksums fit."""
-    which = "key = 'study'" if kind == "study" else "key != 'study'"
-    with closing(sqlite3.connect(file)) as held, held:
-        held.execute(f"update result set body = {body} where {which}")
-        for number, *row in held.execute("select rowid, study, key, body from result").fetchall():
-            change = "update result set digest = ? where rowid = ?"
-            held.execute(change, (store._digest(*row), number))
-
-
-DAMAGE = ("'[]'", "'null'", "'7'", "'\"text\"'", "'{\"a\": 1}'", "'{'", "char(0)", "7", "x'ff'")
-
-
-@pytest.mark.parametrize("damage", DAMAGE)
-@pytest.mark.parametrize("kind", ["study", "result"])
-@pytest.mark.parametrize("command", ["report", "compare"])
-def test_a_store_that_cannot_be_read_back_is_bad_input(
-    command, kind, damage, stored, tmp_path, capsys
-):
-    (tmp_path / store.FILE).write_bytes(stored)
-    _damaged(tmp_path / store.FILE, kind, damage)
-    assert main([command, *([str(tmp_path)] * (2 if command == "compare" else 1))]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert "must be a file of stored results" in err
-    assert not (tmp_path / "index.html").exists()
-    with closing(sqlite3.connect(tmp_path / store.FILE, timeout=0)) as held:
-        held.execute("begin exclusive")  # no lock is left behind
 
 
 @pytest.mark.long

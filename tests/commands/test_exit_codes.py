@@ -2,8 +2,6 @@
 
 import hashlib
 import os
-import re
-import shlex
 import signal
 import tempfile
 import threading
@@ -11,11 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.reports.commands import cite
-
-VALIDATE = ("validate", "--scenes", "linear-pendulum/overdamped", "--methods", "ode/rk4")
 
 
 @pytest.fixture(autouse=True)
@@ -43,21 +38,6 @@ def test_a_defect_is_one_line_and_its_traceback_a_file(folder, capsys, monkeypat
         assert "in _broken" in Path(file).read_text("utf-8")
     else:
         assert f"{__file__}:" in err
-
-
-def test_a_study_is_kept_when_its_page_fails(tmp_path, capsys, monkeypatch):
-    out = tmp_path / "out"
-    with monkeypatch.context() as patched:
-        patched.setattr("plumbob.reports.view.site.writing.write_page", _broken)
-        assert main([*VALIDATE, "--jobs", "1", "--out", str(out)]) == 4
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    found = re.search(r"the study is stored: `plumbob (.*)` draws its page$", err.strip())
-    assert found
-    assert not (out / "index.html").exists()
-    assert main(shlex.split(found[1])) == 0
-    assert (out / "index.html").exists()
-    assert store.load(out / store.FILE) is not None
 
 
 def test_an_interrupt_is_one_line(capsys, monkeypatch):

@@ -1,6 +1,5 @@
 """`--like` on the command line: the error of a user's settings, and better methods."""
 
-import json
 from dataclasses import replace
 
 import pytest
@@ -58,14 +57,3 @@ def _error(name, like):
     run, _ = measure(case, own_method(like), STEP)
     first = case.system.quantities(case)[0]
     return relative_error(run, (replace(first, scale=1.0),))
-
-
-def test_run_takes_the_files_step(tmp_path, capsys):
-    like = written(tmp_path, "RK4")
-    assert main(["run", LINE, "--like", like, "--json"]) == 0
-    (one,) = [json.loads(capsys.readouterr().out)]
-    assert (one["method"], one["step"], one["expected"]) == ("mujoco/mine", STEP, None)
-    assert main(["run", LINE, "mujoco/euler+coulomb", "--step", "1e-3", "--like", like]) == 0
-    answer = capsys.readouterr().out
-    assert f"{LINE} with mujoco/euler+coulomb at 0.001: predicted" in answer
-    assert f"{LINE} with mujoco/mine at 0.001:" in answer

@@ -12,7 +12,6 @@ from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.engines.adapters.mujoco.contacts import (
     ARMATURE_RATIO,
     armature,
-    coulomb_pair,
     tilt_inertia,
 )
 from plumbob.engines.adapters.mujoco.options import collected
@@ -78,17 +77,6 @@ def test_reduced_and_planar_have_the_same_numbers():
         np.testing.assert_array_equal(planar.geom(f"support_{i + 1}").pos[:2], place)
     line = off.setup.direction
     np.testing.assert_allclose(planar.joint("slider").axis[:2], [np.cos(line), np.sin(line)])
-
-
-def test_contacts_are_those_of_the_profile_without_what_mjcf_cannot_say():
-    # S = 1: nothing is changed after compiling, so that a user may copy the file
-    for file in (FULL, PLANAR):
-        model = load(file)
-        for name, value in coulomb_pair(STEP, softening=1.0).items():
-            field = getattr(model, f"pair_{name}")
-            np.testing.assert_allclose(field, np.tile(value, (3, 1)), rtol=1e-12, err_msg=name)
-        assert model.opt.impratio == 1e9
-        assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
 
 
 def displacement(file):

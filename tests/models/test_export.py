@@ -4,7 +4,6 @@ import re
 import subprocess
 import sys
 
-import mujoco
 import pytest
 
 from plumbob.models.registry import systems
@@ -57,10 +56,3 @@ def test_what_a_text_names_is_there(exported, name):
     assert named
     for file in [*named, *COMMAND.findall(text)]:
         assert (folder / file).is_file(), file
-
-
-@pytest.mark.parametrize("folder", FOLDERS)
-def test_every_file_starts_from_its_keyframe(exported, folder):
-    for file in (exported / folder).glob("*.xml"):
-        model = mujoco.MjModel.from_xml_path(str(file))
-        assert model.key("start").id == 0, file.name

@@ -91,10 +91,3 @@ def test_an_unexpected_verdict_fails_with_a_line(repository):
     assert "with tiny/euler: not-converging, expected predicted" in done.stdout
     assert "Traceback" not in done.stdout
     assert "tiny/euler" in (repository / "found.xml").read_text("utf-8")
-
-
-@pytest.mark.long
-def test_a_wrong_name_is_wrong_use(repository):
-    done = session_of(repository, "--plumbob-methods", "none/such")
-    assert done.returncode == pytest.ExitCode.USAGE_ERROR
-    assert "--plumbob-methods = 'none/such': must be one of" in done.stderr

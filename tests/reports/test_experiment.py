@@ -6,12 +6,10 @@ from dataclasses import replace
 import mpmath as mp
 import pytest
 
-from plumbob.engines.registry import method
-from plumbob.engines.study.measurement import measure
 from plumbob.models.tripod_capsule.parameters import CHECK
 from plumbob.models.tripod_capsule.plan import planned
 from plumbob.reports.analyses.capsule_line import experiment
-from plumbob.reports.analyses.capsule_line.experiment import KNOWN, SET, line
+from plumbob.reports.analyses.capsule_line.experiment import KNOWN, SET
 from plumbob.reports.cli import main
 from plumbob.tests.support.declared import finding, nothing
 
@@ -42,11 +40,6 @@ def test_each_part_of_the_uncertainty_is_the_formula_s(bench):
             total += (slope * KNOWN[row.name]) ** 2
         assert bench.usual.unsure == pytest.approx(float(mp.sqrt(total)), rel=1e-9)
         assert bench.usual.displacement == pytest.approx(float(displacement(*values)), rel=1e-14)
-
-
-def test_mujoco_sees_what_is_to_be_seen(bench):
-    run, _ = measure(line(**SET), method("mujoco/euler+coulomb"), 1e-4)
-    assert abs(run.errors["displacement"].end) < 0.01 * bench.usual.unsure
 
 
 def test_the_plan_ends_elsewhere_with_another_friction(bench):

@@ -51,31 +51,6 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it():
     assert "rtol" in steps["ode/dop853"]
 
 
-def limited(step):
-    """The range of Euler with this limit [s], and the text of its row."""
-    study, scene = quick(), find_scene(SWING)
-    prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
-    study = replace(study, extras={StepPrediction(SWING, EULER): prediction})
-    ranges = step_ranges(study, scene)
-    table = cases(study, [scene])
-    (row,) = [row for row in table.rows if row[0].text == EULER]
-    (of,) = [of for of in ranges if of.method == EULER]
-    return of, " ".join(cell.text for cell in row)
-
-
-@pytest.mark.parametrize(
-    ("step", "margin", "by"),
-    [(1.0, 500.0, "accuracy"), (3e-3, 1.5, "stability"), (0.0, 0.0, "stability")],
-)
-def test_the_margin_and_the_limiting_one_follow_the_stored_limit(step, margin, by):
-    """Euler is within 1 % at 2 ms, and was run at 5 ms next."""
-    of, text = limited(step)
-    assert of.margin == pytest.approx(margin)
-    assert of.limited_by == by
-    assert by in text
-    assert (f"{step:.3g} s" if step else "every step tried fails") in text
-
-
 @pytest.mark.parametrize("step", [0.1, 0.4])
 def test_the_first_screen_says_the_stored_limit(step, monkeypatch):
     monkeypatch.setattr(of_index, "SCENES", (SWING,))

@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.stability import StepLimit
 from plumbob.engines.method import Method
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study import store
 from plumbob.engines.study.stability import (
     MeasuredLimit,
     PredictedLimits,
@@ -22,7 +20,6 @@ from plumbob.engines.study.stability import (
 )
 from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.advice import from_study
-from plumbob.reports.cli import main
 from plumbob.reports.judge.verdict import Judged, Judgement
 from plumbob.reports.view.top_tables import ERRORS
 from plumbob.tests.site import whole_profile
@@ -84,18 +81,6 @@ def test_cheapest_first_then_another_method():
     assert (loose.choice.method, loose.runner_up.method) == (FIRST.name, FOURTH.name)
     assert [c.method for c in loose.by_engine] == [FIRST.name]
     assert loose.choice.ns_per_second == pytest.approx(1000.0 / 5e-3)
-
-
-def test_default_step_of_mujoco():
-    study = made_up([(find_method("mujoco/euler"), STEPS, lambda h: 7.0 * h)])
-    (default,) = cheapest(study, 1e-3).defaults
-    assert default.step == 0.002
-    assert default.error == pytest.approx(0.014)
-    assert default.measured
-    # where the error crosses zero there too: it is said of that step, and nothing is chosen by it
-    errors = {h: 1e-5 if h == 2e-3 else 7.0 * h for h in STEPS}
-    found = cheapest(made_up([(find_method("mujoco/euler"), STEPS, errors.__getitem__)]), 0.5)
-    assert found.defaults[0].error == pytest.approx(1e-5)
 
 
 @pytest.mark.parametrize("verdict", ["not-converging", "off-prediction", "diverged"])
@@ -172,14 +157,6 @@ def test_a_limit_of_stability_limits_the_step():
         assert (free.step, free.limit, free.limited) == (5e-3, None, False)
     none = cheapest(_limited(study, 0.0), 1e6)
     assert (none.choice, none.best) == (None, None)
-
-
-def test_the_command_says_what_limits_the_step(tmp_path, capsys):
-    study = made_up([(find_method("mujoco/rk4"), STEPS, lambda h: 1e6 * h**4)])
-    store.save(_limited(study, 6e-3), tmp_path / store.FILE)
-    assert main(["recommend", SCENE, "--error", "1", "--stored", "--out", str(tmp_path)]) == 0
-    text = "limited by stability: loses the motion from 0.006 s on (unstable, predicted), 3 times"
-    assert text in capsys.readouterr().out
 
 
 @pytest.mark.long

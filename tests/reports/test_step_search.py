@@ -1,6 +1,5 @@
 """The search for steps, on made-up errors: it finds the largest that holds, and runs few."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -88,30 +87,6 @@ def test_a_sawtooth_is_not_trusted_at_a_lucky_zero(phase, wanted):
     assert wanted / 1.5 <= choice.step < 2.0 * wanted
     near = [error("", "", choice.step * part) for part in (1.0, 0.995, 0.98, 0.96, 0.92, 0.85)]
     assert max(near) < 2.0 * wanted
-
-
-def test_few_tries_lead_from_where_errors_scatter_to_where_they_hold():
-    """Above 0.2 ms errors scatter up to just below the wanted one."""
-
-    def error(scene, method, h):
-        return (5 + 4.5 * abs(math.sin(1e7 * h))) * 1e-4 if h > 2e-4 else 1e-4 * h
-
-    found = evidence(error)
-    choice = best(found, 1e-3)
-    assert 1e-4 <= choice.step <= 2.1e-4
-    assert sum(map(len, found.taken.values())) <= 450
-
-
-def test_the_same_question_again_runs_nothing():
-    def error(scene, method, h):
-        return h * (0.2 + (0.0317 / h) % 1.0) if method == SAWTOOTH.name else 5.0 * h
-
-    found = evidence(error, methods=(SAWTOOTH, OTHER))
-    first = best(found, 7e-4, SAWTOOTH, OTHER)
-    assert found.taken
-    again = replace(found, taken={})
-    assert best(again, 7e-4, SAWTOOTH, OTHER) == first
-    assert sum(map(len, again.taken.values())) == 0
 
 
 def test_the_worst_scene_of_a_family_decides():

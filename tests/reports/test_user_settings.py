@@ -10,10 +10,9 @@ from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.runner import joined
 from plumbob.models.scene import step_sizes
-from plumbob.reports.advice.user_settings import instead, user_results
+from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.judge.study_verdicts import judge_study
-from plumbob.reports.view.user_settings import lines, table
-from plumbob.tests.support.studies import SCENE, made_up, verdicts
+from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = step_sizes(5e-3, 1e-4)
 OWN = replace(find_method("mujoco/euler"), name=NAME, step_sizes=(2e-3, 1e-3, 5e-4, 2.5e-4))
@@ -52,19 +51,6 @@ def test_what_costs_less_and_what_is_more_accurate():
     # the other; closed forms do not count
     assert found.better.here is None
     assert (found.better.anywhere.method, found.better.anywhere.step) == ("ode/rk4", 5e-3)
-
-
-def test_it_is_said_in_words_cells_and_data():
-    answer = "\n".join(lines(said(study())))
-    assert "error              2 rad; 0.25 at 2.5e-4 s" in answer
-    assert "at equal accuracy  mujoco/rk4 at 0.005 s: error 0.0625 rad, 1.6 of your cost" in answer
-    assert "at no greater cost ode/rk4 at 0.005 s: error 0.0625 rad, 0.8 of your cost" in answer
-    shown = table(said(study()), verdicts(study()))
-    assert shown.heads[2] == "at your 0.002 s"
-    assert [cell.text for cell in shown.rows[0]][2:4] == ["2", "0.25 at 2.5e-4 s"]
-    ((key, beside),) = instead(said(study())).items()
-    assert key == (SCENE, NAME, 2e-3)
-    assert beside["at_no_greater_cost"]["here"] is None
 
 
 def test_joined_costs_are_those_of_the_first_study():

@@ -3,10 +3,8 @@
 import pytest
 
 from plumbob.engines.registry import engine_of, installed, method
-from plumbob.engines.study import measurement
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
-from plumbob.reports.judge.verdict import judge
 
 SWING = "simple-pendulum/free-large"
 
@@ -17,14 +15,3 @@ def test_bounds_are_near_the_errors(solver):
         pytest.skip(f"{solver} is not installed: make peers")
     for error in measure(case_of(scene(SWING)), method(solver), 1e-6)[0].errors.values():
         assert error.largest <= error.controlled.largest < 3.0 * error.largest
-
-
-def test_a_second_run_that_is_no_better_bounds_nothing(monkeypatch):
-    case, how = case_of(scene(SWING)), method("ode/dop853")
-    same = measure(case, how, 1e-8)[1]
-    monkeypatch.setattr(measurement, "confirming", lambda *_: same)
-    held, _ = measure(case, how, 1e-8)
-    assert judge(held, case.system, how).verdict == "off-prediction"
-    monkeypatch.setattr(measurement, "confirming", lambda *_: None)
-    left, _ = measure(case, how, 1e-8)
-    assert judge(left, case.system, how).verdict == "pre-asymptotic"

@@ -11,7 +11,6 @@ import pytest
 from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.page_numbers import study_record
-from plumbob.reports.view.plotly_figure import curve, figure, linear, logarithmic
 from plumbob.reports.view.records import (
     PairVerdict,
     Records,
@@ -106,15 +105,6 @@ def test_the_answer_is_computed_from_the_study(study):
     assert "39 %" in _said(_with_error(study, LINE, DEFAULT, 0.39))
 
 
-def test_costs_are_computed_from_the_study(study):
-    cost = study.costs[LINE, CONVERGENT]
-    costs = {
-        pair: replace(cost, ns_per_step=1.7) if pair[1] == CONVERGENT else cost
-        for pair in study.costs
-    }
-    assert "a step costs 1.7 times" in _said(replace(study, costs=costs))
-
-
 def _at_steps(study, runs):
     """A study of the line with these relative errors at its end, signed, by step [s]; None for a
     run that diverged."""
@@ -188,19 +178,6 @@ def test_a_cell_has_the_error_at_other_steps(study):
     assert cells[2] is None
 
 
-def test_what_the_maxima_leave_out_has_rows_and_a_sentence(study):
-    hard = "capsule-turn/pivot-short"
-    changed = _with_error(study, hard, RK4, 7.7e7)
-    for answer in _answers(changed):
-        names = {row[0].text for row in answer.table.rows}
-        system = "capsule-" if answer.name == "with-contacts" else "pendulum"
-        apart = {s.name for s in study.scenes if system in s.name.partition("/")[0] and s.hard}
-        assert apart <= names
-    assert f"up to 7.7e7× (on {hard}) with {RK4}" in _said(changed)
-    turned = _with_error(study, "capsule-turn/0.03", RK4, 6.6e7)
-    assert "RK4: at most 6.6e7× (on capsule-turn/0.03)" in _said(turned)
-
-
 def test_a_method_has_one_cost_on_a_scene(study):
     cost = study.costs[LINE, DEFAULT]
     costs = {
@@ -218,9 +195,3 @@ def test_a_method_has_one_cost_on_a_scene(study):
     assert trimmed
     as_run = {row[0].text: row[3].text for row in trimmed.rows}
     assert as_run[DEFAULT] == "6686"
-
-
-def _drawn(values, logarithms):
-    axis = logarithmic if logarithms else linear
-    line = curve([1.0, 2.0, 3.0][: len(values)], values, colour="#0072b2", name="one")
-    return figure("t", "c", [line], linear("x [1]"), axis("y [1]"))

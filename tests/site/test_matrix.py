@@ -52,16 +52,3 @@ def test_the_keyboard_filters_and_the_address_restores(index, browser):
     with visited(browser, index, place) as visit:
         assert visit.ask(SEEN) == chosen
         assert visit.page.locator("[data-filter]").input_value() == "capsule-line rk4"
-
-
-@pytest.mark.long
-def test_without_javascript_the_table_is_whole(index, browser):
-    with visited(browser, index) as visit:
-        whole = visit.ask(SEEN)
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto(index.resolve().as_uri())
-    assert page.locator(".matrix tbody td[title]").count() == len(whole["cells"])
-    assert page.locator(".choices").is_hidden()
-    assert page.locator(".matrix tbody td[title]").last.is_visible()
-    context.close()

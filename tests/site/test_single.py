@@ -1,6 +1,5 @@
 """`plumbob report --single`: one file with the content of the whole site."""
 
-import gzip
 import re
 
 import pytest
@@ -38,14 +37,6 @@ def _unfolded(file):
         text,
     )
     return re.sub("<noscript>.*?</noscript>", "", shown)
-
-
-def test_without_a_script_a_file_has_all_folded_tables(index):
-    _, *others = site_files(index)
-    text = gzip.decompress((others[0].parent / "tables.html.gz").read_bytes()).decode()
-    tables = [(file.stem, table) for file in others for table in folded(file)]
-    assert len(tables) > len(others)
-    assert all(f"<h2>{name}</h2>{table}" in text for name, table in tables)
 
 
 def _text(html):

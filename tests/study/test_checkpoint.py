@@ -117,19 +117,3 @@ def test_a_result_that_was_given_up_is_open_again(tmp_path):
         assert (kept.number, kept.given_up) == (number, ())
     with measured_into(tmp_path / FILE) as kept:
         assert not kept.begin("a plan", ["one"])
-
-
-def test_a_fresh_study_leaves_what_is_complete(tmp_path):
-    for fresh, there in ((False, False), (False, True), (True, False), (False, True)):
-        with measured_into(tmp_path / FILE, fresh) as kept:
-            assert kept.begin("a plan", ["one"]) is there
-            assert set(kept.there(["one"])) == ({"one"} if there else set())
-            kept.keep({"one": TaskResult()})
-    with measured_into(tmp_path / FILE) as kept:
-        kept.begin("a plan", ["one"])
-        lost = TaskResult().given_up("the first", "no memory")
-        kept.complete(Study("quick", (), ()), {"one": lost})
-    with measured_into(tmp_path / FILE, fresh=True) as kept:
-        assert not kept.begin("a plan", ["one"])
-    assert load(tmp_path / FILE, kept.number - 1)
-    assert not load(tmp_path / FILE, kept.number)

@@ -82,13 +82,6 @@ def test_settings_of_a_request_replace_those_of_the_method():
     assert untimed(again) == untimed(plain) != untimed(other)
 
 
-def test_convergence_and_trimming(study):
-    convergence, trimming = study.answer(CONVERGENCE), study.answer(TRIMMING)
-    assert [m.step for m in convergence.measurements] == [5e-3, 2e-3, 1e-3]
-    assert trimming.identical
-    assert trimming.ns_trimmed > 0.0
-
-
 def test_a_stored_study_is_the_study(study, tmp_path):
     back = store.load(tmp_path / "new", store.save(study, tmp_path / "new"))
     for request, result in study.extras.items():

@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from plumbob.analytic.stability import LEVELS
-from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.reports.judge.long_runs import judged_long_run
@@ -82,8 +81,3 @@ def test_a_wrong_time_is_red(wrong):
     found = replace(right.found, predicted=replace(predicted, times=times))
     judged = judged_long_run(right.search, found)
     assert (judged.verdict, bool(judged.surprise)) == ("off-prediction", True)
-
-
-def test_a_sabotaged_integrator_is_red(monkeypatch):
-    monkeypatch.setattr(integrators, "leapfrog", integrators.semi_implicit_euler)
-    assert run("simple-pendulum/rotating-slow", "ode/leapfrog").verdict == "off-prediction"

@@ -8,7 +8,6 @@ import pytest
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.engines.adapters.divergence import possible_speed
-from plumbob.engines.adapters.mujoco import ENGINE as MUJOCO
 from plumbob.engines.adapters.ode import ENGINE, prepare
 from plumbob.engines.adapters.ode.simulation import (
     AdaptiveSimulation,
@@ -46,17 +45,6 @@ def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed():
     speed = possible_speed(DEFAULT.motion.rotor, DEFAULT.theta_dot)
     assert speed > 37.0
     assert asked == pytest.approx([1e-6, 1e-6, 1e-6 * speed], rel=1e-12)
-
-
-@pytest.mark.parametrize(("ours", "theirs"), [("euler", "euler"), ("rk4", "rk4")])
-def test_mujoco_takes_the_same_steps(ours, theirs):
-    # the same scheme on the same equation in two programs: they differ by 500 steps of round-off
-    other = next(method for method in MUJOCO.methods if method.name == f"mujoco/{theirs}")
-    engine = MUJOCO.prepare(SYSTEM.case(scene()), other, 1e-3).run()
-    solver = run(METHODS[f"ode/{ours}"], 1e-3)
-    np.testing.assert_allclose(
-        solver.observables["theta"], engine.observables["theta"], rtol=0, atol=2e-12
-    )
 
 
 def test_no_motion_exceeds_the_speed_that_limits_are_based_on():

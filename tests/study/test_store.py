@@ -15,6 +15,7 @@ from plumbob.engines.study import store
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.measurement import ObservedError
+from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory

@@ -3,7 +3,6 @@
 import os
 import sqlite3
 from contextlib import closing, contextmanager
-from pathlib import Path
 
 import pytest
 
@@ -108,33 +107,3 @@ def test_a_locked_store_is_said_to_be_locked(words, whole, tmp_path, capsys, mon
     with _locked(file):
         _refused(words, file, "no other process has locked", capsys)
     assert file.read_bytes() == whole
-
-
-def test_a_read_only_store_is_read_and_not_written(whole, tmp_path, capsys, monkeypatch):
-    file = tmp_path / store.FILE
-    file.write_bytes(whole)
-    # The permissions alone do not keep root from writing.
-    usual = os.access
-    monkeypatch.setattr(os, "access", lambda path, mode: path != file and usual(path, mode))
-    _refused(WRITERS[0], file, "a file that can be written to", capsys)
-    assert store.load(file) is not None
-    assert file.read_bytes() == whole
-
-
-def test_a_transaction_that_was_cut_off_is_undone_for_a_reader(whole, tmp_path):
-    file = tmp_path / store.FILE
-    file.write_bytes(whole)
-    child = os.fork()
-    if not child:  # pragma: no cover - ends as a killed process does, with its journal left behind
-        opened = sqlite3.connect(file, isolation_level=None)
-        opened.execute("pragma cache_spill = 1")
-        opened.execute("pragma cache_size = 1")
-        opened.execute("begin immediate")
-        opened.execute("update result set body = body || zeroblob(300000)")
-        os._exit(0)
-    os.waitpid(child, 0)
-    assert Path(f"{file}-journal").exists()
-    assert file.read_bytes() != whole
-    found = store.load(file)
-    assert found.convergence[0].measurements[0].step == 1e-2
-    assert file.read_bytes()[:100] == whole[:100]

@@ -12,7 +12,7 @@ from plumbob.engines.study.convergence import (
 )
 from plumbob.engines.study.measurement import REFERENCE_STEP, floor, measure
 from plumbob.engines.study.runner import most_steps, run_study
-from plumbob.models.registry import case_of, scene, scenes, system_of
+from plumbob.models.registry import case_of, scene, scenes
 
 SCENES = "cone-pendulum/rotating-base,cone-pendulum/deep-well"
 METHODS = "mujoco/euler,ode/rk4"
@@ -124,11 +124,3 @@ def test_a_run_beside_the_step_sizes_tells_of_no_order():
     at = found.measurements[0]
     assert at.step == REFERENCE_STEP
     assert at.errors["theta"].largest > 1.0  # with it the order would be another one
-
-
-def test_an_engine_that_is_not_there_is_missing_and_nothing_else(monkeypatch):
-    monkeypatch.setattr("plumbob.engines.study.measurement.installed", lambda engine: False)
-    chosen = scene("cone-pendulum")
-    found, run = measure(system_of(chosen).case(chosen), method("mujoco/rk4"), 1e-3)
-    assert (found.status, run) == ("missing", None)
-    assert "mujoco" in found.reason

@@ -4,7 +4,6 @@ import gc
 import multiprocessing
 import os
 import signal
-from concurrent.futures import BrokenExecutor
 from multiprocessing.connection import Connection
 
 import pytest
@@ -66,24 +65,6 @@ def test_a_worker_that_is_killed_in_the_middle_of_an_answer_costs_its_task():
     found, lost = _worked_out([Task(1, _cut_short, (), 60.0), Task(2, abs, (-2,), 60.0)])
     assert found == {2: 2}
     assert "ended by SIGKILL, 2 times" in lost[1]
-
-
-def test_workers_that_are_killed_while_they_load_cost_nothing():
-    with Workers(2) as workers:
-        workers.begin(2)
-        for child in multiprocessing.active_children()[:1]:
-            child.kill()
-        tasks = [Task(number, abs, (-number,), 60.0) for number in range(4)]
-        assert {task.key: result for task, result in workers.results(tasks)} == {
-            number: number for number in range(4)
-        }
-
-
-def test_workers_are_an_executor():
-    with Workers(2) as workers:
-        futures = [workers.submit(abs, number) for number in (-1, -2, -3)]
-        assert [future.result() for future in futures] == [1, 2, 3]
-        assert isinstance(workers.submit(signal.raise_signal, 9).exception(), BrokenExecutor)
 
 
 def test_what_a_task_raises_is_raised_and_ends_the_others():

@@ -13,10 +13,8 @@ from plumbob.reports.view.audit.page import answered, rows
 from plumbob.tests.audit.contacts.bodies_on_planes import (
     EXACT,
     FLAT,
-    FLOOR,
     SPEED,
     audited_once,
-    jointed_stand,
     model_text,
     texts,
 )
@@ -133,36 +131,6 @@ def rougher(right):
 def test_other_contacts_than_those_said_are_seen(place, name, wrong, body, monkeypatch):
     monkeypatch.setattr(place, name, wrong(getattr(place, name)))
     assert missed(audited(texts()[body])) > 2 * REST
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("two_steps")
-def test_the_posture_is_that_of_the_keyframe():
-    key = '<keyframe><key name="wide" qpos="0 0 .21 1 0 0 0 -.3 -.3 -.3 -.3"/></keyframe>'
-    narrow = audited(model_text(jointed_stand()[0], 0.21))
-    wide = audited(model_text(jointed_stand()[0], 0.21, more=key), keyframe="wide")
-    assert wide.standing.height < 0.9 * narrow.standing.height
-    assert missed(wide) < REST
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("two_steps")
-def test_a_plane_may_stand_anywhere():
-    """A plane that is tilted with gravity, moved and turned gives the same."""
-    geoms, height, _ = BODIES["four-footed box"]
-    angle = math.radians(20)
-    gravity = f"{-9.81 * math.sin(angle)} 0 {-9.81 * math.cos(angle)}"
-    tilted = model_text(
-        geoms,
-        height,
-        f'timestep="0.002" gravity="{gravity}"',
-        FLOOR.replace("/>", f' pos="1 2 3" euler="0 {math.degrees(angle)} 0"/>'),
-    )
-    start = f'pos="1.5 2 4" euler="0 {math.degrees(angle)} 0"'
-    tilted = tilted.replace(f'pos="0 0 {height}"', start)
-    one, other = audited(tilted), audited(model_text(geoms, height))
-    assert one.standing.points == pytest.approx(other.standing.points, abs=1e-6)
-    assert one.pasted[0].distances == pytest.approx(other.pasted[0].distances, rel=1e-6)
 
 
 @pytest.mark.long

@@ -7,9 +7,8 @@ import pytest
 
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
+from plumbob.engines.audit.moving_joints import free_slide
 from plumbob.engines.own_motion import Start
-from plumbob.reports.cli import main
 from plumbob.tests.audit.contacts.bodies_on_planes import model_text
 
 FRICTION, GRAVITY, SPEED = 0.4, 9.81, 0.5
@@ -48,15 +47,3 @@ def test_the_continuous_motion_is_that_of_two_bodies(more, sliding):
     assert found.uncertainty < SOFT * exact
     assert found.until == pytest.approx(0.38)
     assert not found.why
-
-
-@pytest.mark.long
-def test_states_of_actuators_are_refused_and_the_row_is_printed(tmp_path, capsys):
-    delayed = SERVO.format(kp=200, kv=10).replace("kp=", 'timeconst="0.1" kp=')
-    assert slid(delayed) == FreeSlide(why="actuators have states of their own")
-    file = tmp_path / "load.xml"
-    file.write_text(model_text(BODY, 0.06, friction=FRICTION, more=SERVO.format(kp=200, kv=10)))
-    assert main(["audit", str(file), "--contacts"]) == 0
-    (row,) = [r for r in capsys.readouterr().out.splitlines() if r.startswith("joints free")]
-    assert "continuously 2.19 cm" in row
-    assert "as one rigid piece it stops after 3.19 cm" in row
