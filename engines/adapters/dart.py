@@ -8,7 +8,7 @@ world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, by_step
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
@@ -29,10 +30,8 @@ from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     CAPSULES,
     FOOT_RADIUS,
-    POINT,
     Pose,
     ThreeFeet,
-    by_step,
     gravity,
     scheme,
     start_velocity,
@@ -80,53 +79,61 @@ def _moved(place: tuple[float, float, float]) -> Any:
     return transform
 
 
-def _inertia(mass: float, centre: tuple[float, float, float], moments: Any) -> Any:
-    import dartpy
-
-    return dartpy.dynamics.Inertia(mass, centre, np.asarray(moments))
-
-
 def _pendulum(body: HingedBody, step: float) -> Built:
     import dartpy
 
-    dynamics = dartpy.dynamics
-    world, skeleton = _world(step, (0.0, 0.0, -body.gravity)), dynamics.Skeleton()
-    parent = None
-    if body.platform_rate is not None:
-        platform, parent = skeleton.createRevoluteJointAndBodyNodePair()
-        platform.setAxis([0.0, 0.0, 1.0])
-        platform.setActuatorType(dynamics.ActuatorType.ACCELERATION)
-        platform.setVelocity(0, body.platform_rate)
-    hinge, bob = skeleton.createRevoluteJointAndBodyNodePair(*([parent] if parent else []))
-    hinge.setAxis([1.0, 0.0, 0.0])
-    hinge.setTransformFromParentBodyNode(_moved(body.pivot))
-    hinge.setDampingCoefficient(0, body.damping)
-    hinge.setSpringStiffness(0, body.stiffness)
-    bob.setInertia(_inertia(body.mass, (0.0, 0.0, -body.arm), body.moments))
-    hinge.setPosition(0, body.theta)
-    hinge.setVelocity(0, body.theta_dot)
+    world, skeleton = _world(step, (0.0, 0.0, -body.gravity)), dartpy.dynamics.Skeleton()
+    hinge = _jointed(skeleton, body.links)[-1][0]
     world.addSkeleton(skeleton)
-    move = world.step
-
-    def advance(first: int, last: int) -> None:
-        if body.forcing is None:
-            for _ in range(first, last):
-                move()
-            return
-        for torque in body.torques(first, last, step):
-            hinge.setCommand(0, torque)
-            move()
 
     def read() -> Mapping[str, float]:
         return {"theta": hinge.getPosition(0), "theta_dot": hinge.getVelocity(0)}
 
-    return Built(advance, read, body.limits)
+    pushed = [hinge] if body.forcing else []
+    return Built(_advancing(world, pushed, by_step(body.torques, step)), read, body.limits)
+
+
+def _jointed(skeleton: Any, links: tuple[Link, ...]) -> list[tuple[Any, Any]]:
+    """The joints of a chain at its start, each with its body."""
+    import dartpy
+
+    pairs: list[tuple[Any, Any]] = []
+    for link in links:
+        make = getattr(skeleton, f"create{link.joint.title()}JointAndBodyNodePair")
+        joint, node = make(*(pairs[-1][1:] if pairs else ()))
+        joint.setTransformFromParentBodyNode(_moved(link.place))
+        node.setInertia(dartpy.dynamics.Inertia(link.mass, link.centre, link.moments))
+        if link.joint in (HINGE, SLIDE):
+            joint.setAxis(link.axis)
+            joint.setDampingCoefficient(0, link.damping)
+            joint.setSpringStiffness(0, link.stiffness)
+            joint.setPosition(0, link.position)
+            joint.setVelocity(0, link.rate)
+        if link.hold:
+            joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
+        pairs.append((joint, node))
+    return pairs
+
+
+def _advancing(
+    world: Any, joints: Sequence[Any], controls: Iterator[list[float]]
+) -> Callable[[int, int], None]:
+    """Steps under controls of joints: accelerations where these are prescribed, else torques."""
+    move = world.step
+
+    def advance(first: int, last: int) -> None:
+        for _ in range(first, last):
+            for joint, value in zip(joints, next(controls) if joints else (), strict=True):
+                joint.setCommand(0, value)
+            move()
+
+    return advance
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     import dartpy
 
-    dynamics, world = dartpy.dynamics, _world(step, gravity(body.setup))
+    dynamics, world, setup = dartpy.dynamics, _world(step, gravity(body.setup)), body.setup
     if method.settings:
         world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
         quiet = dartpy.simulation.DeactivationOptions()
@@ -134,68 +141,19 @@ def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
         world.setDeactivationOptions(quiet)
     ground, skeleton = dynamics.Skeleton(), dynamics.Skeleton()
     _, plane = ground.createWeldJointAndBodyNodePair()
-    _touching(plane, dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), body.setup.capsule.friction)
-    free, shell = _shell(skeleton, body)
-    joints = _slider(skeleton, shell, body)
-    _start(body, free, joints)
-    world.addSkeleton(ground)
-    world.addSkeleton(skeleton)
-    move, controls = world.step, by_step(body.accelerations, step)
-
-    def advance(first: int, last: int) -> None:
-        if not joints:
-            for _ in range(first, last):
-                move()
-            return
-        for _ in range(first, last):
-            for joint, value in zip(joints, next(controls), strict=True):
-                joint.setCommand(0, value)
-            move()
-
-    return body.built(advance, partial(_pose, shell, joints))
-
-
-def _shell(skeleton: Any, body: ThreeFeet) -> tuple[Any, Any]:
-    """The body on its feet, and the joint in which it is free."""
-    import dartpy
-
-    capsule = body.setup.capsule
-    free, shell = skeleton.createFreeJointAndBodyNodePair()
-    moments = np.diag([body.tilt_inertia, body.tilt_inertia, capsule.inertia])
-    shell.setInertia(_inertia(capsule.body_mass, (0.0, 0.0, 0.0), moments))
-    for x, y in capsule.supports:
-        foot = _touching(shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), capsule.friction)
+    _touching(plane, dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), setup.capsule.friction)
+    (free, shell), *sliders = _jointed(skeleton, body.links)
+    for x, y in setup.capsule.supports:
+        foot = _touching(shell, dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction)
         foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
-    return free, shell
-
-
-def _slider(skeleton: Any, shell: Any, body: ThreeFeet) -> list[Any]:
-    """The joints of a slider at its start in the `shell`, one a track."""
-    import dartpy
-
-    joints, last, place = [], shell, (*body.setup.slider, 0.0)
-    for number, (x, y) in enumerate(body.tracks):
-        joint, last = skeleton.createPrismaticJointAndBodyNodePair(last)
-        joint.setAxis([x, y, 0.0])
-        joint.setActuatorType(dartpy.dynamics.ActuatorType.ACCELERATION)
-        joint.setTransformFromParentBodyNode(_moved(place if number == 0 else (0.0, 0.0, 0.0)))
-        last.setInertia(_inertia(POINT, (0.0, 0.0, 0.0), POINT * np.eye(3)))
-        joints.append(joint)
-    if not joints:
-        weld, last = skeleton.createWeldJointAndBodyNodePair(shell)
-        weld.setTransformFromParentBodyNode(_moved(place))
-    last.setInertia(_inertia(body.setup.capsule.slider_mass, (0.0, 0.0, 0.0), POINT * np.eye(3)))
-    return joints
-
-
-def _start(body: ThreeFeet, free: Any, joints: list[Any]) -> None:
-    """Put the capsule where it starts."""
-    setup, (vx, vy) = body.setup, start_velocity(body.setup)
     free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
     # DART's free joint has its rates in the world's axes
-    free.setVelocities([0.0, 0.0, setup.heading_rate, vx, vy, 0.0])
-    for number, joint in enumerate(joints):
-        joint.setVelocity(0, float(body.slider_velocity(np.zeros(1))[0, number]))
+    free.setVelocities([0.0, 0.0, setup.heading_rate, *start_velocity(setup), 0.0])
+    world.addSkeleton(ground)
+    world.addSkeleton(skeleton)
+    driven = [joint for joint, _ in sliders] if body.tracks else []
+    advance = _advancing(world, driven, by_step(body.accelerations, step))
+    return body.built(advance, partial(_pose, shell, driven))
 
 
 def _touching(node: Any, shape: Any, friction: float) -> Any:

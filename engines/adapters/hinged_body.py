@@ -10,6 +10,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.chain import Link
 from plumbob.engines.adapters.divergence import limits, limits_on_platform
 from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.models.scene import ONE_SMOOTH, Case
@@ -40,12 +41,30 @@ class HingedBody:
     limits: Mapping[str, float]
     """Magnitudes of observables that only a diverged run exceeds."""
 
-    def torques(self, first: int, last: int, step: float) -> list[float]:
-        """Of the forcing [N m] as the steps `first` to `last` - 1 of `step` [s] begin."""
+    def torques(self, first: int, last: int, step: float) -> Array:
+        """Of the forcing [N m] as the steps `first` to `last` - 1 of `step` [s] begin, shape
+        (last - first, 1)."""
         amplitude, frequency = self.forcing or (0.0, 0.0)
-        times = np.arange(first, last, dtype=np.float64) * step
-        torques: list[float] = (amplitude * np.sin(frequency * times)).tolist()
-        return torques
+        times = np.arange(first, last, dtype=np.float64)[:, None] * step
+        return np.asarray(amplitude * np.sin(frequency * times))
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """The platform, if there is one, and the body on its hinge."""
+        bob = Link(
+            self.mass,
+            self.moments,
+            (0.0, 0.0, -self.arm),
+            place=self.pivot,
+            position=self.theta,
+            rate=self.theta_dot,
+            damping=self.damping,
+            stiffness=self.stiffness,
+        )
+        if self.platform_rate is None:
+            return (bob,)
+        axis, rate, hold = (0.0, 0.0, 1.0), self.platform_rate, self.platform_inertia
+        return Link(1.0, np.eye(3), axis=axis, rate=rate, hold=hold), bob
 
     @property
     def platform_load(self) -> float:

@@ -5,9 +5,10 @@ alone.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +16,10 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.abilities import ModelReader, OwnDerivative, RunsFiles
+from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
+from plumbob.engines.adapters.integrators import fixed_steps, integrator
 from plumbob.engines.adapters.own_derivatives import nudged
-from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
@@ -48,20 +50,13 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     if case.system.family == CAPSULE:
         raise Unsupported(NO_CONTACTS)
-    body = hinged_body(case)
-    return stepped(case, step, lambda: _built(body, method.scheme.integrator, step))
-
-
-def _built(body: HingedBody, integrator: str, step: float) -> Built:
-    acceleration = _dynamics(body)
-    take = STEPS[integrator]
-    state = [body.theta, body.theta_dot]
-
-    def advance(first: int, last: int) -> None:
-        for n in range(first, last):
-            state[:] = take(acceleration, n * step, state[0], state[1], step)
-
-    return Built(advance, lambda: {"theta": state[0], "theta_dot": state[1]}, body.limits)
+    begin, body = time.perf_counter(), hinged_body(case)
+    equation = Equation(_dynamics(body), body.theta, body.theta_dot, 1.0, limits=body.limits)
+    steps, advance = step_count(case.scene.duration, step), integrator(method.scheme.integrator)
+    seconds = time.perf_counter() - begin
+    return replace(
+        fixed_steps(equation, advance, steps, step), compile_seconds=seconds, samples=case.samples
+    )
 
 
 def _model(body: HingedBody) -> Any:
@@ -110,26 +105,6 @@ def _dynamics(body: HingedBody) -> Acceleration:
     return hybrid
 
 
-def _euler(f: Acceleration, t: float, x: Any, v: Any, h: float) -> tuple[Any, Any]:
-    v = v + h * f(t, x, v)
-    return x + h * v, v
-
-
-def _rk4(f: Acceleration, t: float, x: Any, v: Any, h: float) -> tuple[Any, Any]:
-    half = 0.5 * h
-    a1 = f(t, x, v)
-    v2 = v + half * a1
-    a2 = f(t + half, x + half * v, v2)
-    v3 = v + half * a2
-    a3 = f(t + half, x + half * v2, v3)
-    v4 = v + h * a3
-    a4 = f(t + h, x + h * v3, v4)
-    return x + h / 6 * (v + 2 * (v2 + v3) + v4), v + h / 6 * (a1 + 2 * (a2 + a3) + a4)
-
-
-STEPS = MappingProxyType({EULER: _euler, RK4: _rk4})
-
-
 def derivatives(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """Derivatives of the angle and its rate at the end, by those of the articulated-body algorithm,
     stepped with the motion as its variational equation; raises Unsupported."""
@@ -139,14 +114,23 @@ def derivatives(number: Number, method: Method, step: float) -> Mapping[str, flo
         raise Unsupported(
             f"its derivatives are by state and torque: {number.name} is a parameter of the model"
         )
-    forward, take = _variational(low, here, high, apart), STEPS[method.scheme.integrator]
-    x, v = (
-        np.array([getattr(here, n), (getattr(high, n) - getattr(low, n)) / apart])
-        for n in ("theta", "theta_dot")
+
+    def start(name: str) -> Array:
+        slope = (getattr(high, name) - getattr(low, name)) / apart
+        return np.array([getattr(here, name), slope])
+
+    equation = Equation(
+        _variational(low, here, high, apart),
+        start("theta"),
+        start("theta_dot"),
+        1.0,
+        names=("theta", "by"),
+        rate_names=("theta_dot", "by_dot"),
     )
-    for n in range(step_count(number.case.scene.duration, step)):
-        x, v = take(forward, n * step, x, v, step)
-    return {"theta": float(x[1]), "theta_dot": float(v[1])}
+    advance = integrator(method.scheme.integrator)
+    steps = step_count(number.case.scene.duration, step)
+    end = fixed_steps(equation, advance, steps, step).run().observables
+    return {"theta": float(end["by"][-1]), "theta_dot": float(end["by_dot"][-1])}
 
 
 def _variational(low: HingedBody, here: HingedBody, high: HingedBody, apart: float) -> Acceleration:

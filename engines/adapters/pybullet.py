@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -21,15 +21,14 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase, later
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, by_step
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     FOOT_RADIUS,
-    POINT,
     Pose,
     ThreeFeet,
-    by_step,
     gravity,
     start_velocity,
     three_feet,
@@ -121,82 +120,62 @@ def _world(pull: tuple[float, float, float], settings: Mapping[str, Any], step: 
     return client
 
 
-def _settle(client: Any, body: int, settings: Mapping[str, Any]) -> None:
-    """Damping of the body's links as the settings say, and no motors on its joints."""
-    joints = client.getNumJoints(body)
-    for link in range(-1, joints):
-        if "damping" in settings:
-            client.changeDynamics(
-                body,
-                link,
-                linearDamping=settings["damping"],
-                angularDamping=settings["damping"],
-                jointDamping=0.0,
-            )
-    for joint in range(joints):
-        client.setJointMotorControl2(body, joint, client.VELOCITY_CONTROL, force=0.0)
-
-
 def _principal(moments: Any) -> tuple[list[float], list[float]]:
     """Principal moments, and the quaternion (x, y, z, w) of their axes."""
-    if np.count_nonzero(moments - np.diag(np.diag(moments))) == 0:
-        return np.diag(moments).tolist(), [0.0, 0.0, 0.0, 1.0]
-    angle = 0.5 * math.atan2(2.0 * moments[1, 2], moments[1, 1] - moments[2, 2])
-    cos, sin = math.cos(angle), math.sin(angle)
-    axes = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
-    turned = np.diag(axes.T @ moments @ axes).tolist()
-    return turned, [math.sin(0.5 * angle), 0.0, 0.0, math.cos(0.5 * angle)]
+    from scipy.spatial.transform import Rotation
+
+    principal, axes = np.linalg.eigh(moments)
+    axes[:, 2] *= np.linalg.det(axes)  # right-handed
+    return principal.tolist(), Rotation.from_matrix(axes).as_quat().tolist()
 
 
-def _articulated(client: Any, links: list[Any]) -> int:
-    """A chain of links on hinges: mass, pivot, centre of mass, principal axes, axis of the hinge
-    and principal moments of each."""
-    count = len(links)
+def _jointed(client: Any, settings: Mapping[str, Any], links: Sequence[Link], **base: Any) -> int:
+    """A chain at its start on a `base`, by default one that is fixed; its damping is as the
+    settings say, and only joints whose motion is prescribed have motors."""
+    count, kinds = len(links), {HINGE: client.JOINT_REVOLUTE, SLIDE: client.JOINT_PRISMATIC}
+    frames = [_principal(link.moments) for link in links]
     tree: int = client.createMultiBody(
-        baseMass=0.0,
-        linkMasses=[link[0] for link in links],
+        linkMasses=[link.mass for link in links],
         linkCollisionShapeIndices=[-1] * count,
         linkVisualShapeIndices=[-1] * count,
-        linkPositions=[list(link[1]) for link in links],
+        linkPositions=[list(link.place) for link in links],
         linkOrientations=[[0, 0, 0, 1]] * count,
-        linkInertialFramePositions=[list(link[2]) for link in links],
-        linkInertialFrameOrientations=[link[3] for link in links],
+        linkInertialFramePositions=[list(link.centre) for link in links],
+        linkInertialFrameOrientations=[axes for _, axes in frames],
         linkParentIndices=list(range(count)),
-        linkJointTypes=[client.JOINT_REVOLUTE] * count,
-        linkJointAxis=[list(link[4]) for link in links],
+        linkJointTypes=[kinds.get(link.joint, client.JOINT_FIXED) for link in links],
+        linkJointAxis=[list(link.axis) for link in links],
+        **base,
     )
+    damping = settings.get("damping")
+    for number in range(-1, count) if damping is not None else ():
+        damped = {"linearDamping": damping, "angularDamping": damping, "jointDamping": 0.0}
+        client.changeDynamics(tree, number, **damped)
     for number, link in enumerate(links):
-        client.changeDynamics(tree, number, localInertiaDiagonal=link[5])
+        client.changeDynamics(tree, number, localInertiaDiagonal=frames[number][0])
+        client.resetJointState(tree, number, link.position, link.rate)
+        _motor(client, tree, number, link.rate, UNLIMITED if link.hold else 0.0)
     return tree
+
+
+def _motor(client: Any, tree: int, joint: int, rate: float, force: float = UNLIMITED) -> None:
+    client.setJointMotorControl2(
+        tree, joint, client.VELOCITY_CONTROL, targetVelocity=rate, force=force
+    )
 
 
 def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
     client = _world((0.0, 0.0, -body.gravity), method.settings, step)
-    moments, axes = _principal(body.moments)
-    links = [(body.mass, body.pivot, (0.0, 0.0, -body.arm), axes, (1, 0, 0), moments)]
-    if body.platform_rate is not None:
-        still = (0.0, 0.0, 0.0)
-        links.insert(0, (1.0, still, still, [0.0, 0.0, 0.0, 1.0], (0, 0, 1), [1.0, 1.0, 1.0]))
-    tree, hinge = _articulated(client, links), len(links) - 1
-    _settle(client, tree, method.settings)
-    client.resetJointState(tree, hinge, body.theta, body.theta_dot)
-    if body.platform_rate is not None:
-        client.resetJointState(tree, 0, 0.0, body.platform_rate)
-        client.setJointMotorControl2(
-            tree, 0, client.VELOCITY_CONTROL, targetVelocity=body.platform_rate, force=UNLIMITED
-        )
-    move = client.stepSimulation
+    tree, hinge = _jointed(client, method.settings, body.links), len(body.links) - 1
+    move, torques = client.stepSimulation, by_step(body.torques, step)
     loaded = bool(body.forcing or body.damping or body.stiffness)
 
     def advance(first: int, last: int) -> None:
-        if not loaded:
-            for _ in range(first, last):
-                move()
-            return
-        for push in body.torques(first, last, step):
-            theta, rate = client.getJointState(tree, hinge)[:2]
-            torque = push - body.damping * rate - body.stiffness * theta
-            client.setJointMotorControl2(tree, hinge, client.TORQUE_CONTROL, force=torque)
+        for _ in range(first, last):
+            if loaded:
+                theta, rate = client.getJointState(tree, hinge)[:2]
+                torque = next(torques)[0] - body.damping * rate - body.stiffness * theta
+                client.setJointMotorControl2(tree, hinge, client.TORQUE_CONTROL, force=torque)
             move()
 
     def read() -> Mapping[str, float]:
@@ -207,38 +186,10 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
 
 
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
-    if body.setup.press <= 0.0:
-        raise Unsupported("nothing presses the body onto the plane")
-    client = _world(gravity(body.setup), method.settings, step)
-    shell = _shell(client, body)
-    _settle(client, shell, method.settings)
-    rates = [*start_velocity(body.setup), 0.0], [0.0, 0.0, body.setup.heading_rate]
-    client.resetBaseVelocity(shell, *rates)
-    if body.tracks:
-        begun = body.slider_velocity(np.zeros(1))[0].tolist()
-        for joint, value in enumerate(begun):
-            client.resetJointState(shell, joint, 0.0, value)
-    move, controls = client.stepSimulation, by_step(body.velocities, step)
-
-    def advance(first: int, last: int) -> None:
-        for _ in range(first, last):
-            if body.tracks:
-                for joint, value in enumerate(next(controls)):
-                    client.setJointMotorControl2(
-                        shell,
-                        joint,
-                        client.VELOCITY_CONTROL,
-                        targetVelocity=value,
-                        force=UNLIMITED,
-                    )
-            move()
-
-    return body.built(advance, partial(_pose, client, shell, bool(body.tracks)))
-
-
-def _shell(client: Any, body: ThreeFeet) -> int:
-    """The body on its three feet with the slider's joints, on the ground, by its number."""
     setup, capsule = body.setup, body.setup.capsule
+    if setup.press <= 0.0:
+        raise Unsupported("nothing presses the body onto the plane")
+    client = _world(gravity(setup), method.settings, step)
     ground = client.createMultiBody(0.0, client.createCollisionShape(client.GEOM_PLANE))
     client.changeDynamics(ground, -1, lateralFriction=1.0)  # friction is the product of the two
     feet = client.createCollisionShapeArray(
@@ -246,38 +197,33 @@ def _shell(client: Any, body: ThreeFeet) -> int:
         radii=[FOOT_RADIUS] * 3,
         collisionFramePositions=[[x, y, FOOT_RADIUS] for x, y in capsule.supports],
     )
-    tracks = body.tracks or ((1.0, 0.0),)
-    count, kind = len(tracks), client.JOINT_PRISMATIC if body.tracks else client.JOINT_FIXED
-    masses = [POINT] * (count - 1) + [capsule.slider_mass]
-    half = 0.5 * setup.heading
-    shell = client.createMultiBody(
+    attitude = [0.0, 0.0, math.sin(0.5 * setup.heading), math.cos(0.5 * setup.heading)]
+    shell = _jointed(
+        client,
+        method.settings,
+        body.links[1:],
         baseMass=capsule.body_mass,
         baseCollisionShapeIndex=feet,
-        basePosition=[0.0, 0.0, 0.0],
-        baseOrientation=[0.0, 0.0, math.sin(half), math.cos(half)],
-        linkMasses=masses,
-        linkCollisionShapeIndices=[-1] * count,
-        linkVisualShapeIndices=[-1] * count,
-        linkPositions=[[*setup.slider, 0.0]] + [[0.0, 0.0, 0.0]] * (count - 1),
-        linkOrientations=[[0, 0, 0, 1]] * count,
-        linkInertialFramePositions=[[0.0, 0.0, 0.0]] * count,
-        linkInertialFrameOrientations=[[0, 0, 0, 1]] * count,
-        linkParentIndices=list(range(count)),
-        linkJointTypes=[kind] * count,
-        linkJointAxis=[[x, y, 0.0] for x, y in tracks],
+        baseOrientation=attitude,
     )
-    across = body.tilt_inertia
     client.changeDynamics(
         shell,
         -1,
         lateralFriction=capsule.friction,
         restitution=0.0,
-        localInertiaDiagonal=[across, across, capsule.inertia],
+        localInertiaDiagonal=np.diag(body.links[0].moments).tolist(),
         activationState=1,
     )
-    for link in range(count):
-        client.changeDynamics(shell, link, localInertiaDiagonal=[POINT] * 3)
-    return shell  # type: ignore[no-any-return]
+    client.resetBaseVelocity(shell, [*start_velocity(setup), 0.0], [0.0, 0.0, setup.heading_rate])
+    move, controls = client.stepSimulation, by_step(body.velocities, step)
+
+    def advance(first: int, last: int) -> None:
+        for _ in range(first, last):
+            for joint, rate in enumerate(next(controls) if body.tracks else ()):
+                _motor(client, shell, joint, rate)
+            move()
+
+    return body.built(advance, partial(_pose, client, shell, bool(body.tracks)))
 
 
 def _heading(a: float, b: float, c: float, w: float) -> float:

@@ -45,7 +45,7 @@ class Built:
         if self.gather is not None:
             return self.gather(rows)
         values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-        channels = {name: values.pop(name) for name in self.channels}
+        channels = {name: values.pop(name) for name in self.channels & values.keys()}
         return values, channels
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link
 from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, Unsupported
 from plumbob.models.scene import Case
@@ -28,7 +29,7 @@ CONTACTS = Scheme("euler with contacts")  # without a theory here
 POINT = 1e-14  # [kg m^2], [kg]: what engines want of bodies that have no size, or no mass
 FOOT_RADIUS = 0.01  # [m] of the spheres that stand on the plane
 FAR = 1e3  # of the capsule's own size: no body that only slides gets there
-BLOCK = 4096  # steps whose controls are computed at once
+SLIDER_RATIO = 1e8  # of the inertia that imposes the slider's motion to the capsule's mass
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,30 @@ class ThreeFeet:
     setup: CapsuleSetup
     tilt_inertia: float  # about the horizontal axes [kg m^2]
     tracks: tuple[tuple[float, float], ...]  # directions of the slider's tracks, body axes
+
+    @property
+    def hold(self) -> float:
+        """Inertia by which an engine may impose the slider's motion [kg]."""
+        capsule = self.setup.capsule
+        return SLIDER_RATIO * (capsule.body_mass + capsule.slider_mass)
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """The body, and the slider on each of its tracks, or fixed to it."""
+        setup, capsule = self.setup, self.setup.capsule
+        moments = np.diag([self.tilt_inertia, self.tilt_inertia, capsule.inertia])
+        links = [Link(capsule.body_mass, moments, joint=FREE)]
+        place, point, tracks = (*setup.slider, 0.0), POINT * np.eye(3), self.tracks
+        if not tracks:
+            return *links, Link(capsule.slider_mass, point, joint=WELD, place=place)
+        masses = [POINT] * (len(tracks) - 1) + [capsule.slider_mass]
+        rates = self.slider_velocity(np.zeros(1))[0].tolist()
+        for mass, (x, y), rate in zip(masses, tracks, rates, strict=True):
+            axis = (x, y, 0.0)
+            slide = Link(mass, point, joint=SLIDE, axis=axis, place=place, rate=rate)
+            links.append(replace(slide, hold=self.hold))
+            place = ORIGIN
+        return tuple(links)
 
     def slider_velocity(self, times: Array) -> Array:
         """Imposed velocity along the tracks [m/s] at times [s], shape (n,): (n, tracks)."""
@@ -147,14 +172,6 @@ def three_feet(case: Case) -> ThreeFeet:
 def nearest_turn(angle: float, before: float) -> float:
     """The angle [rad], which is known to a whole turn, that is nearest to `before` [rad]."""
     return angle + 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
-
-
-def by_step(block: Callable[[int, int, float], Array], step: float) -> Iterator[list[float]]:
-    """The rows of `block(first, last, step)` one by one from the first step on, without end."""
-    first = 0
-    while True:
-        yield from block(first, first + BLOCK, step).tolist()
-        first += BLOCK
 
 
 def _turned(x: Any, y: Any, angle: float) -> tuple[Any, Any]:

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from plumbob.engines.adapters.equation import Equation
+from plumbob.engines.adapters.integrators import integrator
 from plumbob.engines.adapters.ode import ENGINE
-from plumbob.engines.adapters.ode.equation import Equation
-from plumbob.engines.adapters.ode.integrators import integrator
 from plumbob.engines.adapters.ode.simulation import (
     SOLVERS,
     AdaptiveSimulation,

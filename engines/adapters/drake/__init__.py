@@ -20,7 +20,7 @@ from plumbob.engines.abilities import (
     later,
 )
 from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error_on_platform
-from plumbob.engines.adapters.three_feet import CAPSULE, scheme
+from plumbob.engines.adapters.three_feet import scheme
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.models.scene import Case
 
@@ -74,15 +74,11 @@ METHODS = (
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s], or at the accuracy `step`; raises Unsupported and
     ParameterError."""
-    from plumbob.engines.adapters.drake import capsule, pendulum
+    from plumbob.engines.adapters.drake import scenes
 
-    family = capsule if case.system.family == CAPSULE else pendulum
-    simulation: Simulation
     if method.control == "tolerance":
-        simulation = family.continuous(case, method, step, SMALLEST)
-    else:
-        simulation = family.discrete(case, method, step)
-    return simulation
+        return scenes.continuous(case, method, step, SMALLEST)
+    return scenes.discrete(case, method, step)
 
 
 def confirming(method: Method) -> tuple[Method, float]:

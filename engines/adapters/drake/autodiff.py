@@ -11,7 +11,7 @@ from pydrake.autodiffutils import AutoDiffXd
 from pydrake.systems.analysis import Simulator_
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.drake.pendulum import hinged
+from plumbob.engines.adapters.drake.scenes import hinged
 from plumbob.engines.adapters.drake.stepping import advancing
 from plumbob.engines.adapters.hinged_body import hinged_body
 from plumbob.engines.adapters.own_derivatives import nudged

@@ -1,4 +1,4 @@
-"""Drake code shared by pendulums and capsules: inertias, the simulator, and its stepping."""
+"""Drake code of all scenes: the simulator, and its stepping."""
 
 from __future__ import annotations
 
@@ -7,11 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from pydrake.multibody import tree
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
-from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
 from plumbob.engines.method import Method, Simulation, Stepping
 from plumbob.engines.sampling import first_steps
@@ -22,13 +19,6 @@ BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are n
 EVALUATIONS = "evaluations"
 Start = Callable[[Any, Any], tuple[Any, Callable[[int, int], None]]]
 """Diagram and context -> their simulator, and the function that takes its steps."""
-
-
-def spatial_inertia(mass: float, centre: Any, moments: Array) -> Any:
-    """Of a body whose `moments` are about its `centre` of mass."""
-    xx, yy, zz = np.diag(moments)
-    about = tree.RotationalInertia(xx, yy, zz, moments[0, 1], moments[0, 2], moments[1, 2])
-    return tree.SpatialInertia.MakeFromCentralInertia(mass, centre, about)
 
 
 def simulator_of(diagram: Any, context: Any) -> Any:

@@ -7,7 +7,7 @@ from typing import Any
 
 from plumbob.analytic.parameters import finite
 from plumbob.engines.adapters.divergence import limits_on_platform, possible_speed
-from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
 
 

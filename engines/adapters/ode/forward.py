@@ -16,7 +16,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import CENTRAL, Neighbours
-from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.ode.simulation import of_equation
 from plumbob.engines.adapters.ode.turning import TurningEquation
 from plumbob.engines.method import Method, Unsupported

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.ode import simple_pendulum
-from plumbob.engines.adapters.ode.equation import Equation
 from plumbob.engines.method import Method
 
 

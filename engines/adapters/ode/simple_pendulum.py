@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from plumbob.engines.adapters.divergence import fastest, limits
-from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
 
 

@@ -17,10 +17,10 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
-from plumbob.engines.adapters.ode.equation import Equation, State
-from plumbob.engines.adapters.ode.integrators import Advance, integrator
+from plumbob.engines.adapters.equation import Equation, State
+from plumbob.engines.adapters.integrators import fixed_steps, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation
-from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
+from plumbob.engines.adapters.stepping import SteppedSimulation, relative_tolerance
 from plumbob.engines.method import Method, Stepping
 from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
@@ -55,26 +55,6 @@ def of_equation(
         return fixed_steps(equation, advance, steps, step)
     solver = SOLVERS[method.settings["method"]]
     return AdaptiveSimulation(equation, solver, relative_tolerance(step, SMALLEST), duration, 0.0)
-
-
-def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -> SteppedSimulation:
-    """An equation with an integrator, so many steps and their length [s]."""
-
-    def build() -> Built:
-        state = equation.start
-
-        def take(first: int, last: int) -> None:
-            nonlocal state
-            state = advance(equation, state, first, last, step)
-
-        return Built(
-            take,
-            lambda: state,
-            equation.limits,
-            gather=lambda states: (equation.observed(states), {}),
-        )
-
-    return SteppedSimulation(build, steps, step, 0.0)
 
 
 @dataclass

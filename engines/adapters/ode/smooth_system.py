@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.method import Method
 
 

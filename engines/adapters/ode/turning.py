@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.equation import Equation
 
 
 class TurningEquation(Equation):

@@ -1,6 +1,6 @@
 """The falling body as an equation of motion, for the ODE solvers."""
 
-from plumbob.engines.adapters.ode.equation import Equation
+from plumbob.engines.adapters.equation import Equation
 
 
 def build(problem, method):

@@ -13,7 +13,8 @@ import numpy as np
 
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, TABLEAUX
 from plumbob.analytic.tableau import Tableau
-from plumbob.engines.adapters.ode.equation import Equation, State
+from plumbob.engines.adapters.equation import Equation, State
+from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 
 Advance = Callable[[Equation, State, int, int, float], State]
 MOST_CORRECTIONS = 100  # of an implicit half step: each divides the change by 2/(h df/dv)
@@ -112,3 +113,23 @@ def integrator(name: str, turning: bool = False) -> Advance:
     `turning`; raises KeyError."""
     steps = {EULER: semi_implicit_euler, LEAPFROG: leapfrog} | ({} if turning else {RK4: rk4})
     return steps[name] if name in steps else explicit(TABLEAUX[name])
+
+
+def fixed_steps(equation: Equation, advance: Advance, steps: int, step: float) -> SteppedSimulation:
+    """An equation with an integrator, so many steps and their length [s]."""
+
+    def build() -> Built:
+        state = equation.start
+
+        def take(first: int, last: int) -> None:
+            nonlocal state
+            state = advance(equation, state, first, last, step)
+
+        return Built(
+            take,
+            lambda: state,
+            equation.limits,
+            gather=lambda states: (equation.observed(states), {}),
+        )
+
+    return SteppedSimulation(build, steps, step, 0.0)
