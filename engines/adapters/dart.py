@@ -133,18 +133,16 @@ def _advancing(
 def _capsule(body: ThreeFeet, method: Method, step: float) -> Built:
     import dartpy
 
-    dynamics, world, setup = dartpy.dynamics, _world(step, gravity(body.setup)), body.setup
+    world, setup = _world(step, gravity(body.setup)), body.setup
     if method.settings:
         world.getConstraintSolver().setBoxedLcpSolver(_nsgs(method.settings))
-        quiet = dartpy.simulation.DeactivationOptions()
-        quiet.mEnabled = False
-        world.setDeactivationOptions(quiet)
-    ground, skeleton = dynamics.Skeleton(), dynamics.Skeleton()
+        world.setDeactivationOptions(_awake())
+    ground, skeleton = dartpy.dynamics.Skeleton(), dartpy.dynamics.Skeleton()
     _, plane = ground.createWeldJointAndBodyNodePair()
-    _touching(plane, dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), setup.capsule.friction)
+    _touching(plane, dartpy.dynamics.PlaneShape([0.0, 0.0, 1.0], 0.0), setup.capsule.friction)
     (free, shell), *sliders = _jointed(skeleton, body.links)
     for x, y in setup.capsule.supports:
-        foot = _touching(shell, dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction)
+        foot = _touching(shell, dartpy.dynamics.SphereShape(FOOT_RADIUS), setup.capsule.friction)
         foot.setRelativeTransform(_moved((x, y, FOOT_RADIUS)))
     free.setPositions([0.0, 0.0, setup.heading, 0.0, 0.0, -DEPTH])
     # DART's free joint has its rates in the world's axes
@@ -161,6 +159,14 @@ def _touching(node: Any, shape: Any, friction: float) -> Any:
     shape_node.createCollisionAspect()
     shape_node.createDynamicsAspect().setFrictionCoeff(friction)
     return shape_node
+
+
+def _awake() -> Any:
+    import dartpy
+
+    options = dartpy.simulation.DeactivationOptions()
+    options.mEnabled = False
+    return options
 
 
 def _nsgs(settings: Mapping[str, Any]) -> Any:

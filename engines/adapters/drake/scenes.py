@@ -138,11 +138,7 @@ def _jointed(plant: Any, links: tuple[Link, ...]) -> tuple[list[Any], list[Any]]
     """The bodies of a chain, and their joints; one whose motion is prescribed has a motor."""
     before, bodies, joints = plant.world_frame(), list[Any](), list[Any]()
     for number, link in enumerate(links):
-        xx, yy, zz = np.diag(link.moments)
-        m = link.moments
-        about = tree.RotationalInertia(xx, yy, zz, m[0, 1], m[0, 2], m[1, 2])
-        inertia = tree.SpatialInertia.MakeFromCentralInertia(link.mass, link.centre, about)
-        bodies.append(plant.AddRigidBody(f"body_{number}", inertia))
+        bodies.append(plant.AddRigidBody(f"body_{number}", _inertia(link)))
         joints.append(None)
         frame, offset = bodies[-1].body_frame(), RigidTransform(list(link.place))
         if link.joint != FREE:
@@ -161,6 +157,13 @@ def _jointed(plant: Any, links: tuple[Link, ...]) -> tuple[list[Any], list[Any]]
             motor.set_default_gear_ratio(1.0)
         before = frame
     return bodies, joints
+
+
+def _inertia(link: Link) -> Any:
+    moments = link.moments
+    (xx, yy, zz), (xy, xz, yz) = np.diag(moments), moments[np.triu_indices(3, 1)]
+    about = tree.RotationalInertia(xx, yy, zz, xy, xz, yz)
+    return tree.SpatialInertia.MakeFromCentralInertia(link.mass, link.centre, about)
 
 
 def hinged(body: HingedBody, step: float) -> Standing:
@@ -211,17 +214,21 @@ def _standing(
         plant.RegisterCollisionGeometry(bodies[0], place, foot, f"foot_{number}", friction)
     plant.Finalize()
     if body.tracks:
-        # held over a step: in force from half a step before it begins, where nothing is computed
-        times = (np.arange(len(controls) + 1) - 0.5) * step
-        rows = np.vstack([controls, controls[-1:]]) * body.hold
-        held = PiecewisePolynomial.ZeroOrderHold(times, rows.T)
-        source = builder.AddSystem(TrajectorySource(held))
-        if not plant.time_step():  # an integrator's step ends where the control changes
-            hold, moves = builder.AddSystem(ZeroOrderHold(step, len(body.tracks))), source
-            builder.Connect(moves.get_output_port(0), hold.get_input_port(0))
-            source = hold
-        builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
+        _drive(builder, plant, controls * body.hold, step)
     return Standing(builder.Build(), plant, body.links, bodies, joints)
+
+
+def _drive(builder: Any, plant: Any, forces: Array, step: float) -> None:
+    """Hold the forces of the motors over a step, from half a step before it begins, where nothing
+    is computed."""
+    times = (np.arange(len(forces) + 1) - 0.5) * step
+    held = PiecewisePolynomial.ZeroOrderHold(times, np.vstack([forces, forces[-1:]]).T)
+    source = builder.AddSystem(TrajectorySource(held))
+    if not plant.time_step():  # an integrator's step ends where the control changes
+        hold, moves = builder.AddSystem(ZeroOrderHold(step, forces.shape[1])), source
+        builder.Connect(moves.get_output_port(0), hold.get_input_port(0))
+        source = hold
+    builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
 
 
 def _capsule(
