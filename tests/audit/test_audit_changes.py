@@ -86,6 +86,7 @@ def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
     assert printed.err.count("\n") == 1
 
 
+@pytest.mark.long
 def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsys):
     for name in ("a", "b"):
         (tmp_path / f"{name}.xml").write_text(ROD)

@@ -37,6 +37,7 @@ def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     assert f"UNEXPECTED {CONE} ode/euler: central, theta by gravity" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_several_steps_show_the_order_of_several_methods(capsys):
     words = ["--of", "theta", "--by", "theta", "--step", "4e-3,2e-3", "--eps", "1e-3", "--json"]
     assert main(["gradient", CONE, "mujoco/euler", "ode/rk4", "--way", "central", *words]) == 0

@@ -66,6 +66,7 @@ def stepped(name, method, step):
     return case.errors.at_step(how.scheme, step, run.times), errors, found.steps
 
 
+@pytest.mark.long
 def test_a_unit_in_the_last_place_moves_it_by_the_uncertainty():
     times, scheme, off = 0.05 * np.arange(0.0, 401.0), Scheme(EULER), 1e-8
 

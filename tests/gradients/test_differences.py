@@ -47,7 +47,7 @@ def _records(search):
     return gradients(case_of(scene(search.scene)), method(search.method), search).records
 
 
-@pytest.mark.long(keep=3)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize(("name", "how", "of", "by"), SMOOTH)
 def test_every_difference_of_a_sweep_has_the_predicted_error(name, how, of, by):
     """And the best difference is predicted within a factor of three."""
@@ -88,6 +88,7 @@ def test_the_order_of_a_derivative_is_that_of_its_scheme():
         assert order - 0.1 < observed.slope < order + 1.0
 
 
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("part", [1e-6, -1e-6])
 def test_a_slightly_wrong_engine_is_off_its_prediction(part, monkeypatch):
     right = integrators.rk4

@@ -53,7 +53,7 @@ def claiming(site, run="run", seconds="timed.seconds"):
     install(site, "their-package", points, theirs=text + CLAIMING % (run, seconds))
 
 
-@pytest.mark.long(keep=2)
+@pytest.mark.long(keep=1)
 @pytest.mark.parametrize("kind", RUNS)
 def test_a_run_is_the_one_that_was_asked_for(kind, tmp_path, monkeypatch, capsys):
     run, why = RUNS[kind]

@@ -116,6 +116,7 @@ def findings():
     return list(whole_profile.findings())
 
 
+@pytest.mark.long
 def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     findings,
 ):
@@ -144,6 +145,7 @@ def test_every_statement_of_the_sources_has_value_verdict_and_finding(
     assert top_tables.sources([]) is None
 
 
+@pytest.mark.long
 def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     findings,
 ):

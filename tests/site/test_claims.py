@@ -144,6 +144,7 @@ def after(spoiled):
         return _findings(spoiled)
 
 
+@pytest.mark.long
 def test_every_finding_is_named_here(before):
     assert set(before) == {*COMPUTED, *MEASURED}
 

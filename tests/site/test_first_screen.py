@@ -82,6 +82,7 @@ def _said(study):
     return " ".join(contacts.sentences)
 
 
+@pytest.mark.long
 def test_settings_costs_and_results_stand_on_the_index(study, index):
     text = index.read_text("utf-8")
     first = html.unescape(re.sub(r"<[^>]+>", " ", text.partition('id="findings"')[0]))

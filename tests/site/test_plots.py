@@ -49,6 +49,7 @@ def _pictures(index, whole):
     return {name: (folder / name).read_text("utf-8") for name in sorted(names)}
 
 
+@pytest.mark.long
 def test_every_label_is_inside_its_picture_and_apart(index, browser, pytestconfig):
     pictures = _pictures(index, pytestconfig.getoption("--suite") == "whole")
     assert len(pictures) > 2

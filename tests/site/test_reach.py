@@ -120,6 +120,7 @@ def test_the_dark_theme_changes_colours_alone():
             assert sizes == [], (name, sizes)
 
 
+@pytest.mark.long
 def test_every_link_of_a_whole_study_leads_somewhere(index):
     files = site_files(index)
     assert broken_links({file: Document(file.read_text("utf-8")) for file in files}) == []

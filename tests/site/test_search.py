@@ -18,6 +18,7 @@ def entries(index):
     return found
 
 
+@pytest.mark.long
 def test_every_scene_method_finding_and_term_is_found(entries, study, shown):
     names = {kind: {of[1] for of in entries if of[0] == kind} for kind in {of[0] for of in entries}}
     assert names["scene"] == {scene.name for scene in study.scenes}
@@ -27,6 +28,7 @@ def test_every_scene_method_finding_and_term_is_found(entries, study, shown):
     assert len(names["system"]) == len(shown.views)
 
 
+@pytest.mark.long
 def test_every_entry_leads_to_a_place(entries, index):
     files = {
         file.resolve(): set(Document(file.read_text("utf-8")).ids) for file in site_files(index)

@@ -45,6 +45,7 @@ def _text(html):
     return re.sub(r"<[^>]+>", " ", re.sub(r"<script.*?</script>", " ", main, flags=re.S)).split()
 
 
+@pytest.mark.long
 def test_it_has_the_content_of_every_page(single, index):
     text = single.read_text("utf-8")
     parts = dict(re.findall(r'<template data-page="([^"]+)">(.*?)</template>', text, re.S))

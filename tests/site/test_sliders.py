@@ -84,6 +84,7 @@ def test_a_pendulum_moves_as_the_closed_form_says(visit, index, system, values, 
     assert shown["panels"] == 4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "values",
     [
@@ -105,6 +106,7 @@ def test_the_line_moves_as_the_closed_form_says(visit, index, values):
         assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "values",
     [
@@ -125,6 +127,7 @@ def test_a_driven_pendulum_moves_as_in_python(visit, index, values):
         assert np.abs(np.array(answer[key]) - exact[name]).max() <= NEAR * size, name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("epsilon", [0.037, 0.223, 0.417, 0.861])
 def test_a_turn_ends_as_its_exact_motion_does(visit, index, epsilon):
     """Within what the page says of the table, and eq. 32's next term as Python has it."""

@@ -18,6 +18,7 @@ def _lead(index, name):
     return " ".join(html.unescape(re.sub(r"<[^>]+>", "", text)).split())
 
 
+@pytest.mark.long
 def test_statements_of_the_sources_are_counted(index, shown):
     counted = Counter(of.verdict for f in shown.common["findings"] for of in f.statements)
     wrong = counted["corrected"] + counted["refuted"]
