@@ -24,7 +24,7 @@ MACHINE_PATH = re.compile(r"(?<![\w.:/~)}-])/(tmp|work|root|home|Users|opt|mnt)/
 # A file that a text names in the way of code, and one that it links to; an address has a colon.
 NAMED = re.compile(r"`([\w./-]+[.](?:py|md|xml|toml|png))`")
 LINKED = re.compile(r"\]\(([\w./-]+)\)")
-TEST = re.compile(r"`(test_\w+)`")
+TEST = re.compile(r"(?:`|::)(test_\w+)[`'\"]")
 PACKAGE_INDEX = re.compile(
     r"pypi[.]org|python[h]osted|deb[.]debian|registry[.]npm|index[-]url|find[-]links"
 )
@@ -142,14 +142,14 @@ def machine_traces(root):
 
 
 def missing_files(root):
-    """Files and tests that a README, or the theory of errors, names or links to and that are not in
-    the tree. A link leads there from the folder of its text."""
+    """Files and tests that a README, the theory of errors or the list of statements names or links
+    to and that are not in the tree. A link leads there from the folder of its text."""
     known = [f"/{path.as_posix()}" for path in files(root)]
     defined = (node for _, module in python(root) for node in ast.walk(module))
     tests = {node.name for node in defined if isinstance(node, ast.FunctionDef)}
     missing = []
     for path in files(root):
-        if path.name in ("README.md", "THEORY.md"):
+        if path.name in ("README.md", "THEORY.md", "statements.toml"):
             text = (root / path).read_text("utf-8")
             lost = {n for n in NAMED.findall(text) if not any(k.endswith(f"/{n}") for k in known)}
             lost |= {n for n in LINKED.findall(text) if not (root / path.parent / n).exists()}
