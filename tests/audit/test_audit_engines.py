@@ -91,14 +91,3 @@ def test_engines_in_the_command(motion, tmp_path, capsys):
         assert (row["error"], row["first_term"], row["part_explained"]) == (None, None, None)
     page = (tmp_path / "audit-my.html").read_text("utf-8")
     assert "Other engines on this file" in page
-
-
-@pytest.mark.parametrize(
-    ("options", "name"),
-    [(["--engines", "nosuch"], "engine"), (["--contacts", "--engines", "drake"], "engines")],
-)
-def test_engines_that_there_are_not_are_bad_input(motion, options, name, capsys):
-    assert main(["audit", str(motion.file), *options]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith(f"plumbob: {name} = ")
-    assert error.count("\n") == 1

@@ -2,7 +2,6 @@
 
 import importlib
 import json
-import sys
 import warnings
 from pathlib import Path
 
@@ -73,11 +72,3 @@ def test_on_the_command_line(tmp_path, capsys, monkeypatch):
     ):
         assert main(["audit", *wrong]) == 2
         assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_without_gymnasium_it_is_an_engine_that_is_missing(capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "gymnasium", None)
-    assert main(["audit", "--gym", POLE]) == 3
-    err = capsys.readouterr().err
-    assert (err.count("\n"), "plumbob[robots]" in err) == (1, True)
-    assert main(["audit"]) == 2

@@ -4,7 +4,6 @@ import time
 from dataclasses import replace
 from itertools import count
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -63,18 +62,6 @@ def test_steps_that_do_not_tend_to_a_reference_are_said_to():
     assert f"; {len(gone)} of {len(gone) + 1} runs diverge" in why
     few = unlike(replace(found, steps=found.steps[:2]), known, motion)
     assert few.endswith("; the time was enough for 2 runs only")
-
-
-def test_a_solver_at_its_cap_is_said():
-    model = ball(0.0995)
-    model.opt.solver, model.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 1
-    own = own_model(model, "ball")
-    run = own.stepped(script(own, duration=0.1), "euler", 20)
-    assert run.remarks == ("the solver stops at its cap of 1 iterations in 5 of 5 control periods",)
-    model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
-    model.opt.iterations = 100
-    own = own_model(model, "ball")
-    assert own.stepped(script(own, duration=0.1), "euler", 20).remarks == ()
 
 
 def test_a_candidate_that_diverges_is_dropped_at_once():

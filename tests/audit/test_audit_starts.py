@@ -1,14 +1,11 @@
 """Where an audited motion starts: a keyframe, given positions and velocities, or a mjData."""
 
-import json
-
 import mujoco
 import numpy as np
 import pytest
 
 from plumbob import audit
 from plumbob.analytic.parameters import ParameterError
-from plumbob.reports.cli import main
 
 ROD = """<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
 </worldbody><keyframe><key name="up" qpos="-1.5" qvel="0.25"/></keyframe></mujoco>"""
@@ -52,14 +49,3 @@ def test_a_start_that_cannot_be_is_one_line(given, line):
     with pytest.raises(ParameterError) as caught:
         start(mujoco.MjModel.from_xml_string(ROD), **given)
     assert line in str(caught.value)
-
-
-def test_on_the_command_line(tmp_path, capsys):
-    file = tmp_path / "rod.xml"
-    file.write_text(ROD)
-    line = ["audit", str(file), "--duration", "0.05", "--budget", "1e-9", "--json"]
-    assert main([*line, "--qpos", "1", "--qvel=-2"]) == 0
-    assert json.loads(capsys.readouterr().out)["start"] == [1.0, -2.0]
-    for more in (["--qpos", "1,2"], ["--qvel", "fast"]):
-        assert main([*line, *more]) == 2
-        assert capsys.readouterr().err.count("\n") == 1

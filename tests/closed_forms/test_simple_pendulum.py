@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.engines.method import Unsupported
-from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import convergence_study
 from plumbob.engines.study.measurement import measure
@@ -55,15 +53,6 @@ def test_the_error_of_the_notebook(case, method):
         error = found.errors["theta"]
         assert error.largest == pytest.approx(wanted, rel=5e-3)
         assert error.predicted.largest == pytest.approx(error.largest, rel=1e-2)
-
-
-def test_the_closed_form_is_a_method():
-    found, trajectory = measured(SIMPLE + "free-large", "exact/closed-form", 2.0**-52)
-    assert found.steps == len(trajectory.times) == 501
-    assert found.errors["theta"].largest <= found.errors["theta"].uncertainty
-    scene, how = run(SIMPLE + "damped-large", "exact/closed-form", 1e-9)
-    with pytest.raises(Unsupported, match="no closed form"):
-        engine_of(how).prepare(case_of(scene), how, 1e-9)
 
 
 ORDERS = [

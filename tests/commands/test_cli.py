@@ -51,18 +51,6 @@ def test_run_says_the_error_at_the_end_with_its_sign(capsys):
     assert answer["predicted"]["displacement"] == pytest.approx(-5.89e-7, rel=0.01)
 
 
-def test_export_copies_and_never_writes_over(capsys, tmp_path):
-    assert _run(capsys, "models", "export", str(tmp_path / "copies"))[0] == 0
-    copy = tmp_path / "copies" / "cone_pendulum" / "cone_pendulum.xml"
-    assert copy.read_bytes() == systems()["cone-pendulum"].mjcf.read_bytes()
-    assert _run(capsys, "models", "export", str(tmp_path / "copies"))[0] == 0
-    copy.write_text("<mujoco/>")
-    code, _, err = _run(capsys, "models", "export", str(tmp_path / "copies"))
-    assert code == 2
-    assert err.count("\n") == 1
-    assert copy.read_text() == "<mujoco/>"
-
-
 def test_list_and_cite_name_everything(capsys):
     _, out, _ = _run(capsys, "list")
     for system in systems().values():

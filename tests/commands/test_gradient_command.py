@@ -20,17 +20,6 @@ def test_json_has_a_record_for_each_way_and_parameter(capsys):
     assert {record["verdict"] for record in records} == {"predicted"}
 
 
-@pytest.mark.parametrize(
-    "by", [["--by", "platform_rate"], pytest.param([], marks=pytest.mark.long)]
-)
-def test_there_is_a_table_of_all_parameters_if_none_is_named(by, capsys):
-    assert main(["gradient", CONE, "ode/euler", *by]) == 0
-    printed = capsys.readouterr().out
-    assert "platform_rate" in printed
-    assert ("theta_dot" in printed) == (by == [])
-    assert "UNEXPECTED" not in printed
-
-
 def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
     assert main(["gradient", CONE, "ode/euler", "--by", "gravity"]) == 1

@@ -58,23 +58,6 @@ def test_uncertainty_is_not_excessive(name):
         assert 0.9 * found.max() < said.max() < 5.0 * found.max() + 1e-13
 
 
-TIMES = np.array([0.3, 2.0, 17.0, 400.0])
-
-
-def test_a_steady_rotation_needs_no_functions():
-    for moments, rates in (
-        ((1.0, 2.0, 2.5), (0.0, -3.0, 0.0)),
-        ((2.0, 2.0, 2.0), (1.0, -1.0, 1.5)),
-        ((2.0, 2.0, 1.0), (1.0, -1.0, 0.0)),
-        ((1.0, 2.0, 2.5), (0.0, 0.0, 0.0)),
-    ):
-        body = FreeBody(*moments, rates)
-        assert body.kind == "steady"
-        found, speed = seen(body, TIMES), np.linalg.norm(rates)
-        np.testing.assert_array_equal(found[:3], np.array(rates)[:, None] * np.ones(4))
-        np.testing.assert_allclose(found[3], np.cos(speed * TIMES / 2), 0, 1e-13)
-
-
 def test_on_the_separatrix_it_never_turns_over():
     body = FreeBody(1.0, 2.0, 2.25, (3.0, 0.0, 4.0))
     assert body.kind == "separatrix"

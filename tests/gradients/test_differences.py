@@ -7,16 +7,10 @@ import pytest
 
 from plumbob.engines.adapters.ode import integrators
 from plumbob.engines.registry import method
-from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import gradient as measuring
-from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.gradient import GradientSearch, gradients
 from plumbob.engines.study.order import fit_order
-from plumbob.models.gradient import numbers
 from plumbob.models.registry import case_of, scene
-from plumbob.models.registry import scenes as find_scenes
-from plumbob.reports.analyses.engines.gradients import requests as sampled
-from plumbob.reports.analyses.engines.gradients import with_each_pair
 from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
 
@@ -116,12 +110,3 @@ def test_where_no_derivative_exists_the_one_sided_ones_stand_beside():
     assert forward.gradient.one_sided
     assert forward.tried
     assert forward.tried.computed == pytest.approx(forward.gradient.one_sided[1], rel=1e-4)
-
-
-def test_a_start_is_the_one_that_a_scene_gives():
-    """Next to the top that is a distance from it in place of the angle."""
-    plan = StudyPlan("full", find_scenes("simple-pendulum/near-*", "full"), find_methods("ode/rk4"))
-    searches = with_each_pair(sampled)(plan)
-    assert {"gravity", "theta_dot"} <= {search.by for search in searches}
-    for search in searches:
-        next(numbers(case_of(scene(search.scene)), search.by))

@@ -48,17 +48,6 @@ def test_a_support_that_begins_to_slip_is_slower_than_a_nudge(touching, monkeypa
     assert (judged.verdict == "predicted") == (touching < transition.NUDGE)
 
 
-@pytest.mark.parametrize("at", [1.0, 2.0])
-def test_the_product_of_transitions_is_of_first_order(at):
-    errors = []
-    for step in (1e-2, 5e-3, 1e-3):
-        judged = judged_way(SWING, "mujoco/euler", "theta", "theta", "transition", step, at)
-        assert judged.verdict == "predicted"
-        errors.append(abs(judged.relative_error or 0.0))
-    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
-    assert errors[1] / errors[2] == pytest.approx(5.0, rel=0.05)
-
-
 @pytest.mark.parametrize(
     ("name", "how", "of", "by", "way", "why"),
     [

@@ -4,8 +4,6 @@ import math
 
 import pytest
 
-from plumbob.engines.registry import method
-from plumbob.engines.study.measurement import measure, relative_error, worst
 from plumbob.models.registry import case_of, scene, scenes, systems
 
 
@@ -48,14 +46,3 @@ def test_a_turn_to_the_right_has_the_scale_of_one_to_the_left():
         about(scene("capsule-coast/rotation", {"heading_rate": rate})) for rate in (6.0, -6.0)
     )
     assert right["heading"].scale == pytest.approx(left["heading"].scale, rel=1e-12)
-
-
-def test_the_error_of_a_run_is_the_worst_of_its_quantities():
-    case = case_of(scene("capsule-coast/spin"))
-    found, _ = measure(case, method("mujoco/euler+coulomb"), 1e-3)
-    quantities = case.system.quantities(case)
-    errors = {q.observable: abs(found.errors[q.observable].end) / q.scale for q in quantities}
-    first, size = worst(found, quantities)
-    assert size == relative_error(found, quantities) == max(errors.values())
-    assert errors[first.observable] == size
-    assert 1e-6 < size < 1e-2

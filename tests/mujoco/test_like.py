@@ -1,7 +1,5 @@
 """A user's own MuJoCo options as a method: what is taken, what is left, what is refused."""
 
-from dataclasses import replace
-
 import mujoco
 import pytest
 
@@ -9,10 +7,6 @@ from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.user_file import HALVINGS, user_method
 from plumbob.engines.method import USER_METHOD
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
-from plumbob.reports.judge.verdict import judge
 
 MODEL = """
 <mujoco>
@@ -67,30 +61,3 @@ def test_options_are_taken(integrator, tmp_path):
     # the scene is not taken from the user's file
     assert [*spec.option.gravity, spec.option.density] == before
     assert not spec.option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-
-
-@pytest.mark.parametrize(
-    "name", ["simple-pendulum/damped-large", "linear-pendulum/damped-large", "cone-pendulum"]
-)
-@pytest.mark.parametrize(
-    ("integrator", "flags"),
-    [
-        ("Euler", 'contact="disable"'),
-        ("Euler", 'eulerdamp="disable"'),
-        ("implicitfast", 'eulerdamp="disable"'),
-        ("RK4", 'warmstart="disable"'),
-    ],
-)
-def test_a_user_method_is_measured_as_any_other(name, integrator, flags, tmp_path):
-    case = case_of(replace(find_scene(name), duration=0.5))
-    found = user_method(written(tmp_path, integrator, "0.0005", flags))
-
-    def verdict(method):
-        run, _ = measure(case, method, method.step_sizes[0])
-        return judge(run, case.system, method).verdict
-
-    assert verdict(found) == "predicted"
-    if name != "cone-pendulum" and integrator != "RK4":
-        # explicit or implicit damping makes the difference
-        other = replace(found.scheme, implicit_damping=not found.scheme.implicit_damping)
-        assert verdict(replace(found, scheme=other)) == "off-prediction"

@@ -11,7 +11,7 @@ from plumbob.models import entry_points
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
-from plumbob.reports.judge.expectations import expected, surprise
+from plumbob.reports.judge.expectations import surprise
 from plumbob.reports.judge.verdict import judged as judged_of
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
@@ -139,33 +139,6 @@ def surprise_of_the_defect():
     judged = judged_of(study, system_of(scene), method, about).whole
     assert judged.verdict == "off-prediction"
     return surprise(scene, method, judged)
-
-
-FILED = OFF.replace("import math\n", "import math\nfrom pathlib import Path\n", 1).replace(
-    "    not_read=", '    limits=Path(__file__).with_name("limits.toml"),\n    not_read='
-)
-README = (ROOT / "engines" / "README.md").read_text("utf-8")
-SHOWN = README[README.index("[[known_limits]]") :].partition("```")[0]
-FILE = SHOWN.partition("size = ")[0]
-SIZES = """
-[measured_with]
-their-package = "1.0"
-[sizes."simple-pendulum/free-small"]
-"tiny/euler" = {{ size = {size}, coarse = 1, fine = 0, low = 1, high = 2, coarsest = 1 }}
-"""
-
-
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize("factor", [1.0, 3.0])
-@pytest.mark.parametrize("limits", [SHOWN.replace("1.2", "{size}"), FILE + SIZES])
-def test_a_package_has_its_limits_in_a_file_as_engines_of_ours_have(limits, factor, site):
-    broken(site, FILED)
-    (site / "limits.toml").write_text(limits.format(size=factor * SIZE), "utf-8")
-    with seen(site):
-        surprising = surprise_of_the_defect()
-        assert expected(SMALL, "tiny/euler").reason == "gravity is 1 % off"
-    assert ("a known limit, but its relative error is" in surprising) == (factor != 1.0)
-    assert bool(surprising) == (factor != 1.0)
 
 
 @pytest.mark.long(keep=4)

@@ -13,8 +13,6 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.action_curves import branches
 from plumbob.models.cone_pendulum.answers import over_angle
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.high_precision import Orbit, orbit_of
 
 STEEL = cone(8000.0, 0.3, math.radians(30.0))
@@ -82,12 +80,3 @@ def test_two_equilibria_become_four_at_the_astroid(pivot):
     assert replace(offset, pivot_y=-pivot).saddle_node_rate == rate
     if pivot == 0.0:
         assert rate == pytest.approx(offset.pitchfork_rate, rel=1e-15)
-
-
-def test_the_action_s_drift_is_that_of_the_energy():
-    """The invariant is first order in dH: a speed wrong by 1e-6 changes the action so."""
-    case = case_of(find_scene("cone-pendulum/deep-well"))
-    off = {"theta": np.array([1.5, 1.5]), "theta_dot": np.array([5.0, 5.0 * (1 + 1e-6)])}
-    drift = case.system.invariants(case.problem, off)["action"][1]
-    faster = replace(case.problem, theta_dot=5.0 * (1 + 1e-6)).motion.action
-    assert drift == pytest.approx(faster / case.problem.motion.action - 1.0, rel=1e-5)

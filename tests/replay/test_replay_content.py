@@ -11,12 +11,9 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes, steps_beside
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.runner import most_steps
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.reports.analyses.replay import deviating
 from plumbob.reports.analyses.replay.capsule import motion
-from plumbob.reports.analyses.replay.pendulums import pendulum
 from plumbob.reports.analyses.replay.runs import (
     DEFAULT_METHOD,
     shown_runs,
@@ -97,19 +94,6 @@ def test_a_replay_is_of_runs_of_the_study():
             most = most_steps(scene, "quick")
             beside = steps_beside(scene, method, most)
             assert one.run.step in (*chosen_step_sizes(scene, method, most), *beside)
-
-
-def test_the_largest_error_and_the_one_at_the_end_stand_beside_each_other():
-    case = case_of(find_scene("simple-pendulum/free-small"))
-    exact = case.reference.observe(np.array([0.0, 1.0, 2.0]))
-    theta = exact["theta"] + np.array([0.0, 0.5, 0.25])
-    run = Trajectory(np.array([0.0, 1.0, 2.0]), {**exact, "theta": theta}, {}, steps=2)
-    picture = pendulum(case, 2.0)
-    layer, _ = deviating(picture, run, "first", "", "")
-    assert (layer.largest, layer.end) == ("0.5 rad", "0.25 rad")
-    for layer in replays()["simple-pendulum/free-small"].layers[1:3]:
-        assert layer.largest.endswith("rad")
-        assert layer.end.endswith("rad")
 
 
 def test_a_users_own_settings_take_the_place_of_the_default_ones():

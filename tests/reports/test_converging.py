@@ -3,21 +3,13 @@
 import numpy as np
 import pytest
 
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import between, convergence_study
+from plumbob.engines.study.convergence import between
 from plumbob.engines.study.measurement import Measurement, ObservedError
-from plumbob.engines.study.runner import most_steps
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Quantity
 from plumbob.reports.judge.converging import convergence
-from plumbob.reports.judge.expectations import as_expected
-from plumbob.reports.judge.verdict import judged
-from plumbob.tests.commands.outcomes import misread
 
 ABOUT = (Quantity("x", 2.0),)
 STEPS = between((1e-2, 1e-4), 1.0, own=False)
-SPIN, LONE = "capsule-coast/spin", "mujoco/implicitfast+coulomb"
 
 
 def verdict(error, steps=STEPS):
@@ -66,30 +58,3 @@ def test_steps_between():
     assert np.diff(octaves) == pytest.approx(-1.0 / 3.0)
     assert max(between((1e-2, 1e-3), 10.0, own=True)) <= 1e-2
     assert max(between((1e-2, 1e-3), 0.08, own=False)) <= 1e-2  # eight steps in a run
-
-
-def whole(scene, method):
-    """The verdict of a convergence study of the quick profile."""
-    chosen, how = find_scene(scene), find_method(method)
-    case = case_of(chosen)
-    found = convergence_study(chosen, how, most_steps(chosen, "quick"))
-    return judged(found, case.system, how, case.system.quantities(case)).whole
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("wrong", "expected"),
-    [
-        ({}, "converges"),
-        ({"gravity": 1.01}, "not-converging"),
-        ({"friction": 0.9}, "not-converging"),
-    ],
-)
-def test_a_lone_body_with_implicitfast(wrong, expected, monkeypatch):
-    """Another scheme than implicitfast elsewhere, without theory: it converges, and does not with a
-    parameter that is read wrongly."""
-    if wrong:
-        misread(monkeypatch, "mujoco", wrong)
-    found = whole(SPIN, LONE)
-    assert found.verdict == expected
-    assert as_expected(find_scene(SPIN), find_method(LONE), found) == (not wrong)

@@ -1,19 +1,13 @@
 """Digits that hard cases lose: of the motion, and of methods beside it."""
 
-from dataclasses import replace
-
 import pytest
 
-from plumbob.analytic.stability import StepLimit
-from plumbob.engines.study.stability import PredictedLimits, StepPrediction
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.view import hard_cases
-from plumbob.reports.view.site import largest_step as of_index
 from plumbob.reports.view.step_ranges import step_ranges
 from plumbob.tests.support.studies import quick
 
 SADDLE = "cone-pendulum/above-barrier-1e-6"
-SWING, EULER = "cone-pendulum/equal-wells-short", "mujoco/euler"
 
 
 def cases(study, scenes):
@@ -49,14 +43,3 @@ def test_one_table_names_every_hard_scene_with_every_method_that_ran_it():
     assert set(steps) == {method.name for method in study.methods}
     assert steps["mujoco/euler"] == "none run"
     assert "rtol" in steps["ode/dop853"]
-
-
-@pytest.mark.parametrize("step", [0.1, 0.4])
-def test_the_first_screen_says_the_stored_limit(step, monkeypatch):
-    monkeypatch.setattr(of_index, "SCENES", (SWING,))
-    assert of_index.largest_step(replace(quick(), extras={})) is None
-    prediction = PredictedLimits((StepLimit("unstable", step, "chosen"),))
-    study = replace(quick(), extras={StepPrediction(SWING, EULER): prediction})
-    shown = of_index.largest_step(study)
-    assert shown.default.text == f"within 1 % up to 0.002 s, stable up to {step} s (predicted)"
-    assert f"{step:g}; 0.002" in [cell.text for cell in shown.table.rows[0]]

@@ -9,7 +9,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.sensitivities.capsule import phased
 from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
@@ -188,24 +187,6 @@ def test_derivatives_exist_on_a_separatrix():
             assert values == pytest.approx(off[name].values[observable], rel=1e-5, abs=1e-5)
     growth = on["angular_velocity[0]"].values["angular_velocity_x"]
     assert abs(growth[1]) > 5 * abs(growth[0])
-
-
-@pytest.mark.parametrize(
-    ("by", "shown"),
-    [
-        ("freedom", "freedom"),
-        ("supports[3]", "supports[3]"),
-        ("excess", "excess"),
-        ("theta[0]", "theta[0]"),
-    ],
-)
-def test_refused_parameters(by, shown):
-    """A parameter that is unknown, or that the case leaves out."""
-    name = "capsule-line" if by.startswith("supports") else "cone-pendulum"
-    case = case_of(scene(name))
-    with pytest.raises(ParameterError) as refused:
-        exact_gradient(case, [by], np.array([0.1]))
-    assert shown in str(refused.value)
 
 
 def test_left_out_parameters_have_derivatives():

@@ -12,7 +12,6 @@ from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines.method import Method
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed
-from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.cli import main
 from plumbob.reports.view.site import writing
 from plumbob.reports.view.site.writing import render, site, write_page
@@ -187,10 +186,3 @@ def test_the_old_site_is_whole_until_the_new_one_is_there(tmp_path, monkeypatch)
 
 def _full(*_, **more):
     raise OSError("no space left")
-
-
-def test_front_has_no_dominated_point():
-    costs, errors = (1.0, 2.0, 2.0, 3.0, 4.0), (1.0, 0.5, 0.7, 0.6, 0.1)
-    points = [Point("m", 1.0, e, c) for c, e in zip(costs, errors, strict=True)]
-    kept = front(points, lambda p: (p.ns_per_second, p.error))
-    assert [(p.ns_per_second, p.error) for p in kept] == [(1, 1), (2, 0.5), (4, 0.1)]

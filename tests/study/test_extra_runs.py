@@ -11,7 +11,6 @@ from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, Trimmin
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes
-from plumbob.reports.judge import verdict
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
@@ -94,21 +93,3 @@ def test_a_stored_study_is_the_study(study, tmp_path):
     nothing = {"extras": {}, "reference_step": 0.0}  # which is NaN: not timed
     assert replace(back, **nothing) == replace(study, **nothing)
     assert math.isnan(back.reference_step)
-
-
-def test_validate_judges_each_run_once(monkeypatch, tmp_path, capsys):
-    from plumbob.reports.cli import main
-
-    judged = []
-    inner = verdict.judge
-
-    def counted(*arguments):
-        judged.append(1)
-        return inner(*arguments)
-
-    monkeypatch.setattr(verdict, "judge", counted)
-    words = ["--scenes", SMALL, "--methods", "ode/rk4", "--out", str(tmp_path), "--jobs", "1"]
-    junit = str(tmp_path / "junit.xml")
-    assert main(["validate", *words, "--json", "--junitxml", junit]) == 0
-    study = store.load(tmp_path / store.FILE)
-    assert len(judged) == sum(len(c.measurements) + 1 for c in study.convergence)  # one is drawn

@@ -15,14 +15,11 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.stability import (
-    KnownLimit,
     MeasuredLimit,
-    PredictedLimits,
     Stability,
     StabilitySearch,
     StepPrediction,
     bracket,
-    known_limit,
     measured,
     stability,
 )
@@ -188,25 +185,6 @@ def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
 def test_a_limit_is_judged_from_both_sides(predicted, holds, fails, equilibrium, wanted):
     limit = MeasuredLimit("unstable", predicted, holds, fails, "lost")
     assert judged("ode/rk4", Stability((limit,), equilibrium)) == [wanted]
-
-
-def test_of_pair_the_smallest_is_known_and_a_measured_one_is_taken_first():
-    predicted = PredictedLimits(
-        (StepLimit("unstable", 2.0, "a"), StepLimit("changes-kind", 1.0, "b"))
-    )
-    assert known_limit(predicted, None) == KnownLimit("changes-kind", 1.0, False, "b")
-    limits = (
-        MeasuredLimit("unstable", 2.0, 1.9, 1.92, "c"),
-        MeasuredLimit("changes-kind", 1.0, None, 0.1, "d"),
-    )
-    assert known_limit(predicted, Stability(limits[:1])) == KnownLimit("unstable", 1.9, True, "c")
-    assert known_limit(predicted, Stability(limits)) == KnownLimit("changes-kind", 0.0, True, "d")
-    beyond = MeasuredLimit("unstable", None, 30.0, None, "every step that was tried holds")
-    assert known_limit(None, Stability((beyond,))) == KnownLimit(
-        "unstable", math.inf, True, beyond.why
-    )
-    assert known_limit(predicted, Stability(())) == known_limit(predicted, None)
-    assert known_limit(PredictedLimits(()), None) is None
 
 
 def test_predicted_limits_are_stored_with_their_pair_and_read_back_by_scene(tmp_path):

@@ -20,7 +20,6 @@ from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
-from plumbob.models.scene import Quantity
 from plumbob.reports.cli import main
 from plumbob.tests.support.studies import bits
 
@@ -121,18 +120,6 @@ def test_every_kind_of_float_comes_back(study, tmp_path):
     strange = replace(found, measurements=(replace(found.measurements[0], errors=errors),))
     kept = replace(study, convergence=(strange,))
     assert repr(_kept(kept, tmp_path / "new").convergence) == repr(kept.convergence)
-
-
-def test_every_scene_and_method_comes_back(study, tmp_path):
-    """And a user's settings; without scales of plans, each of which would be planned first."""
-    contact = {"solref": (0.02, 1.0), "condim": 3}
-    settings = {"integrator": "euler", "contact": contact}
-    own = replace(methods()[0], name="mujoco/mine", step_sizes=(2e-3, 1e-3), settings=settings)
-    interest = {scene.name: (Quantity("x", 1.0 / 3.0),) for scene in scenes()}
-    every = (own, *methods())
-    whole = replace(study, scenes=scenes(), methods=every, observed={}, interest=interest)
-    back = _kept(whole, tmp_path / "new")
-    assert (back.methods, back.scenes, back.interest) == (every, whole.scenes, interest)
 
 
 def _asked(folder, error, *words):

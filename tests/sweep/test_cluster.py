@@ -8,13 +8,10 @@ import pytest
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.box import Side, box
 from plumbob.engines.registry import method
-from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.provenance import provenance
-from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep import cluster as module
 from plumbob.engines.sweep.cluster import cluster
 from plumbob.engines.sweep.sweep import sweep, sweep_of
-from plumbob.models.registry import scenes as find_scenes
 
 
 @pytest.fixture(scope="module")
@@ -43,21 +40,6 @@ def test_a_worker_that_is_killed_loses_nothing(workers):
     assert sorted(kept) == list(range(10))
     alone = sweep(asked, {}, lambda number, chunk: None)
     assert np.array_equal(found.errors, alone.errors)
-
-
-@pytest.mark.long
-def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers):
-    scenes = find_scenes("simple-pendulum/free-small,capsule-hold/0.5", "full")
-    tried = find_methods("mujoco/rk4,mujoco/euler+coulomb,ode/dop853")
-    with cluster(workers.scheduler_address) as (executor, count):
-        far = run_study(scenes, tried, "quick", count, executor, timed=False)
-    near = run_study(scenes, tried, "quick", 1, timed=False)
-    assert [_figures(c) for c in far.convergence] == [_figures(c) for c in near.convergence]
-
-
-def _figures(found):
-    """A convergence study but for how long it took."""
-    return [replace(m, seconds=0.0, compile_seconds=0.0) for m in found.measurements]
 
 
 @pytest.mark.long

@@ -7,8 +7,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule, lowest_normal_forces
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import closed_form
@@ -168,21 +166,6 @@ def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
     inner = (way > 1e-6) & (turned < between - 1e-6)
     outer = (way < -1e-6) | (turned > between + 1e-6)
     assert (inner.any(), outer.any()) == ((True, False) if arc == "shorter" else (False, True))
-
-
-@given(st.floats(1.2, 70.0), st.floats(0.05, 0.9))
-def test_no_push_within_the_limits_is_quicker(push, pull):
-    limits, threshold = Limits(), CHECK.holding_acceleration
-
-    def time(w1, w2):
-        """For one displacement, with the slow return (Chernousko 2020, eqs. 17, 18, 22)."""
-        unit = closed_form(CHECK, w1, w2, 1.0)
-        back = 2.0 * math.sqrt(unit.stroke / (limits.holding * threshold))
-        return (unit.t2 + back) / math.sqrt(-unit.displacement)
-
-    assert time(limits.acceleration, Track(CHECK, limits).w2) <= time(
-        push * threshold, pull * threshold
-    )
 
 
 @pytest.mark.parametrize("track", ["free", "curve"])

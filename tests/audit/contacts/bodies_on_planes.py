@@ -1,6 +1,5 @@
 """Bodies on planes for the contact audit: none of them plumbob's own."""
 
-import math
 from functools import cache
 
 import mujoco
@@ -36,19 +35,3 @@ def texts():
 def audited_once(text):
     """The contact audit of a model file with default options, made once in a process."""
     return audit_contacts(mujoco.MjModel.from_xml_string(text))
-
-
-def jointed_stand():
-    """A stand whose legs are on hinges, bent at the start, and the same in one piece."""
-    legs, rigid = "", ""
-    for i in range(4):
-        angle = 0.4 + i * math.pi / 2
-        x, y = 0.2 * math.cos(angle), 0.2 * math.sin(angle)
-        geoms = (
-            f'<geom type="capsule" size=".008" fromto="0 0 0 {0.8 * x} {0.8 * y} -.16" mass=".3"/>'
-            f'<geom name="foot_{i}" size=".01" pos="{x} {y} -.2" mass=".01"/>'
-        )
-        legs += f'<body><joint axis="{-y} {x} 0"/>{geoms}</body>'
-        rigid += geoms
-    plate = '<geom type="cylinder" size=".08 .02" mass="1.5"/>'
-    return plate + legs, plate + rigid

@@ -19,7 +19,6 @@ from plumbob.tests.audit.contacts.bodies_on_planes import (
     texts,
 )
 from plumbob.tests.audit.scenes_as_models import compiled
-from plumbob.tests.mujoco.test_settings import BODIES
 
 # The rest is of third order: 2 % of v dt/2 covers it at 2 ms, where tilts are largest.
 REST = 0.02
@@ -131,15 +130,3 @@ def rougher(right):
 def test_other_contacts_than_those_said_are_seen(place, name, wrong, body, monkeypatch):
     monkeypatch.setattr(place, name, wrong(getattr(place, name)))
     assert missed(audited(texts()[body])) > 2 * REST
-
-
-@pytest.mark.long
-def test_feet_of_unlike_friction_are_compared_by_convergence():
-    geoms, height, _ = BODIES["four-footed box"]
-    unlike = geoms.replace('name="foot_0"', 'name="foot_0" friction=".6"')
-    found = audited(model_text(unlike, height))
-    assert found.exact is None
-    assert "different friction coefficients (0.3 … 0.6)" in found.why
-    assert np.nanmax(found.distances) < EXACT
-    assert found.known < 1e-3
-    assert found.predicted(found.pasted[0]) is None

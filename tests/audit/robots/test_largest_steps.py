@@ -59,12 +59,6 @@ def test_a_limit_is_where_it_is_known_to_be(
     assert first in limit.first
 
 
-@pytest.mark.parametrize(("package", "name", "integrator"), CASES["beyond"])
-def test_a_limit_beyond_what_is_tried_is_said_as_that(package, name, integrator, request):
-    _, limit = limit_of(compiled(package, name, integrator, request), integrator)
-    assert (limit.largest_step, limit.confirmed) == (None, True)
-
-
 @pytest.mark.parametrize(("package", "name", "integrator", "remedy"), CASES["remedies"])
 def test_a_remedy_gives_what_is_claimed_of_it(package, name, integrator, remedy, request):
     """The file with the remedy's numbers written into it, as one would, and audited as a model of
