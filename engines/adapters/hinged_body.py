@@ -100,7 +100,7 @@ def model_error(case: Case, method: Method, step: float) -> ModelError:
 
 def model_error_on_platform(case: Case, method: Method, step: float) -> ModelError:
     """The same where a platform keeps its rate by an inertia that is finite."""
-    from plumbob.analytic.errors.contact_models.added_inertia import platform_error
+    from plumbob.analytic.errors.contact_models.driven_platform import platform_error
 
     if case.system.family != "cone_pendulum":
         return model_error(case, method, step)

@@ -71,10 +71,11 @@ def _stroke(parameters: Parameters) -> CapsuleProblem:
 
 def errors(problem: CapsuleProblem) -> ErrorTheory:
     """Theory of the errors of fixed steps on a slow motion, or on a body at rest."""
-    from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, stroke_errors
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, line_errors
 
-    theory = stroke_errors if problem.motion.kind == "stroke" else hold_errors
-    return StepErrors(partial(theory, problem.motion))
+    if problem.motion.kind == "stroke":
+        return StepErrors(partial(line_errors, problem.motion, problem.reference))
+    return StepErrors(partial(hold_errors, problem.motion))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:

@@ -81,7 +81,7 @@ def errors(problem: CapsuleProblem) -> StepErrors:
     """Theory of the errors of fixed steps on a manoeuvre on a line."""
     from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
 
-    return StepErrors(partial(line_errors, problem.motion))
+    return StepErrors(partial(line_errors, problem.motion, problem.reference))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:

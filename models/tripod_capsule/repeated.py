@@ -66,9 +66,9 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 def errors(problem: CapsuleProblem) -> StepErrors:
     """Theory of the errors of fixed steps on repeated manoeuvres."""
-    from plumbob.analytic.errors.sliding_motion.sliding_errors import repeated_line_errors
+    from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
 
-    return StepErrors(partial(repeated_line_errors, problem.motion))
+    return StepErrors(partial(line_errors, problem.motion, problem.reference))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:

@@ -6,12 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.sliding_motion.sliding_errors import (
-    coasting_errors,
-    line_errors,
-    repeated_line_errors,
-    stroke_errors,
-)
+from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors, line_errors
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -58,9 +53,10 @@ def simulated(control, step, scheme, velocity=0.0):
     return dict(zip(names, (*np.array(rows).T, *of_steps), strict=True))
 
 
-def left(motion, reference, theory, step, scheme, end):
+def left(motion, reference, step, scheme, end, wrong=None):
     """Largest part of each observable's error [SI] not explained by theory or rounding."""
     times = np.arange(round(end / step) + 1, dtype=np.float64) * step
+    theory = partial(line_errors, wrong or motion, reference)
     found = simulated(mean_acceleration(motion, times), step, scheme)
     exact, predicted = reference.observe(times), theory(Scheme(scheme), step, times)
     doubt = reference.uncertainty(times)
@@ -75,42 +71,26 @@ def left(motion, reference, theory, step, scheme, end):
 @pytest.mark.parametrize("step", [1e-3, 3.7e-4, 1e-4])
 @pytest.mark.parametrize("line", [LINE, OFF_GRID, replace(LINE, w2=0.3 * LIMIT)])
 def test_line(line, step, scheme):
-    unexplained = left(
-        line, LineReference(line), partial(line_errors, line), step, scheme, line.t2 + 0.01
-    )
+    unexplained = left(line, LineReference(line), step, scheme, line.t2 + 0.01)
     assert max(unexplained.values()) < ROUNDING, unexplained
     assert {"friction_force", "driving_force"} <= set(unexplained)
 
 
 @pytest.mark.parametrize("scheme", [EULER, RK4])
-def test_repeated_lines(scheme):
-    unexplained = left(
-        REPEATED, REPEATED, partial(repeated_line_errors, REPEATED), 1e-3, scheme, REPEATED.duration
-    )
-    assert max(unexplained.values()) < ROUNDING, unexplained
-
-
-@pytest.mark.parametrize("beside", [1e-6, 1e-3, 0.5])
-def test_starts_between_two_steps_are_not_predicted(beside):
-    # friction is held for a whole step against a push that lasts for a part of it
+@pytest.mark.parametrize("beside", [0.0, 1e-6, 1e-3, 0.5])
+def test_repeated_lines(scheme, beside):
+    """Starts between two steps included: friction is held for a whole step against a push that
+    lasts for a part of it, which leaves a velocity."""
     step = 1e-3
-    off = replace(REPEATED, pause=REPEATED.pause + beside * step)
-    times = np.arange(int(1.9 * off.period / step), dtype=np.float64) * step
-    assert repeated_line_errors(off, Scheme(EULER), step, times) == {}
-    alone = times[times < off.period]
-    assert set(repeated_line_errors(off, Scheme(EULER), step, alone)) >= {"displacement"}
-    found = simulated(np.diff(off.relative_velocity(times)) / step, step, EULER)
-    wrong = found["velocity"] - off.observe(times)["velocity"]
-    assert np.abs(wrong[times < off.period]).max() < 1e-13
-    assert np.abs(wrong).max() == pytest.approx(beside * LIMITING * step, rel=1e-2)
+    motion = replace(REPEATED, pause=REPEATED.pause + beside * step)
+    unexplained = left(motion, motion, step, scheme, motion.duration)
+    assert max(unexplained.values()) < ROUNDING, unexplained
 
 
 @pytest.mark.parametrize("both", [True, False])
 def test_slow_stroke(both):
     stroke = SlowStroke(CHECK, 0.08, 0.9, there_and_back=both)
-    unexplained = left(
-        stroke, stroke, partial(stroke_errors, stroke), 7e-4, EULER, stroke.duration + 0.01
-    )
+    unexplained = left(stroke, stroke, 7e-4, EULER, stroke.duration + 0.01)
     assert max(unexplained.values()) < ROUNDING, unexplained
 
 
@@ -135,6 +115,5 @@ def test_coasting(speed, scheme):
 )
 def test_a_small_change_is_not_predicted(perturb):
     wrong = perturb(LINE)
-    theory = partial(line_errors, wrong)
-    unexplained = left(LINE, LineReference(wrong), theory, 1e-3, EULER, 0.15)
+    unexplained = left(LINE, LineReference(wrong), 1e-3, EULER, 0.15, wrong)
     assert unexplained["displacement"] > 1e3 * ROUNDING

@@ -24,7 +24,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.discontinuities import GRID
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
@@ -36,6 +35,7 @@ from plumbob.analytic.systems.three_points.implicit_friction import (
     after_friction,
 )
 
+GRID = 1e-6  # of a step: how near to a grid time a switch is taken to be on it
 State = tuple[complex, float, complex, complex, float, complex]
 """Places of C [m], heading [rad], slider [m]; their rates; in the ground's axes."""
 Motion = tuple[complex, float, complex, complex]  # of C, of the heading, of the slider; its arm

@@ -15,18 +15,17 @@ step's start, U the velocity before the joint acts:
 The joint's impulse h T is added up in doubles: its rounding turns the bob by 1/I, but moves it by
 1/m alone, and so does not last.
 
-Numbers step from sample to sample. Arrays then step from all samples at once, with derivatives as
-imaginary parts of 1e-30 of their size (Squire and Trapp 1998, SIAM Review 40, 110): by the state,
-and by each coefficient.
+Imaginary parts of 1e-30 of their size step along as a derivative (Squire and Trapp 1998, SIAM
+Review 40, 110): by the start and every coefficient at once.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from functools import cached_property, lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -43,9 +42,9 @@ MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
 FORCES = (0, 1, 2, 4, 7)  # the rotor's coefficients that are accelerations at 1 rad
 OFF = 1e-6  # of a step: samples this far from a whole number of steps are not on the orbit
-TINY = 1e-30  # imaginary part per derivative: its square is lost in a double
-BLOCKS = 500  # parts of the orbit that arrays step at once
+TINY = 1e-30  # imaginary part of a derivative: its square is lost in a double
 Marks = npt.NDArray[np.int64]
+Complex = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -84,16 +83,16 @@ def stepped_errors(
     marks = steps_until(times, step) if scheme.integrator in STEPPED else None
     if marks is None:
         return SteppedErrors({})
-    with np.errstate(over="ignore", invalid="ignore"):  # an orbit that diverges between samples
-        orbit = _orbit(rotor, start, scheme, step, marks.tobytes(), rod)
+    truth = exact.observe(times)
+    sizes = tuple(float(np.abs(truth[name]).max()) for name in ("theta", "theta_dot"))
+    orbit = _orbit(rotor, start, scheme, step, marks.tobytes(), rod, sizes)
     if orbit is None:
         return SteppedErrors({})
-    truth = exact.observe(times)
     errors = {name: values - truth[name] for name, values in orbit[0].items()}
     return SteppedErrors(errors, orbit[1])
 
 
-@lru_cache(maxsize=16)  # the same for all methods of one scheme
+@lru_cache(maxsize=16)  # the same for all methods of one scene
 def _orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],
@@ -101,25 +100,22 @@ def _orbit(
     step: float,
     marks: bytes,
     rod: Rod | None,
+    sizes: tuple[float, float],
 ) -> tuple[Mapping[str, Array], Mapping[str, Array]] | None:
-    """Observables after these numbers of steps, shape (n,) each, and their uncertainty: the
-    response to a unit in the last place of every input. None where doubles do not hold them."""
+    """Observables after these numbers of steps, shape (n,) each, of a motion of these `sizes`, and
+    their uncertainty: the response to a unit in the last place of every input. None where doubles
+    do not hold them."""
     wanted = np.frombuffer(marks, dtype=np.int64)
-    last = int(wanted[-1])
-    every = np.union1d(wanted, np.arange(0, last, max(1, last // BLOCKS)))
-    states = _followed(rotor, start, scheme, step, every)
+    states = _followed(rotor, start, scheme, step, wanted.tolist(), sizes)
     if states is None:
         return None
-    response = _responses(rotor, start, scheme, step, every, states)
-    kept = np.isin(every, wanted)
-    states, response = states[:, kept], response[kept]
-    values, slopes = _observed(states, rod)
-    doubts = np.abs(np.einsum("onj,njk->onk", slopes, response)).sum(axis=2)
-    doubts += ULP * (1.0 + np.abs(values))
+    observed = _observed(states, rod)
     if wanted[0] == 0:  # no step has been taken: a joint's pull is not read
-        values[:, :1] = _observed(states[:2, :1], rod)[0]
+        observed[:, :1] = _observed(states[:2, :1], rod)
+    values, doubts = observed.real, np.abs(observed.imag) / TINY
+    doubts += ULP * (1.0 + np.abs(values))
     if rod is not None:
-        parts = rod.length * states[1] ** 2 + rod.gravity * np.abs(np.cos(states[0]))
+        parts = rod.length * values[1] ** 2 + rod.gravity * np.abs(np.cos(values[0]))
         doubts[2] += 3 * rod.mass * ULP * parts
     names = ("theta", "theta_dot", "tension")
     if not np.isfinite(doubts).all():
@@ -127,94 +123,57 @@ def _orbit(
     return dict(zip(names, values, strict=False)), dict(zip(names, doubts, strict=False))
 
 
-def _observed(states: Array, rod: Rod | None) -> tuple[Array, Array]:
-    """Observables of states (d, n), the last of a joint's the pull, shape (observables, n), and
-    their derivatives by the state, shape (observables, n, d)."""
+def _observed(states: Complex, rod: Rod | None) -> Complex:
+    """Observables of states (d, n), the last of a joint's the pull, shape (observables, n)."""
     x, v = states[:2]
-    values, slopes = [x, v], np.zeros((3, len(x), len(states)))
-    slopes[0, :, 0] = slopes[1, :, 1] = 1.0
     if rod is None:
-        return np.array(values), slopes[:2]
-    if len(states) > 2:
-        values.append(rod.mass * rod.length * states[-1])
-        slopes[2, :, -1] = rod.mass * rod.length
-    else:
-        values.append(rod.mass * (rod.length * v**2 + rod.gravity * np.cos(x)))
-        slopes[2, :, 0] = -rod.mass * rod.gravity * np.sin(x)
-        slopes[2, :, 1] = 2.0 * rod.mass * rod.length * v
-    return np.array(values), slopes
+        return np.array([x, v])
+    pull = states[-1] if len(states) > 2 else v**2 + rod.gravity / rod.length * np.cos(x)
+    return np.array([x, v, rod.mass * rod.length * pull])
 
 
 def _followed(
-    rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, step: float, marks: Marks
-) -> Array | None:
-    """States after the increasing numbers of steps `marks`, 0 the first, shape (d, n); None where
-    they exceed the range of doubles."""
-    take, state = _stepper(rotor, astuple(rotor), start, scheme, step, math)
-    states = [state]
+    rotor: DrivenRotor,
+    start: tuple[float, float],
+    scheme: Scheme,
+    step: float,
+    marks: list[int],
+    sizes: tuple[float, float],
+) -> Complex | None:
+    """States after the increasing numbers of steps `marks`, shape (d, n), and in the imaginary
+    parts TINY times their response to a unit in the last place of each coefficient, and to the
+    roundings of a step; None where they exceed the range of doubles."""
+    given = [value * (1.0 + 1j * TINY * ULP) for value in astuple(rotor)]
+    take, state = _stepper(rotor, given, start, scheme, step, cmath)
+    # Towards rest, since a stronger pull and a smaller swing both make a pendulum faster.
+    nudges = zip(state, _rounded(rotor, scheme, step, sizes), strict=False)
+    state = [x - 1j * TINY * math.copysign(size, x.real) for x, size in nudges]
+    states, done = [], 0
     try:
-        for first, after in pairwise(marks.tolist()):
-            for n in range(first, after):
+        for mark in marks:
+            for n in range(done, mark):
                 state = take(n * step, *state)
             states.append(state)
-    except (ValueError, OverflowError, ZeroDivisionError):  # math.sin of infinity
+            done = mark
+    except (ValueError, OverflowError, ZeroDivisionError):  # the sine of infinity
         return None
     reached = np.array(states).T
     return reached if np.isfinite(reached).all() else None
 
 
-def _responses(
-    rotor: DrivenRotor,
-    start: tuple[float, float],
-    scheme: Scheme,
-    step: float,
-    marks: Marks,
-    states: Array,
-) -> Array:
-    """Response of the states at the marks to a unit in the last place of each number of the start
-    and of each coefficient that is not zero, shape (n, d, inputs): along the blocks between marks,
-    all stepped at once, one after the other."""
-    size, varied = len(states), _varied(rotor, len(states))
-    count, lengths = varied.shape[1], np.diff(marks)
-    take, _ = _stepper(rotor, list(varied), start, scheme, step, np)
-    state = np.repeat(states[:, None, :-1].astype(complex), count, axis=1)
-    state[range(size), range(size)] += 1j * TINY
-    for n in range(int(lengths.max())):
-        after = np.array(np.broadcast_arrays(*take((marks[:-1] + n) * step, *state)))
-        state = np.where(lengths > n, after, state)
-    slopes, response = np.moveaxis(state.imag / TINY, 2, 0), np.eye(size, count)
-    response[range(size), range(size)] = _rounded(rotor, scheme, step, states)
-    responses = [response]
-    for across in slopes:
-        response = across[:, :size] @ response
-        response[:, size:] += across[:, size:]
-        responses.append(response)
-    return np.array(responses)
-
-
-def _varied(rotor: DrivenRotor, size: int) -> npt.NDArray[np.complex128]:
-    """The coefficients, each that is not zero varied by an ulp in a derivative of its own after
-    those of a state: shape (coefficients, derivatives, 1)."""
-    values = np.array(astuple(rotor))
-    varied = np.flatnonzero(values)
-    count = size + len(varied)
-    given = np.repeat(values[:, None, None].astype(complex), count, axis=1)
-    given[varied, np.arange(size, count), 0] += 1j * TINY * ULP * np.abs(values[varied])
-    return given
-
-
-def _rounded(rotor: DrivenRotor, scheme: Scheme, step: float, states: Array) -> Array:
-    """Roundings of the largest of `states` and of a step, shape (d,)."""
-    rounded = ROUNDOFF * np.abs(states).max(axis=1)
-    rounded[0] += ULP * step * np.abs(states[1]).max()
-    force = sum(abs(astuple(rotor)[i]) for i in FORCES)
-    rounded[1] += FORCE_ROUNDINGS * ULP * step * force
-    if len(states) > 2:  # an opening rounds as lengths do; what an impulse lacks turns the bob
-        rounded[3:5] = ULP
-        if scheme.jointed_moment:
-            turned = ULP * step * np.abs(states[-1]).max() / scheme.jointed_moment
-            rounded[:2] += step * turned, turned
-    return np.asarray(rounded)
+def _rounded(
+    rotor: DrivenRotor, scheme: Scheme, step: float, sizes: tuple[float, float]
+) -> list[float]:
+    """Roundings of the largest state, theta [rad] and theta_dot [rad/s] up to `sizes`, and of a
+    step: of each number of a state."""
+    (theta, rate), force = sizes, sum(abs(astuple(rotor)[i]) for i in FORCES)
+    angle, speed = ROUNDOFF * theta + ULP * step * rate, ROUNDOFF * rate
+    speed += FORCE_ROUNDINGS * ULP * step * force
+    turned = 0.0
+    if scheme.jointed_moment:  # what an impulse lacks turns the bob
+        turned = ULP * step * (rate**2 + force) / scheme.jointed_moment
+    # of a joint the bob's velocity, and an opening, which rounds as lengths do
+    return [angle, speed + turned, ROUNDOFF * rate, ULP, ULP, 0.0]
 
 
 def many_steps(

@@ -182,13 +182,6 @@ class LineManoeuvre(SingleMotion):
         choices = [0.0 - pushed * times**2, sliding]
         return np.select([times < self.t1, times < self.t_star], choices, self.displacement)
 
-    def momentum(self, times: Array) -> Array:
-        """Momentum of body and slider [kg m/s] at `times` [s], shape (n,); its rate is
-        `friction_force`."""
-        both = self.capsule.body_mass + self.capsule.slider_mass
-        inner = self.capsule.slider_mass * self.relative_velocity(times)
-        return both * self.body_velocity(times) + inner
-
     @property
     def stops(self) -> tuple[float, ...]:
         """When the body comes to rest [s]: the only switch that is not one of the path."""

@@ -134,13 +134,6 @@ class RepeatedLine(LinearResponse):
         friction, slid = self.friction_force(times), self.relative_acceleration(times)
         return driving_force(self.manoeuvre.capsule, friction, slid)
 
-    def momentum(self, times: Array) -> Array:
-        """Momentum of body and slider [kg m/s] at `times` [s], any shape."""
-        capsule, (_, local) = self.manoeuvre.capsule, self.within(times)
-        both = capsule.body_mass + capsule.slider_mass
-        inner = capsule.slider_mass * self.relative_velocity(times)
-        return both * self.manoeuvre.body_velocity(local) + inner
-
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused; it adds up over the manoeuvres."""

@@ -176,15 +176,6 @@ class SlowStroke(SingleMotion, LinearResponse):
             "driving_force": still + few * pull,
         }
 
-    @property
-    def acceleration_jumps(self) -> tuple[tuple[float, float], ...]:
-        """Times [s] and jumps [m/s^2] of the slider's acceleration, the first at the start."""
-        one_way, end = self.one_way, self.duration
-        pull = math.copysign(self.acceleration, self.length)
-        if not self.there_and_back:
-            return ((0.0, pull), (0.5 * one_way, -2 * pull), (one_way, pull))
-        return ((0.0, pull), (0.5 * one_way, -2 * pull), (1.5 * one_way, 2 * pull), (end, -pull))
-
 
 def slow_return(manoeuvre: LineManoeuvre, fraction: float = 1.0) -> SlowStroke:
     """The slow motion of the slider back to where `manoeuvre` began. Raises ParameterError.

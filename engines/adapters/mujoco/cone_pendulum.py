@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.added_inertia import platform_error
+from plumbob.analytic.errors.contact_models.driven_platform import platform_error
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits_on_platform
