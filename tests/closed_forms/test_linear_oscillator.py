@@ -7,8 +7,6 @@ from types import MappingProxyType
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
@@ -92,29 +90,6 @@ def _worst(oscillator, times, start, units):
 def test_the_closed_form_is_accurate_to_double_precision(name):
     moving, at_rest = (0.7, -0.4), (0.0, 0.0)
     assert worst(OSCILLATORS[name], TIMES, moving, at_rest) < ROUNDING
-
-
-# Smaller ones give motions whose last digits are below the smallest normal double.
-normal = st.floats(-3.0, 3.0).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
-
-
-@settings(max_examples=40)
-@example(LinearOscillator(9.40093, 6.36040), (-2.2e-16, -0.37055))
-@given(
-    oscillator=st.builds(
-        LinearOscillator,
-        st.floats(0.01, 30.0),
-        st.floats(0.0, 20.0),
-        normal,
-        st.floats(-8.0, 8.0),
-        st.floats(-4.0, 4.0),
-    ),
-    start=st.tuples(normal, normal),
-)
-def test_any_oscillator_is_accurate_to_double_precision(oscillator, start):
-    # early times too: after many decay times the rounding of the argument of exp counts
-    times = np.concatenate([10.0 ** np.linspace(-2.0, 0.3, 5), np.linspace(0.0, 20.0, 4)])
-    assert worst(oscillator, times, start) < ROUNDING
 
 
 @pytest.mark.parametrize(

@@ -43,19 +43,6 @@ def test_the_page_is_the_same_to_the_byte_without_engines(out):
 
 
 @pytest.mark.long
-def test_a_single_file_has_what_the_site_has(out, tmp_path, capsys):
-    before = {path.name for path in out.iterdir()}
-    file = tmp_path / "study.html"
-    assert main(["report", str(out), "--single", str(file)]) == 0
-    assert capsys.readouterr().out == f"{file}\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["study.html"]
-    text = file.read_text("utf-8")
-    for scene in SCENES.split(","):
-        assert f'<template data-page="{scene.replace("/", "-")}">' in text
-    assert {path.name for path in out.iterdir()} == before
-
-
-@pytest.mark.long
 def test_a_folder_to_publish_is_the_site_without_the_store(out, tmp_path, capsys):
     """Each link of each page leads to a file in it, and nothing in it is left over."""
     before = {path.name for path in out.iterdir()}

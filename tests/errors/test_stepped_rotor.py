@@ -8,52 +8,15 @@ import pytest
 
 from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
+from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 
-PLAIN = (
-    Scheme(EULER),
-    Scheme(EULER, "start", implicit_damping=True),
-    Scheme(EULER, "midpoint", implicit_damping=True, implicit_spring=True),
-    Scheme(EULER, position_first=True),
-    Scheme(LEAPFROG),
-    Scheme(LEAPFROG, "midpoint"),
-    Scheme(RK4),
-    Scheme(RK4, "start"),
-    Scheme(RK4, "midpoint"),
-)
 # every coefficient at once, two terms of the potential among them
 ROTOR = DrivenRotor(3.0, 1.0, 9.0, 0.3, 1.2, 2.1, 0.4, 0.7)
 START = (0.7, 1.3)
-UNTIL = 2.0  # [s]
-TERMS = {EULER: 3, LEAPFROG: 1, RK4: 1}  # so that the next one is above round-off
-
-
-def left_over(scheme, step, rotor=ROTOR):
-    """Largest difference of the stepped error from the series, for theta and theta_dot."""
-    theory = RotorErrors(ROTOR, *START, terms=TERMS[scheme.integrator])
-    times = np.arange(0, round(UNTIL / step) + 1, 4).astype(float) * step
-    stepped = RotorErrors(rotor, *START).at_step(scheme, step, times).errors
-    truth, wrong = (RotorErrors(r, *START).exact.observe(times) for r in (ROTOR, rotor))
-    found = []
-    for name in ("theta", "theta_dot"):
-        error = stepped[name] + wrong[name] - truth[name]
-        for p, terms in theory.series(scheme, times).items():
-            error = error - terms[name] * step**p
-        found.append(np.abs(error).max())
-    return np.array(found)
-
-
-@pytest.mark.parametrize("scheme", PLAIN, ids=str)
-def test_what_the_series_leaves_is_of_the_next_order(scheme):
-    one_more = RotorErrors(ROTOR, *START, terms=TERMS[scheme.integrator] + 1)
-    after = max(one_more.series(scheme, np.ones(1)))
-    coarse, fine = (left_over(scheme, h) for h in (2e-2, 1e-2))
-    assert (fine > 1e-12).all()
-    assert (np.log2(coarse / fine) > after - 0.3).all()
 
 
 def stepped(name, method, step):

@@ -12,7 +12,6 @@ from mpmath import mp
 from plumbob.analytic.errors.contact_models import soft_friction
 from plumbob.analytic.errors.contact_models.inclined_steps import corner
 from plumbob.analytic.errors.contact_models.stack_steps import corners
-from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import SoftPoint
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.mujoco import incline, pinch, stack
@@ -23,7 +22,6 @@ from plumbob.models.registry import case_of, scene, scenes
 from plumbob.reports.judge.verdict import judge
 
 CUBE = case_of(scene("incline/stops")).problem
-PINCH = case_of(scene("pinch/0.9")).problem
 STACK = case_of(scene("stack/equal")).problem
 BUILDERS = {"incline": incline, "pinch": pinch, "stack": stack}
 
@@ -121,24 +119,6 @@ def test_normal_forces_that_settle_use_a_part_of_their_bound(friction, part, gra
     held = found.errors["x"]
     assert held.predicted
     assert 0.1 < held.predicted.difference / held.model["settling"] < 0.9
-
-
-@pytest.mark.parametrize("push", [0.0, -0.7, 1.1])
-@pytest.mark.parametrize("fraction", [0.2, 0.999999, 1.0 - 1e-13])
-def test_what_a_pinch_holds_with_40_digits(fraction, push):
-    normal_force = math.hypot(PINCH.mass * (PINCH.gravity + 2.0), push) / (
-        2.0 * PINCH.friction * fraction
-    )
-    held = replace(PINCH, push=push, lift=2.0, normal_force=normal_force)
-    with mp.workdps(40):
-        weight = mp.mpf(held.mass) * (mp.mpf(held.gravity) + 2)
-        load = mp.sqrt(weight**2 + mp.mpf(push) ** 2)
-        assert held.load == pytest.approx(float(load), rel=1e-15)
-        part = load / (2 * mp.mpf(held.friction) * mp.mpf(normal_force))
-        assert held.fraction == pytest.approx(float(part), rel=1e-15)
-    assert all(not value.any() for value in held.observe(np.array([0.0, 9.0])).values())
-    with pytest.raises(ParameterError, match="or more, or the body slips"):
-        replace(held, normal_force=normal_force * fraction * (1 - 1e-12))
 
 
 def allowed_by(name):

@@ -38,27 +38,6 @@ def rolling(p, time):
     return {"x": x + v * (time - sliding), "speed": v, "spin": spin}
 
 
-def coasting(p, time):
-    """The turn of a body that coasts along a line until it stops, and turns a little with it: with
-    the mass M, the load N_i and the place r_i about the centre of mass along the speed v of support
-    i, I w' = -f w sum(N_i r_i^2)/v, and v' = -f g."""
-    body, slider, held = p["body_mass"], p["slider_mass"], p["slider"]
-    total, fg = body + slider, p["friction"] * p["gravity"]
-    centre = [x * slider / total for x in held]
-    rows = mpmath.matrix([[1] * 3, *([arm[k] for arm in p["supports"]] for k in (0, 1))])
-    loads = mpmath.lu_solve(rows, mpmath.matrix([1, *centre]) * total * p["gravity"])
-    speed = mpmath.hypot(p["velocity_x"], p["velocity_y"])
-    ahead = [p["velocity_x"] / speed, p["velocity_y"] / speed]
-    along = [
-        sum((a - c) * d for a, c, d in zip(arm, centre, ahead, strict=True))
-        for arm in p["supports"]
-    ]
-    inertia = p["inertia"] + body * slider / total * (held[0] ** 2 + held[1] ** 2)
-    k = sum(n * r**2 for n, r in zip(loads, along, strict=True)) / (inertia * p["gravity"])
-    left = max(1 - time * fg / speed, 0)
-    return {"heading": p["heading_rate"] * speed / fg / (k + 1) * (1 - left ** (k + 1))}
-
-
 def thrown(p, time):
     """A parabola."""
     x, z = (p["speed"] * time * f(p["elevation"]) for f in (mpmath.cos, mpmath.sin))
@@ -92,7 +71,6 @@ HELD = "mass", "size", "finger_mass", "friction", "normal_force", "gravity"
 FORMULAS = {
     "bouncing-ball": (ball, ("height", "restitution", "gravity")),
     "rolling-ball": (rolling, ("radius", "speed", "spin", "friction", "gravity")),
-    "capsule-coast/translation": (coasting, ("heading_rate",)),
     "projectile": (thrown, ("speed", "elevation", "spin", "gravity")),
     "incline/stops": (sliding, ("slope", "friction", "speed", "gravity", "mass", "size")),
     "incline/returns": (sliding, ("slope", "friction", "speed", "gravity", "heading")),
