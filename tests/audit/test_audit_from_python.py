@@ -96,17 +96,3 @@ def test_without_an_answer_the_line_says_why(results):
         lost.plot()
     unsettled = replace(contacts, own=(), failed=("own contacts: it never rests",))
     assert repr(unsettled) == "<audit of model: own contacts: it never rests>"
-
-
-@pytest.mark.parametrize(
-    ("given", "line"),
-    [
-        ({"control": "fast"}, "ctrl = 'fast': must be rest, zero, sines, or values of shape"),
-        ({"jobs": 0}, "jobs = 0: must be greater than 0"),
-        ({"jobs": "two"}, "jobs = 'two': must be a finite number"),
-    ],
-)
-def test_wrong_arguments_name_what_is_wanted(given, line):
-    with pytest.raises(ParameterError) as caught:
-        plumbob.audit(mujoco.MjModel.from_xml_string(ROD), **given)
-    assert str(caught.value).startswith(line)

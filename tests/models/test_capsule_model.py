@@ -11,11 +11,9 @@ import pytest
 from plumbob.analytic.errors.sliding_motion.sliding_errors import step_error
 from plumbob.engines.adapters.mujoco.contacts import (
     ARMATURE_RATIO,
-    armature,
-    tilt_inertia,
 )
 from plumbob.engines.adapters.mujoco.options import collected
-from plumbob.models.registry import scene, scenes, system_of
+from plumbob.models.registry import scene, system_of
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
@@ -111,22 +109,3 @@ def test_a_file_as_it_stands_takes_the_step_that_theory_says(name, bound):
     exact = LINE.displacement
     error = displacement(FOLDER / f"{name}.xml") - exact
     assert error == pytest.approx(float(step_error(LINE, STEP)), abs=bound * abs(exact))
-
-
-def _slow(case):
-    """Whether making a scene's problem takes seconds: a plan of the full profile."""
-    return case.system == "capsule-plan" and case.profile != "quick"
-
-
-@pytest.mark.long
-def test_free_inertias_are_possible_and_large_enough(pytestconfig):
-    for case in scenes("capsule-*"):
-        if pytestconfig.getoption("profile") == "quick" and _slow(case):
-            continue
-        problem = system_of(case).problem(case.parameters)
-        across, capsule = tilt_inertia(problem), problem.setup.capsule
-        assert 2 * across >= capsule.inertia
-        assert (
-            across >= capsule.weight / capsule.gravity / 3 * np.square(capsule.supports).sum() / 2
-        )
-        assert armature(problem.setup) >= ARMATURE_RATIO * capsule.slider_mass

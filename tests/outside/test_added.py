@@ -5,14 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import convergence_study
 from plumbob.models import entry_points
-from plumbob.models.registry import case_of, system_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.reports.cli import main
-from plumbob.reports.judge.expectations import surprise
-from plumbob.reports.judge.verdict import judged as judged_of
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import (
     DEFECTS,
@@ -100,45 +94,14 @@ def test_a_defect_of_an_added_engine_is_a_failure(right, wrong, site):
         check(SWING, "tiny/euler")
 
 
-LIMIT = 'KnownLimit("*/free-small", "tiny/euler", "off-prediction", "gravity is 1 % off", {size})'
 OFF = ENGINE.replace("pendulum.gravity /", "1.01 * pendulum.gravity /").replace(
     "import Engine, Method", "import Engine, KnownLimit, Method"
 )
-SMALL = "simple-pendulum/free-small"
-SIZE = 1.2  # relative: of the finest runs of the quick profile
 
 
 def limited(limit):
     """An engine with a defect, whose package declares known limits."""
     return OFF.replace("    not_read=", f"    known_limits=({limit},),\n    not_read=")
-
-
-@pytest.mark.long(keep=2)
-@pytest.mark.parametrize(
-    ("size", "why"),
-    [
-        (SIZE, ""),
-        (3.0 * SIZE, "a known limit, but its relative error is"),
-        (SIZE / 3.0, "a known limit, but its relative error is"),
-        (None, "expected predicted"),
-    ],
-)
-def test_a_known_limit_that_a_package_declares_is_held_to_its_size(size, why, site):
-    broken(site, OFF if size is None else limited(LIMIT.format(size=size)))
-    with seen(site):
-        surprising = surprise_of_the_defect()
-    assert why in surprising
-    assert bool(surprising) == bool(why)
-
-
-def surprise_of_the_defect():
-    """Why the failure of the engine with a defect is not expected."""
-    scene, method = find_scene(SMALL), find_method("tiny/euler")
-    study = convergence_study(scene, method, 2000)
-    about = system_of(scene).quantities(case_of(scene))
-    judged = judged_of(study, system_of(scene), method, about).whole
-    assert judged.verdict == "off-prediction"
-    return surprise(scene, method, judged)
 
 
 @pytest.mark.long(keep=4)

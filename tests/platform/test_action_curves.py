@@ -69,14 +69,3 @@ def test_time_over_angle_against_40_digits(theta):
         assert answers["momentum"] == pytest.approx(rate * INERTIA, rel=1e-13)
         period = float(orbit.follow()[0])
         assert answers["phase"] == pytest.approx(2 * math.pi * float(time) / period, rel=1e-13)
-
-
-@pytest.mark.parametrize("pivot", [0.0, 0.01, 0.09, 0.2])
-def test_two_equilibria_become_four_at_the_astroid(pivot):
-    offset = replace(TURNING, pivot_y=pivot)
-    rate = offset.saddle_node_rate
-    for factor, count in ((1 - 1e-4, 2), (1 + 1e-4, 4)):
-        assert len(replace(offset, platform_rate=factor * rate).equilibria) == count
-    assert replace(offset, pivot_y=-pivot).saddle_node_rate == rate
-    if pivot == 0.0:
-        assert rate == pytest.approx(offset.pitchfork_rate, rel=1e-15)

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import compiled
 from plumbob.engines.study.measurement import measure
@@ -23,26 +22,9 @@ from plumbob.tests.support.mujoco_capsule import (
     REDUCED,
     run,
 )
-from plumbob.tests.support.random_capsules import changed, ordinary_lines
+from plumbob.tests.support.random_capsules import ordinary_lines
 
 LINE = systems()["capsule-line"]
-
-
-@pytest.mark.parametrize("method", ["rk4+coulomb", "rk4+reduced"])
-@pytest.mark.parametrize("name", ["capsule-line/ca1", "capsule-line/off-grid", "capsule-train/ten"])
-def test_friction_of_rk4_is_that_of_its_first_stage(name, method):
-    step, wrong = 1e-3, changed(name, {"friction": 0.3 * 1.01})
-    right, other = (run(name, method, step, w)[0].errors["friction_force"] for w in (None, wrong))
-    allowed = sum(right.model.values())
-    assert beyond(right) < allowed < 0.02 < right.largest
-    # friction off by 1 % is more than theory leaves open, as is Euler's mean over a step
-    assert beyond(other) > allowed
-    times, theory = np.arange(160, dtype=np.float64) * step, case_of(scene(name)).errors
-    stages, mean = (
-        theory.at_step(Scheme(scheme), step, times).errors["friction_force"]
-        for scheme in (RK4, EULER)
-    )
-    assert np.abs(stages - mean).max() > 10 * allowed
 
 
 def tight(found, name):

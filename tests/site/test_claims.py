@@ -16,7 +16,6 @@ from plumbob.models.registry import systems
 from plumbob.reports.analyses import section
 from plumbob.reports.analyses.claims import ALIKE, CLEAR, as_predicted, at_most, between, clear
 from plumbob.reports.view.site.claims import NOT_SHOWN, as_measured
-from plumbob.reports.view.site.first_screen import KEY_FINDINGS, cards
 from plumbob.reports.view.site.views import OF_ENGINES
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import findings_of
@@ -186,15 +185,6 @@ def test_what_is_not_shown_is_not_claimed(before, after):
         assert title.split()[:6] == before[name].title.split()[:6]  # a figure may be in the rest
         assert left.statements == ()
         assert any(char.isdigit() for char in left.summary)
-
-
-@pytest.mark.long
-def test_a_key_finding_that_is_not_shown_leaves_the_first_screen(before, after):
-    chosen = as_measured(after.values())
-    hidden = {f.name for f in chosen if f.judgement == NOT_SHOWN}
-    assert {"capsule-isotropy", "capsule-displacement"} <= hidden
-    assert {card.finding.name for card in cards(chosen)} & hidden == set()
-    assert {name for name, _ in KEY_FINDINGS} & hidden
 
 
 @pytest.mark.parametrize(

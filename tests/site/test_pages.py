@@ -102,14 +102,6 @@ def test_commands_on_the_pages_run(page, capsys):
         assert capsys.readouterr().err == ""
 
 
-def test_axes_have_units(figures):
-    for found in figures:
-        for name, axis in found["layout"].items():
-            if re.fullmatch(r"[xy]axis\d*", name) and "ticktext" not in axis:
-                title = axis["title"]["text"]
-                assert "[" in title or " / " in title, title
-
-
 def test_markup_from_outside_is_escaped(tmp_path):
     study = made_up([(Method("made/up", Scheme(RK4), 4), (1e-3, 1e-4), lambda h: h)])
     scene = replace(study.scenes[0], summary=HOSTILE)

@@ -67,15 +67,6 @@ def test_a_falsified_truth_is_found(capsys):
     assert beyond.residual > 0.01
 
 
-def test_length_and_gravity_are_not_separated_and_their_ratio_is_found():
-    true = case_of(scene(PENDULUM))
-    sides = [Side("length", 0.5, 2.0), Side("gravity", 5.0, 20.0)]
-    found = identify(box(PENDULUM, {}, sides), true, method("ode/rk4"), 0.01, 60)
-    length, gravity = (one.identified for one in found.parameters)
-    assert found.alike
-    assert gravity / length == pytest.approx(9.8, rel=1e-4)
-
-
 def test_noise_moves_a_fit_by_its_deviation():
     true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
     fits = [
