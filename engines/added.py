@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -11,17 +10,8 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.known_limits import Limits, declared_by
-from plumbob.engines.method import (
-    LIMITS,
-    Engine,
-    KnownLimit,
-    Method,
-    Simulation,
-    Stepping,
-    Unsupported,
-    fits,
-)
+from plumbob.engines.known_limits import declared_by
+from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory, not_a_trajectory
 from plumbob.models.entry_points import Addition, captured
 from plumbob.models.scene import Case
@@ -67,29 +57,7 @@ def wrong_limits(engine: Engine) -> str:
         limits = declared_by(engine)
     except Exception as error:  # whatever stands in that file
         return f"its file of limits: {one_line(error)}"
-    names = [method.name for method in engine.methods]
-    several = (_wrong_limit(limit, names, limits) for limit in limits.known_limits)
-    return next(filter(None, (*map(mistyped, limits.not_read), *several)), "")
-
-
-def _wrong_limit(limit: KnownLimit, methods: Sequence[str], limits: Limits) -> str:
-    if why := mistyped(limit):
-        return why
-    of = [name for name in methods if fits(name, limit.methods)]
-    if not of:
-        return f"a known limit is of {limit.methods!r}, which is none of its methods"
-    both = ((limit.verdict, LIMITS), (limit.other, (None, "predicted", *LIMITS)))
-    for verdict, allowed in both:
-        if verdict not in allowed:
-            return f"{of[0]}: a known limit is {verdict!r}, not one of {', '.join(LIMITS)}"
-    if not limit.reason.strip():
-        return f"{of[0]}: a known limit has no reason"
-    sized = limit.verdict in ("unsupported", "converges") or any(
-        m in of for _, m in {**limits.sizes, **limits.solvers}
-    )
-    if not (sized or 0.0 < limit.size < math.inf):
-        return f"{of[0]}: the size of a known limit is {limit.size!r}, not above 0"
-    return ""
+    return next(filter(None, map(mistyped, (*limits.known_limits, *limits.not_read))), "")
 
 
 def _wrong_method(method: Method, engine: str) -> str:

@@ -95,14 +95,14 @@ class Simulation(Timed, Protocol):
         """Run from the start to the end; the trajectory's `seconds` count the stepping alone."""
 
 
-LIMITS = (
+Limited = Literal[
     "not-converging",
     "off-prediction",
     "diverged",
     "pre-asymptotic",
     "unsupported",
     "converges",
-)
+]
 _RENAMED = MappingProxyType({"pass": "predicted", "fail": "off-prediction"})
 Patterns = str | tuple[str, ...]
 """Shell patterns of names, or after "!" of those that are left out."""
@@ -125,12 +125,13 @@ class KnownLimit:
 
     scenes: Patterns
     methods: Patterns
-    verdict: str  # one of LIMITS
+    verdict: Limited
     reason: str
     size: float = 0.0
     """Relative error, known within a factor of two: the median over the finest five runs of the
     quick profile; of no meaning where the verdict is `unsupported` or `converges`."""
-    other: str | None = None  # a verdict that is also expected: which depends on the step sizes
+    other: Limited | Literal["predicted"] | None = None
+    """A verdict that is also expected: which depends on the step sizes."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "verdict", present(self.verdict))
