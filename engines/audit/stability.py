@@ -10,10 +10,9 @@ above, and at steps spread below.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from itertools import takewhile
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,8 @@ LOST = 1e3  # a nudge's growth beyond the continuous motion's own
 # Of a step: where a body lands may decide what becomes of a nudge. It does so at one step and not
 # at another; one that grows at all of these grows at each step.
 NEAR = (1.0, 0.99, 1.01)
-SPREAD = 1.05  # at most, from one step that a run has below a limit to the next
+SPREAD = 1.05  # from one step that runs have below a limit to the next
+BETWEEN = 16  # steps over a factor of RATIO: the same
 SETTLED = 0.01  # [m/s, rad/s]: a run with less at its end has come to rest
 STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
 FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
@@ -145,12 +145,8 @@ def excess_at(at: Point, integrator: str, step: float, difference: float) -> flo
 
 
 def unstable(at: Point, integrator: str, step: float) -> bool:
-    """Whether a step [s] magnifies nudges at a state."""
-    return excess_at(at, integrator, step, DIFFERENCES[0]) > 1.0 + MARGIN
-
-
-def decidedly_unstable(at: Point, integrator: str, step: float) -> bool:
-    """Whether it does by a factor that does not depend on the differences."""
+    """Whether a step [s] magnifies nudges at a state, by a factor that does not depend on the
+    differences."""
     factor = excess_at(at, integrator, step, DIFFERENCES[0])
     if factor <= 1.0 + MARGIN:
         return False
@@ -158,26 +154,17 @@ def decidedly_unstable(at: Point, integrator: str, step: float) -> bool:
     return math.isinf(min(factor, other)) or max(factor, other) <= ALIKE * min(factor, other)
 
 
-def bracket(at: Point, integrator: str, most: float) -> tuple[float, float] | None:
-    """Of steps [s] from the smallest to `most`, the last that holds at a state before one that does
-    not, and that one; None where all hold."""
-    holds, step = 0.0, min(most / BEYOND if at.rests else at.safe, most)
-    while not decidedly_unstable(at, integrator, step):
-        if step >= most:
+def shown(at: Point, integrator: str, most: float) -> float | None:
+    """The largest step [s] that holds by the Jacobian at a state before one that does not, of steps
+    that double up to `most`, bisected; None where all hold."""
+    holds, fails = 0.0, min(most / BEYOND if at.rests else at.safe, most)
+    while not unstable(at, integrator, fails):
+        if fails >= most:
             return None
-        holds, step = step, min(RATIO * step, most)
-    return holds, step
-
-
-def bisected(fails: Callable[[float], bool], holds: float, step: float, within: float) -> float:
-    """The largest step [s] that holds between one that does and one that `fails`, within a
-    fraction of the latter."""
-    while step - holds > within * step:
-        middle = (holds + step) / 2.0
-        if fails(middle):
-            step = middle
-        else:
-            holds = middle
+        holds, fails = fails, min(RATIO * fails, most)
+    while fails - holds > RESOLVED * fails:
+        middle = (holds + fails) / 2.0
+        holds, fails = (holds, middle) if unstable(at, integrator, middle) else (middle, fails)
     return holds
 
 
@@ -260,15 +247,14 @@ def limited(course: Course, integrator: str) -> Limit:
     """The limit of an integrator: the lowest of those at the states above which a nudged run is
     lost. Others set none: the motion leaves them before a nudge has grown."""
     most, passed = BEYOND * course.model.step, ""
-    brackets = [(found, at) for at in course.points if (found := bracket(at, integrator, most))]
-    for (holds, fails), at in sorted(brackets, key=lambda entry: entry[0]):
-        step = bisected(partial(unstable, at, integrator), holds, fails, RESOLVED)
-        if not course.lost(integrator, ABOVE * step, at.index):
-            passed = f"; at {at.index * course.script.period:.3g} s a nudge grows from "
+    limits = [(step, at.index) for at in course.points if (step := shown(at, integrator, most))]
+    for step, index in sorted(limits):
+        if not course.lost(integrator, ABOVE * step, index):
+            passed = f"; at {index * course.script.period:.3g} s a nudge grows from "
             passed += f"{1e3 * step:.3g} ms on, for a moment"
             continue
-        limit = Limit(integrator, step, step, index=at.index)
-        if course.lost(integrator, BELOW * step, at.index):
+        limit = Limit(integrator, step, step, index=index)
+        if course.lost(integrator, BELOW * step, index):
             return measured(course, limit, f"{1e3 * step:.3g} ms by its Jacobians")
         return replace(limit, first=named(course, limit), confirmed=True)
     limit = Limit(integrator, most)
@@ -277,34 +263,18 @@ def limited(course: Course, integrator: str) -> Limit:
     return Limit(integrator, None, confirmed=True, why=f"beyond {BEYOND:g} x its own step{passed}")
 
 
-def spread(holds: float, fails: float) -> list[float]:
-    """Steps [s] from one to another that is larger, both included, by factors of at most SPREAD."""
-    count = math.ceil(math.log(fails / holds) / math.log(SPREAD)) + 1
-    return [float(step) for step in np.geomspace(holds, fails, count)]
-
-
-def measured(course: Course, limit: Limit, why: str, ratio: float = RATIO) -> Limit:
-    """A limit by runs alone, below a step at which they are lost: the last of the steps that are
-    tried, from one a `ratio` smaller on, before any that are. Neighbouring ones hold, too."""
+def measured(course: Course, limit: Limit, why: str) -> Limit:
+    """A limit by runs alone, below a step at which they are lost: the first of smaller steps at
+    which nudged runs hold, and runs at its neighbours do."""
     assert limit.largest_step is not None
-    of, index = limit.integrator, limit.index
-
-    def fails(step: float) -> bool:
-        return course.lost(of, step, index) or any(course.diverges(of, n * step) for n in NEAR[1:])
-
-    high, step = limit.largest_step, None
-    while step is None:
-        tried = spread(high / ratio, high)
-        holding = takewhile(lambda step: not course.diverges(of, step), tried[:-1])
-        step = next((s for s in reversed(list(holding)) if not fails(s)), None)
-        high, ratio = tried[0], RATIO
-        if step is None and high < limit.largest_step / MOST:
+    of, index, step = limit.integrator, limit.index, limit.largest_step
+    while course.lost(of, step, index) or any(course.diverges(of, n * step) for n in NEAR[1:]):
+        step /= SPREAD
+        if step < limit.largest_step / MOST:
             return replace(limit, why="runs are lost at any step that was tried")
-    why = f"by nudged runs; {why}"
-    if not fails(ABOVE * step):
-        why += "; some larger steps hold again"
     factors = [excess_at(at, of, ABOVE * step, DIFFERENCES[0]) for at in course.points]
     index = course.points[int(np.argmax(factors))].index
+    why = f"by nudged runs; {why}"
     limit = replace(limit, largest_step=step, confirmed=True, why=why, index=index)
     return replace(limit, first=named(course, limit))
 
@@ -315,37 +285,23 @@ def tried_below(course: Course, limit: Limit) -> Limit:
     if not limit.confirmed:
         return limit
     of, most = limit.integrator, limit.largest_step or BEYOND * course.model.step
-    tried = spread(most / RATIO, most)[:-1]
-    rate = partial(course.rate, of, duration=MOST * most)
-    rates = np.array([rate(step) for step in tried])
+    tried = np.geomspace(most / RATIO, most, BETWEEN)[:-1]
+    rates = np.array([course.rate(of, step, MOST * most) for step in tried])
     if np.isinf(rates).any():
-        lost = replace(limit, largest_step=tried[int(np.argmax(rates))])
-        return measured(course, lost, f"{1e3 * most:.3g} ms by its Jacobians", SPREAD)
+        lost = replace(limit, largest_step=float(tried[int(np.argmax(rates))]))
+        return measured(course, lost, f"{1e3 * most:.3g} ms by its Jacobians")
     first = int(np.argmax(rates > SETTLED))
-    if not first:
-        return limit
-    return replace(limit, chatters=tried[first])
+    return replace(limit, chatters=float(tried[first])) if first else limit
 
 
-@dataclass(frozen=True)
-class Mode:
-    """The mode of a step that grows first beyond the continuous motion's growth."""
-
-    factor: complex  # by which a step multiplies it
-    right: Array  # eigenvectors, complex, shape (n,); their product is one
-    left: Array
-
-    @property
-    def participation(self) -> Array:
-        """How much each coordinate takes part, whatever units it has, shape (n,)."""
-        return np.abs(self.left * self.right)
-
-
-def first_mode(jacobian: Array, rates: Array, step: float) -> Mode | None:
-    """The first mode, by magnitude, that exceeds its partner of the continuous motion; None where
-    none does."""
+def first_mode(jacobian: Array, rates: Array, step: float) -> tuple[complex, Array, Array] | None:
+    """The first mode, by magnitude, that exceeds its partner of the continuous motion: the factor
+    by which a step multiplies it, and its right and left eigenvectors, shape (n,), whose product is
+    one; None where none does."""
     from scipy import linalg
 
+    if not np.isfinite(jacobian).all():
+        return None
     decomposed: Any = linalg.eig(jacobian, left=True)
     factors, left, right = decomposed
     order = np.argsort(-np.abs(factors))
@@ -355,7 +311,7 @@ def first_mode(jacobian: Array, rates: Array, step: float) -> Mode | None:
         return None
     k = order[int(np.argmax(exceeding))]
     scale = left[:, k].conj() @ right[:, k]
-    return Mode(complex(factors[k]), right[:, k], left[:, k].conj() / scale)
+    return complex(factors[k]), right[:, k], left[:, k].conj() / scale
 
 
 def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
@@ -367,16 +323,17 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     at = next(at for at in course.points if at.index == limit.index)
     maps = at.maps_at(integrator, step) or at.maps
     jacobian = maps(integrator, step, DIFFERENCES[0])
-    mode = first_mode(jacobian, at.rates, step) if np.isfinite(jacobian).all() else None
+    mode = first_mode(jacobian, at.rates, step)
     if mode is None:
         return Place(""), None
-    place = maps.place(mode.participation)
-    along = np.stack([mode.right.real, mode.right.imag], axis=1)
+    factor, right, left = mode
+    place = maps.place(np.abs(left * right))  # what takes part, whatever units it has
+    along = np.stack([right.real, right.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
         weaker = maps.changed(element.weaker)
         parts = weaker(integrator, step, DIFFERENCES[0], along) - jacobian @ along
-        change = mode.left @ parts @ np.array([1.0, 1.0j]) / mode.factor
+        change = left @ parts @ np.array([1.0, 1.0j]) / factor
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
     return place, best[1]
 
@@ -385,14 +342,6 @@ def named(course: Course, limit: Limit) -> str:
     """Names of what goes first beyond a limit; empty where that is not known."""
     place, element = culprit(course, limit)
     return f"{place.name}, {element.name}" if element else place.name
-
-
-def shown(at: Point, limit: Limit) -> float:
-    """The largest step [s] up to a limit that holds by the Jacobian at a state."""
-    assert limit.largest_step is not None
-    found = bracket(at, limit.integrator, limit.largest_step)
-    fails = partial(unstable, at, limit.integrator)
-    return bisected(fails, *found, RESOLVED) if found else limit.largest_step
 
 
 def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
@@ -405,7 +354,7 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
     best = max(limits, key=lambda limit: limit.reach).integrator
     helping: list[tuple[Change, Course, Limit]] = []
-    there = RAISED * shown(course.point(own.index), own)
+    there = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
     for change in changes:
         other = course.changed(change)
         if unstable(other.point(own.index), own.integrator, there):
