@@ -68,15 +68,15 @@ class Answers(Mapping[Request[Any], Any]):
 
 @dataclass(frozen=True)
 class TaskResult:
-    """The result of one task of a study: a convergence study, an extra run, a cost with the
-    reference step's [ns] beside it, or an analysis; or why it was given up."""
+    """The result of one task of a study: a convergence study, an extra run, costs by method beside
+    the reference step's [ns], or an analysis; or why it was given up."""
 
     convergence: ConvergenceStudy | None = None
     extras: Mapping[Request[Any], Any] = field(default_factory=dict)
-    cost: Cost | None = None
+    costs: Mapping[str, Cost] = field(default_factory=dict)
     reference_step: float = math.nan
     analysis: Analysed | None = None
-    pair: Key = ("", "")  # scene and method of a convergence study, a cost or limits of the step
+    pair: Key = ("", "")  # scene, and method of a convergence study or limits of the step
     label: str = ""
     lost: str = ""
     seconds: float = 0.0
@@ -180,9 +180,9 @@ def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
     parts = tuple(results)
     costs = {}
     for part in parts:
-        if part.cost is not None:
-            scale = head.reference_step / part.reference_step
-            costs[part.pair] = part.cost.scaled(scale) if math.isfinite(scale) else part.cost
+        scale = head.reference_step / part.reference_step
+        for method, cost in part.costs.items():
+            costs[part.pair[0], method] = cost.scaled(scale) if math.isfinite(scale) else cost
     return replace(
         head,
         convergence=tuple(part.convergence for part in parts if part.convergence is not None),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -35,20 +35,15 @@ from plumbob.engines.study.model_reading import ModelReading, read_model
 from plumbob.engines.study.provenance import machine, provenance, version_of, versions_of
 from plumbob.engines.study.request import Request, RunRequest, work_of
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
-from plumbob.engines.study.scheduler import (
-    GENEROUS,
-    LEAST,
-    Progress,
-    study_task,
-    worked_out,
-)
-from plumbob.engines.workers import Lost, Task, Workers, results, workers_of
+from plumbob.engines.study.scheduler import PREDICTED, Progress, study_task, worked_out
+from plumbob.engines.workers import Task, Workers, workers_of
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
 Profile = str  # "quick" or "full"
 Analyse = Callable[[Study, Workers], tuple[Analysed, ...]]
+_Timed = tuple[Method, float, Stepping]  # step [s], and the whole run, as its error was measured
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Of one run; quick: 50 s at MuJoCo's own 2 ms."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
@@ -70,16 +65,6 @@ class _Pool:
     of_timings: Workers | None
     of_errors: Workers | Executor | None
     count: int
-
-
-@dataclass(frozen=True)
-class _Timing:
-    """A cost to be measured."""
-
-    scene: Scene
-    method: Method
-    step: float
-    run: Stepping  # the whole run, as its error was measured
 
 
 def run_study(
@@ -149,10 +134,8 @@ def _measured(
     found = worked_out(errors, kept, pool.of_errors, progress, pool.count)
     computed = sum(result.seconds for result in found.values()) / max(pool.count, 1)
     between = time.perf_counter()
-    for task in trims:
+    for task in (*trims, *(_cost_tasks(found.values(), plan) if timed else ())):
         found |= worked_out([task], kept, pool.of_timings, progress)
-    if timed:
-        found |= _costs(_timings(found.values(), plan), plan, kept, pool.of_timings, progress)
     seconds = {"errors": max(between - begin, computed), "costs": time.perf_counter() - between}
     return found, seconds
 
@@ -177,71 +160,34 @@ def _tasks(
     return errors, trims
 
 
-def _timings(errors: Iterable[TaskResult], plan: StudyPlan) -> dict[str, _Timing]:
-    """The cost to be measured of each method on each scene that it ran, by keys."""
-    by_scene = {scene.name: scene for scene in plan.scenes}
+def _cost_tasks(errors: Iterable[TaskResult], plan: StudyPlan) -> Iterator[Task]:
+    """The costs of the methods on each scene that they ran, timed in turns: a task a scene."""
     by_method = {method.name: method for method in plan.methods}
     how, here = (_REPEATS[plan.profile], _BUDGET[plan.profile]), machine()
-    timings = {}
+    runs: dict[str, list[_Timed]] = {scene.name: [] for scene in plan.scenes}
     for result in errors:
         if result.convergence is None:
             continue
-        scene, method = by_scene[result.pair[0]], by_method[result.pair[1]]
-        if (chosen := timed_run(result.convergence, method)) is not None:
-            step, run = chosen.step, Stepping(chosen.steps, chosen.seconds)
-            key = key_of("cost", scene, method, step, how, versions_of(method), here)
-            timings[key] = _Timing(scene, method, step, run)
-    return timings
+        method = by_method[result.pair[1]]
+        if chosen := timed_run(result.convergence, method):
+            run = Stepping(chosen.steps, chosen.seconds)
+            runs[result.pair[0]].append((method, chosen.step, run))
+    for scene in plan.scenes:
+        if timed := runs[scene.name]:
+            of = [(method, step, versions_of(method)) for method, step, _ in timed]
+            key, work = key_of("cost", scene, of, how, here), len(timed) * math.prod(how)
+            instead, arguments = TaskResult(pair=(scene.name, "")), (scene, timed, *how)
+            label = f"costs of {scene.name}"
+            work /= PREDICTED
+            yield study_task(label, key, scene.name, work, _costs, arguments, instead)
 
 
-def _costs(
-    timings: Mapping[str, _Timing],
-    plan: StudyPlan,
-    kept: Checkpoint,
-    workers: Workers | None,
-    progress: Progress,
-) -> dict[str, TaskResult]:
-    """The costs of methods on scenes, timed in turns, a scene at a time."""
-    how = _REPEATS[plan.profile], _BUDGET[plan.profile]
-    found = kept.there(list(timings))
-    by_scene: dict[str, dict[str, _Timing]] = {}
-    for key, timing in timings.items():
-        if key not in found:
-            by_scene.setdefault(timing.scene.name, {})[key] = timing
-    for batch in by_scene.values():
-        progress("costs", len(found), len(timings))
-        given = _timed_by(workers, batch, how)
-        kept.keep(given)
-        found |= given
-    return {key: found[key] for key in timings}
-
-
-def _timed_by(
-    workers: Workers | None, batch: Mapping[str, _Timing], how: tuple[int, float]
-) -> dict[str, TaskResult]:
-    """The costs of some methods on a scene, by a worker that knows its models."""
-    first = next(iter(batch.values()))
-    limit = LEAST + GENEROUS * len(batch) * how[0] * how[1]
-    ((_, given),) = results([Task("", _timed, (batch, *how), limit, first.scene.name)], workers)
-    if not isinstance(given, Lost):
-        return dict(given)
-    if len(batch) > 1:  # which of them it was, each alone tells
-        alone = [_timed_by(workers, {key: timing}, how) for key, timing in batch.items()]
-        return {key: result for each in alone for key, result in each.items()}
-    names = first.scene.name, first.method.name
-    lost = TaskResult(pair=names).given_up(f"cost of {' '.join(names)}", given.why)
-    return dict.fromkeys(batch, lost)
-
-
-def _timed(timings: Mapping[str, _Timing], repeats: int, budget: float) -> dict[str, TaskResult]:
-    """The costs of methods on scenes, each at its step; no cost where the engine runs it not."""
-    pairs = {key: (t.scene.name, t.method.name) for key, t in timings.items()}
-    tasks = [(case_of(t.scene), t.method, t.step, t.run) for t in timings.values()]
-    found, unit = costs(tasks, repeats, budget)
-    return {
-        key: TaskResult(cost=found.get(pair), reference_step=unit, pair=pair)
-        for key, pair in pairs.items()
-    }
+def _costs(scene: Scene, timed: Sequence[_Timed], repeats: int, budget: float) -> TaskResult:
+    """The costs of methods on a scene, each at its step; none where the engine runs it not."""
+    case = case_of(scene)
+    found, unit = costs([(case, *run) for run in timed], repeats, budget)
+    by_method = {method: cost for (_, method), cost in found.items()}
+    return TaskResult(costs=by_method, reference_step=unit, pair=(scene.name, ""))
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:

@@ -46,14 +46,13 @@ def save(study: Study, file: Path) -> int:
     """Add a study to `file`, made if need be; returns its number. Raises ParameterError for a file
     that is no store, or one of another version."""
     results = {
-        f"{c.scene} {c.method}": TaskResult(
-            c,
-            cost=study.costs.get((c.scene, c.method)),
-            reference_step=study.reference_step,
-            pair=(c.scene, c.method),
-        )
-        for c in study.convergence
+        f"{c.scene} {c.method}": TaskResult(c, pair=(c.scene, c.method)) for c in study.convergence
     }
+    for scene in study.scenes:
+        by_method = {m: cost for (name, m), cost in study.costs.items() if name == scene.name}
+        results[f"costs of {scene.name}"] = TaskResult(
+            costs=by_method, reference_step=study.reference_step, pair=(scene.name, "")
+        )
     for request, result in study.extras.items():
         pair = ("", "")
         if isinstance(request, StabilitySearch | StepPrediction):
