@@ -331,9 +331,8 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     along = np.stack([right.real, right.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        weaker = maps.changed(element.weaker)
-        parts = weaker(integrator, step, DIFFERENCES[0], along) - jacobian @ along
-        change = left @ parts @ np.array([1.0, 1.0j]) / factor
+        weaker = maps.changed(element.weaker)(integrator, step, DIFFERENCES[0], along)
+        change = left @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factor
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
     return place, best[1]
 

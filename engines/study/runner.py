@@ -163,23 +163,24 @@ def _tasks(
 def _cost_tasks(errors: Iterable[TaskResult], plan: StudyPlan) -> Iterator[Task]:
     """The costs of the methods on each scene that they ran, timed in turns: a task a scene."""
     by_method = {method.name: method for method in plan.methods}
-    how, here = (_REPEATS[plan.profile], _BUDGET[plan.profile]), machine()
+    how = _REPEATS[plan.profile], _BUDGET[plan.profile]
     runs: dict[str, list[_Timed]] = {scene.name: [] for scene in plan.scenes}
     for result in errors:
-        if result.convergence is None:
-            continue
-        method = by_method[result.pair[1]]
-        if chosen := timed_run(result.convergence, method):
-            run = Stepping(chosen.steps, chosen.seconds)
-            runs[result.pair[0]].append((method, chosen.step, run))
-    for scene in plan.scenes:
-        if timed := runs[scene.name]:
-            of = [(method, step, versions_of(method)) for method, step, _ in timed]
-            key, work = key_of("cost", scene, of, how, here), len(timed) * math.prod(how)
-            instead, arguments = TaskResult(pair=(scene.name, "")), (scene, timed, *how)
-            label = f"costs of {scene.name}"
-            work /= PREDICTED
-            yield study_task(label, key, scene.name, work, _costs, arguments, instead)
+        method = by_method.get(result.pair[1])
+        if result.convergence and method and (run := timed_run(result.convergence, method)):
+            timed = method, run.step, Stepping(run.steps, run.seconds)
+            runs[result.pair[0]].append(timed)
+    for scene in filter(lambda scene: runs[scene.name], plan.scenes):
+        of = [(method, step, versions_of(method)) for method, step, _ in runs[scene.name]]
+        yield study_task(
+            f"costs of {scene.name}",
+            key_of("cost", scene, of, how, machine()),
+            scene.name,
+            len(of) * math.prod(how) / PREDICTED,
+            _costs,
+            (scene, runs[scene.name], *how),
+            TaskResult(pair=(scene.name, "")),
+        )
 
 
 def _costs(scene: Scene, timed: Sequence[_Timed], repeats: int, budget: float) -> TaskResult:
