@@ -47,6 +47,14 @@ class Stack(LinearResponse):
         """On the lower face of each [N], shape (count,)."""
         return self.gravity * np.cumsum(self.masses[::-1])[::-1]
 
+    @property
+    def topples(self) -> float:
+        """The slope of a floor [rad] on which it tips about an edge, where friction holds it: the
+        centre of all above some face is then over that face's edge."""
+        faces = np.arange(self.count)
+        moments = np.cumsum((self.masses * (faces + 0.5))[::-1])[::-1] * self.gravity
+        return float(np.arctan(0.5 / (moments / self.normal_forces - faces).max()))
+
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Height `top` [m] of the top cube over where it is, at `times` [s], shape (n,): none."""
         return {"top": np.zeros(len(times))}

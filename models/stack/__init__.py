@@ -12,8 +12,10 @@ from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
 
 def facts(stack: Stack) -> Mapping[str, Any]:
-    """Masses [kg] and normal forces [N], from the lowest cube to the top one."""
-    return {"masses": stack.masses.tolist(), "normal_forces": stack.normal_forces.tolist()}
+    """Masses [kg] and normal forces [N], from the lowest cube to the top one, and the slope [rad]
+    on which it tips."""
+    forces = stack.normal_forces.tolist()
+    return {"masses": stack.masses.tolist(), "normal_forces": forces, "topples": stack.topples}
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
+import pymunk
 import pytest
 from mpmath import mp
 
@@ -14,7 +15,8 @@ from plumbob.analytic.errors.contact_models.inclined_steps import corner
 from plumbob.analytic.errors.contact_models.stack_steps import corners
 from plumbob.analytic.schemes import SoftPoint
 from plumbob.engines.abilities import SettingsToPaste
-from plumbob.engines.adapters.mujoco import incline, pinch, stack
+from plumbob.engines.adapters.mujoco import contacts, incline, pinch, stack
+from plumbob.engines.adapters.mujoco.translation import with_contacts
 from plumbob.engines.method import meant
 from plumbob.engines.registry import engine_of, limits_of, method, methods
 from plumbob.engines.study.measurement import measure, scheme_of
@@ -186,3 +188,83 @@ def test_forces_in_a_stack(name, mass_ratio):
         assert force == pytest.approx(held.normal_forces[level] / 4, rel=1e-5)
         assert -contact.dist == pytest.approx(corners(held)[level].depth(point, 1e-3), rel=1e-7)
     np.testing.assert_allclose(data.qacc, 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("mass_ratio", [1.0, 100.0, 0.01])
+def test_a_stack_tips_where_a_centre_is_over_an_edge_with_40_digits(mass_ratio):
+    leant = replace(STACK, mass_ratio=mass_ratio)
+    with mp.workdps(40):
+        masses = [mp.mpf(mass_ratio) ** (mp.mpf(i) / 4) for i in range(5)]
+        slopes = []
+        for face in range(5):
+            lifts = [masses[i] * (i - face + mp.mpf(1) / 2) for i in range(face, 5)]
+            slopes.append(mp.atan(sum(masses[face:]) / sum(lifts) / 2))
+    assert leant.topples == pytest.approx(float(min(slopes)), rel=1e-14)
+
+
+def tips_in_mujoco(count, name, cone):
+    """Whether free cubes tip on a slope [rad]."""
+    spec, below = mujoco.MjSpec(), "floor"
+    spec.worldbody.add_geom(name=below, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[9, 9, 1])
+    for i in range(count):
+        cube = spec.worldbody.add_body(name=f"cube_{i}", pos=[0, 0, STACK.size * (i + 0.5)])
+        cube.add_freejoint()
+        box = cube.add_geom(name=cube.name, type=mujoco.mjtGeom.mjGEOM_BOX, mass=1.0)
+        box.size, box.contype, box.conaffinity = [STACK.size / 2] * 3, 0, 0
+        spec.add_pair(geomname1=below, geomname2=cube.name, condim=3, friction=[1, 1, 0, 0, 0])
+        below = cube.name
+    tune = with_contacts(spec, contacts.profile(method(name).settings), 1e-3)
+    spec.option.timestep, spec.option.cone = 1e-3, cone
+    model = spec.compile()
+    tune(model)
+
+    def tips(slope):
+        data = mujoco.MjData(model)
+        for k in range(300):
+            now = slope * min(1.0, k / 100)
+            model.opt.gravity[:] = 9.81 * np.array([math.sin(now), 0.0, -math.cos(now)])
+            mujoco.mj_step(model, data, 10)
+        return data.body(count).xpos[0] > STACK.size / 2
+
+    return tips
+
+
+def tips_in_pymunk(count):
+    """The same."""
+
+    def tips(slope):
+        space, cubes = pymunk.Space(), []
+        space.iterations = 50
+        floor = pymunk.Segment(space.static_body, (-9, 0), (9, 0), 0)
+        floor.friction = 1.0
+        space.add(floor)
+        for i in range(count):
+            cubes.append(pymunk.Body(1.0, STACK.size**2 / 6))
+            cubes[-1].position = 0, STACK.size * (i + 0.5)
+            box = pymunk.Poly.create_box(cubes[-1], (STACK.size, STACK.size))
+            box.friction = 1.0
+            space.add(cubes[-1], box)
+        for k in range(3000):
+            now = slope * min(1.0, k / 1000)
+            space.gravity = 9.81 * math.sin(now), -9.81 * math.cos(now)
+            space.step(1e-3)
+        return cubes[-1].position.x > STACK.size / 2
+
+    return tips
+
+
+@pytest.mark.parametrize(
+    ("tips", "count", "part"),
+    [
+        (tips_in_mujoco(2, "mujoco/euler", 0), 2, 0.957),
+        (tips_in_mujoco(5, "mujoco/euler", 0), 5, 0.842),
+        (tips_in_mujoco(5, "mujoco/euler", 1), 5, 0.913),
+        (tips_in_mujoco(5, "mujoco/euler+stiff", 0), 5, 1.0),
+        (tips_in_pymunk(5), 5, 1.0),
+    ],
+    ids=["default", "default, 5 cubes", "elliptic, 5 cubes", "stiff, 5 cubes", "pymunk, 5 cubes"],
+)
+def test_free_stacks_tip_where_the_readme_says(tips, count, part):
+    exact = math.tan(replace(STACK, count=count).topples)
+    assert exact == pytest.approx(1 / count, rel=1e-15)
+    assert [tips(math.atan(exact * part * off)) for off in (0.997, 1.003)] == [False, True]
