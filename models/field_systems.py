@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -14,6 +14,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
+from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System
 
@@ -45,7 +46,12 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     """The same for a dataclass whose exact `motion` is certified, and whose loop, where it has one,
     engines close with a `soft` constraint; its energy is conserved, unless `about` has other
     invariants."""
-    about = {"invariants": energy_drift, "errors": _smooth_errors, **about}
+    about = {
+        "invariants": energy_drift,
+        "errors": _smooth_errors,
+        "stability": _smooth_stability,
+        **about,
+    }
     return field_system(
         model,
         mjcf,
@@ -101,6 +107,14 @@ def _smooth_errors(problem: Any) -> ErrorTheory:
     from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
 
     return smooth_errors(problem.motion, getattr(problem, "soft", None))
+
+
+@lru_cache(maxsize=16)  # the same for every method of a scene
+def _smooth_stability(problem: Any) -> StabilityTheory:
+    """Theory of largest steps, likewise."""
+    from plumbob.analytic.errors.stability.smooth_systems import smooth_stability
+
+    return smooth_stability(problem.motion)
 
 
 def _problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:

@@ -60,5 +60,6 @@ SYSTEM = smooth_system(
     default="crank-rocker",
     facts=facts,
     interest=interest,
+    start=("angle", "angular_velocity"),
 )
 SYSTEMS = (SYSTEM,)

@@ -68,5 +68,6 @@ SYSTEM = smooth_system(
     invariants=invariants,
     facts=facts,
     interest=interest,
+    start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),
 )
 SYSTEMS = (SYSTEM,)

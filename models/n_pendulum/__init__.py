@@ -85,6 +85,7 @@ SYSTEM = smooth_system(
     default="triple",
     facts=lambda chain: {"energy": energy_at_start(chain)},  # [J] above that of rest
     interest=interest,
+    start=("angles", "angular_velocities"),
     weight=2.0,
 )
 SYSTEMS = (SYSTEM,)

@@ -42,6 +42,7 @@ SYSTEM = smooth_system(
     ),
     default="thrown",
     facts=lambda body: {"apex": body.apex},  # [m]
+    stability=None,  # no force depends on the state: any step holds
     interest=interest,
 )
 SYSTEMS = (SYSTEM,)

@@ -67,5 +67,6 @@ SYSTEM = smooth_system(
     errors=partial(theory_of, "plumbob.analytic.errors.contact_models.disc_steps", "DiscErrors"),
     facts=facts,
     interest=interest,
+    start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),
 )
 SYSTEMS = (SYSTEM,)

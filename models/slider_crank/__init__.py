@@ -59,5 +59,6 @@ SYSTEM = smooth_system(
     default="turning",
     facts=facts,
     interest=interest,
+    start=("angle", "angular_velocity"),
 )
 SYSTEMS = (SYSTEM,)

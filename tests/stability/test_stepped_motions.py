@@ -1,6 +1,7 @@
 """Limits along exact motions against runs in plain numbers, and the records of the four systems."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +12,13 @@ from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import EVERY, RATIO
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
+from plumbob.engines.registry import method
+from plumbob.engines.study.measurement import scheme_of
+from plumbob.engines.study.stability import StabilitySearch, stability
 from plumbob.models import simple_pendulum
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.judge.stability import judged_limits, off_by
 from plumbob.tests.support import fixed_step
 from plumbob.tests.support.linear_response import growth
 
@@ -148,3 +153,22 @@ def test_an_iteration_and_a_quaternion_set_limits_of_their_own(name, scheme, hol
     would no longer contract, and where RK4 lets the quaternion grow, whatever the rotation."""
     first = min(theory(name).limits(Scheme(scheme)), key=lambda limit: limit.step)
     assert first.step == pytest.approx(math.sqrt(holds * fails), rel=0.03)  # half of both grids
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(
+    ("name", "how"), [("heavy-top/nutating", "mujoco/euler"), ("n-pendulum/small", "mujoco/euler")]
+)
+def test_limits_of_several_degrees_of_freedom_are_those_of_runs(name, how):
+    judged = [*judged_limits(StabilitySearch(name, how), stability(find_scene(name), method(how)))]
+    assert {limit.verdict for limit in judged} == {"predicted"}
+    first = judged[0].limit
+    other = replace(first, predicted=1.25 * first.predicted)  # as by another linearised rate
+    assert not 0.9 < off_by(other) < 1.1
+
+
+def test_there_is_no_limit_of_chaos_of_soft_loops_and_of_implicit_half_steps():
+    assert not theory("n-pendulum/triple").limits(Scheme(EULER))
+    assert not theory("n-pendulum/small").limits(Scheme(LEAPFROG))
+    case = case_of(find_scene("slider-crank/turning"))
+    assert not theory("slider-crank/turning").limits(scheme_of(case, method("mujoco/euler")))

@@ -41,7 +41,7 @@ def smooth_errors(
         marks, system = steps_until(times, step, MOST_STEPS), motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
-        advance = None if _implicit(scheme, system) else _advance(scheme)
+        advance = advance_of(scheme, system)
         if implicit is not None and scheme.integrator == EULER and not scheme.position_first:
             advance = partial(_implicit_euler, partial(implicit, scheme))
         if advance is None or marks is None:
@@ -58,11 +58,15 @@ def smooth_errors(
     return StepErrors(error)
 
 
-def _implicit(scheme: Scheme, system: SmoothSystem) -> bool:
-    """Whether a scheme steps a part of the forces implicitly, which this module does not."""
+def advance_of(scheme: Scheme, system: SmoothSystem) -> Advance | None:
+    """The step of `scheme` on `system`, of states of shape (2 n, ...) and steps that broadcast with
+    (...); None for others, and where a part of the forces is implicit."""
     jointed = scheme.joint_closing_rate is not None or scheme.control == "mean"
     damped = scheme.implicit_damping > 0.0 and system.damped
-    return jointed or scheme.implicit_spring or damped
+    if jointed or scheme.implicit_spring or damped:
+        return None
+    moves_first = scheme.integrator == EULER and scheme.position_first
+    return _position_first if moves_first else _ADVANCES.get(scheme.integrator)
 
 
 def _stepped(
@@ -141,8 +145,3 @@ _ADVANCES: Mapping[str, Advance] = MappingProxyType(
     {EULER: _euler, LEAPFROG: _leapfrog}
     | {name: _explicit(tableau) for name, tableau in TABLEAUX.items()}
 )
-
-
-def _advance(scheme: Scheme) -> Advance | None:
-    moves_first = scheme.integrator == EULER and scheme.position_first
-    return _position_first if moves_first else _ADVANCES.get(scheme.integrator)

@@ -16,7 +16,7 @@ from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
 from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.models.registry import case_of, stability_of, system_of
-from plumbob.models.scene import ON_SUPPORTS
+from plumbob.models.scene import ON_SUPPORTS, SMOOTH
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import as_expected, as_predicted
 from plumbob.reports.analyses.measurements import plan_of
@@ -36,14 +36,14 @@ EVALUATIONS = 12  # of the equation of motion in a step of DOP853
 
 
 def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
-    """In the full profile every method that is given a step, on each smooth scene of the quick
-    one."""
+    """In the full profile every method that is given a step, on each smooth scene of the quick one;
+    several degrees of freedom take minutes a scene, and are left to `plumbob stability`."""
     quick = plan.profile == "quick"
     by_scheme = {
         (scene.name, method.engine, method.scheme if quick else method.name): method.name
         for scene in reversed(plan.scenes)
         for method in reversed(plan.methods)
-        if scene.profile == "quick" and scene.kind != ON_SUPPORTS
+        if scene.profile == "quick" and scene.kind not in (ON_SUPPORTS, SMOOTH)
         if method.control == "step" and plan.has(scene.name, method.name)
         if not quick
         or scene.name == EQUILIBRIUM
@@ -60,7 +60,7 @@ def predictions(plan: StudyPlan) -> Sequence[StepPrediction]:
         StepPrediction(scene.name, method.name)
         for scene in plan.scenes
         for method in plan.methods
-        if system_of(scene).stability and meant(method, scene)
+        if system_of(scene).stability and scene.kind != SMOOTH and meant(method, scene)
         if plan.profile != "quick" or scene.name in SCENES
     )
 

@@ -1,0 +1,133 @@
+"""The largest steps on the motion of any smooth system, by stepping it at many sizes at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.smooth_motion.stepped_system import advance_of
+from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.linear_steps import TINY
+from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, limits_by_steps
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
+from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
+from plumbob.analytic.tableau import order_8
+
+SAMPLES = 257  # along the exact motion, for its rates
+FIRST = 2.0  # [s] of the motion, by which its rates are known
+FASTER, STILL = 4.0, 1e-3  # chosen: times, and of the fastest rate: less is at rest
+PARTS = 16  # steps of the method of order 8 in a fastest period: linearised to 1e-6
+
+
+@dataclass(frozen=True)
+class SmoothStability:
+    """The limits on a `motion` whose coordinates are angles."""
+
+    motion: CertifiedMotion
+    _found: dict[Scheme, tuple[StepLimit, ...]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def orbit(self) -> Array:
+        """States of the exact motion, shape (2 n, SAMPLES)."""
+        system, known = self.motion.system, self.motion.known_until(FIRST)
+        observed = self.motion.observe(np.linspace(0.0, known, SAMPLES))
+        return np.stack([observed[name] for name in (*system.coordinates, *system.rates)])
+
+    @cached_property
+    def rate(self) -> float:
+        """The fastest rate [rad/s] of the linearised motion, or of an angle that turns."""
+        slopes = np.moveaxis(self.motion.system.jacobian(0.0, self.orbit), 2, 0)
+        angles, speeds = np.split(self.orbit, 2)
+        turned = np.abs(speeds[np.ptp(angles, axis=1) > math.tau]).max(initial=0.0)
+        return float(max(np.abs(np.linalg.eigvals(slopes)).max(), turned)) or 1.0
+
+    @property
+    def scales(self) -> Array:
+        """Of the state, shape (2 n,)."""
+        return np.repeat([1.0, self.rate], len(self.orbit) // 2)
+
+    def kind_of(self, observed: Mapping[str, Array]) -> str:
+        """See `StabilityTheory`: as fast in the last third as the exact motion, by a factor of
+        FASTER in the root mean square of all rates, each over its own, or not."""
+        system, ratios = self.motion.system, []
+        for name, exact in zip(system.rates, np.split(self.orbit, 2)[1], strict=True):
+            usual, rates = float(np.mean(exact**2)), observed[name]
+            if usual > (STILL * self.rate) ** 2:
+                ratios.append(float(np.mean(rates[-(len(rates) + 2) // 3 :] ** 2)) / usual)
+        pace = math.sqrt(np.mean(ratios)) if ratios else 1.0
+        return "as fast" if 1.0 / FASTER < pace < FASTER else "slower" if pace < 1.0 else "faster"
+
+    @cached_property
+    def growth(self) -> FlowGrowth:
+        """See `StabilityTheory`."""
+        system, step = self.motion.system, math.tau / self.rate / PARTS
+        state = system.start[:, None] + 1j * TINY * np.diag(self.scales)
+        tangents, tableau = [state.imag], order_8()
+        for n in range(PERIODS * PARTS):
+            state = state + tableau.change(system.slope, n * step, state, step)
+            tangents.append(state.imag)
+        times = np.arange(len(tangents), dtype=np.float64) * step
+        grown = np.array(tangents) / (TINY * self.scales[:, None])
+        return flow_growth(times, grown, repeats=False)
+
+    def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
+        """See `StabilityTheory`; empty where the motion is chaotic, a loop or a contact soft, and
+        for leapfrog, whose implicit half steps take minutes."""
+        if scheme.integrator == ADAPTIVE:
+            return (NO_STEP,)
+        if scheme not in self._found:
+            self._found[scheme] = self._by_steps(scheme)
+        return self._found[scheme]
+
+    def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
+        system, scales = self.motion.system, self.scales[:, None]
+        advance = advance_of(scheme, system)
+        soft = scheme.loop is not None or scheme.contact is not None
+        if advance is None or soft or scheme.integrator == LEAPFROG:
+            return ()
+
+        def begin(steps: Array) -> tuple[Callable[..., Any], Any]:
+            sizes: Any = steps
+
+            def stepped(time: Any, *state: Any) -> Any:
+                # time has no part in these forces, and one for each step size
+                return advance(system.slope, 0.0, np.array(state), sizes)
+
+            return stepped, np.zeros(len(steps)) + system.start[:, None] + 1j * TINY * scales
+
+        def observed(state: Any) -> Mapping[str, Array]:
+            rates = np.split(np.real(state), 2)[1]
+            return dict(zip(system.rates, rates, strict=True))
+
+        motion = SteppedMotion(
+            begin,
+            lambda state: (
+                np.linalg.norm(np.imag(state) / scales, axis=0) / TINY / len(scales) ** 0.5
+            ),
+            observed,
+            math.tau / self.rate,
+            self.growth,
+            self.kind_of,
+            "as fast",
+            FIRST,
+        )
+        return limits_by_steps(motion)
+
+
+def smooth_stability(motion: CertifiedMotion) -> StabilityTheory:
+    """The theory of a smooth system, see `SmoothStability`."""
+    theory = SmoothStability(motion)
+    return StabilityTheory(
+        math.tau / theory.rate,
+        False,
+        theory.limits,
+        lambda duration: float(theory.growth(np.array(duration))),
+        theory.kind_of,
+    )
