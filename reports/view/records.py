@@ -35,26 +35,17 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """An entry of a list: its value, its text, whether it is chosen first."""
-
-    value: float
-    text: str
-    chosen: bool
-
-
-@dataclass(frozen=True)
 class Replay:
     """A scene's replay as the page's template takes it."""
 
     scene: str
-    anchor: str
-    text: str
+    kind: str  # of picture
     seconds: float
     whole: float  # duration of the scene [s]
     layers: tuple[Layer, ...]
     lacking: tuple[str, ...]  # runs that did not reach their end
-    speeds: tuple[Choice, ...]
+    speeds: Mapping[str, float]  # to choose from, by their texts
+    speed: float  # that is chosen first
     factors: tuple[int, ...]
     moments: Mapping[str, float]  # [s], by their texts, of still pictures on paper
     magnified: int  # how many times as large errors are drawn there

@@ -4,44 +4,33 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.replay import observables
+from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.analyses.replay.body import body
 from plumbob.reports.analyses.replay.capsule import capsule
-from plumbob.reports.analyses.replay.cone import cone
-from plumbob.reports.analyses.replay.pendulums import companion, pendulum
-from plumbob.reports.analyses.replay.picture import Picture, clock
-from plumbob.reports.analyses.replay.runs import DEFAULT_STEP, Role, shown_runs, shown_seconds
+from plumbob.reports.analyses.replay.pendulums import companion, cone, pendulum
+from plumbob.reports.analyses.replay.picture import Picture, charts
+from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
 from plumbob.reports.analyses.replay.samples import Samples, coded, sampled
 from plumbob.reports.view import notation
-from plumbob.reports.view.records import Choice, Layer, Replay
+from plumbob.reports.view.records import Layer, Replay
 
 PICTURES = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
 )  # by the family of the system
-WORDS: Mapping[Role, str] = MappingProxyType(
-    {
-        "default": "default settings",
-        "user": "your settings",
-        "recommended": "recommended settings",
-        "other": "",
-    }
-)
 TRUTH = Layer("exact", "exact answer", "")
 COMPANION = Layer("companion", "linear pendulum", "exact, the same start")
 Drawn = tuple[Layer, Samples]  # a motion, or a run's deviations from it, with how it is drawn
-SMALLER = " but for the step"  # that of the recommended settings beside them
 SPEEDS = tuple(
     float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
 )  # of replayed time to real time
@@ -63,17 +52,12 @@ def replay(study: Study, scene: Scene) -> Replay:
         for c in study.convergence
         if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
     }
-    for shown in shown_runs(StudyPlan(study.profile, study.scenes, study.methods), scene):
-        run = study.answer(shown.run) if shown.run in study.extras else None
-        name = f"{shown.run.method}, {_step(shown.run.step, shown.control)}"
-        if run is None:
-            lacking += [name] if shown.run.method not in missing else []
-            continue
-        slot = "second" if shown.role == "recommended" or runs else "first"
-        words = WORDS[shown.role]
-        if shown.role == "default" and shown.run.step != DEFAULT_STEP:
-            words += SMALLER
-        runs.append(deviating(picture, run, slot, name, words))
+    for shown in shown_runs(plan_of(study), scene):
+        if run := study.answer(shown.run) if shown.run in study.extras else None:
+            slot = "second" if shown.words == RECOMMENDED or runs else "first"
+            runs.append(deviating(picture, run, slot, shown.name, shown.words))
+        elif shown.run.method not in missing:
+            lacking.append(shown.name)
     beside = [(COMPANION, _drawn(other, seconds)[1])] if (other := companion(scene)) else []
     return assembled(scene.name, scene.duration, picture, (TRUTH, exact), runs, beside, lacking)
 
@@ -84,8 +68,8 @@ def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: st
     there = np.isfinite(np.sum(list(every.values()), axis=0))
     deviations = {name: values[there] for name, values in every.items()}
     last = {name: values[-1:] for name, values in deviations.items()}
-    said = picture.largest(deviations), picture.largest(last)
-    return Layer(slot, name, words, *said), Samples(run.times[there], deviations)
+    layer = Layer(slot, name, words, picture.largest(deviations), picture.largest(last))
+    return layer, Samples(run.times[there], deviations)
 
 
 def assembled(
@@ -100,15 +84,15 @@ def assembled(
     """The replay of a motion of `whole` [s], as far as its samples reach, with runs as deviations
     from it and at most one other motion beside it."""
     seconds = float(exact[1].times[-1])
-    sizes = [float(np.max(picture.deviation(samples.channels))) for _, samples in runs]
+    parts = [picture.part(samples.channels) for _, samples in runs]
     data = {
         "kind": picture.kind,
         "seconds": seconds,
         "box": picture.box,
-        "size": picture.size,
+        "size": next(iter(picture.sizes.values())),
         "geometry": dict(picture.geometry),
         "charts": [asdict(chart) for chart in picture.charts],
-        "smooth": sorted(picture.smooth),
+        "smooth": list(picture.held) if picture.cubic else [],
         "layers": [
             _coded(exact),
             *(_coded(run) | {"times": coded(run[1].times)} for run in runs),
@@ -116,28 +100,31 @@ def assembled(
         ],
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    visible = [_power(VISIBLE * picture.size / size) for size in sizes if size]
+    best = min(SPEEDS, key=lambda speed: abs(math.log(speed * LASTING / seconds)))
     return Replay(
         name,
-        name.replace("/", "-"),
-        picture.text,
+        picture.kind,
         seconds,
         whole,
         tuple(layer for layer, _ in (exact, *runs, *beside)),
         tuple(lacking),
-        _speeds(seconds),
+        {_speed(speed): speed for speed in SPEEDS if 0.15 * best < speed < 12.0 * best},
+        best,
         # up to where the smallest errors are seen
-        tuple(10**k for k in range(max([1, *map(math.ceil, visible)]) + 1)),
-        {clock(time): time for time in (seconds * part for part in MOMENTS)},
+        tuple(10**k for k in range(max(1, *(math.ceil(_power(VISIBLE, p)) for p in parts), 0) + 1)),
+        {
+            notation.seconds(time) if time else "0 s": time
+            for time in (seconds * p for p in MOMENTS)
+        },
         # on paper: as large as the first run's errors stay small
-        10 ** math.floor(_power(LARGE * picture.size / sizes[0])) if sizes and sizes[0] else 1,
+        10 ** math.floor(_power(LARGE, parts[0])) if parts else 1,
         text.replace("<", "\\u003c"),
     )
 
 
-def _power(ratio: float) -> float:
-    """The power of ten that a ratio is, of those that errors are drawn by."""
-    return min(max(math.log10(ratio), 0.0), MOST)
+def _power(wanted: float, part: float) -> float:
+    """The power of ten that makes a part of the picture as large as is wanted."""
+    return min(max(math.log10(wanted / part), 0.0), MOST) if part else 0.0
 
 
 def _coded(drawn: Drawn) -> dict[str, Any]:
@@ -148,19 +135,8 @@ def _coded(drawn: Drawn) -> dict[str, Any]:
 
 def _drawn(case: Case, seconds: float) -> tuple[Picture, Samples]:
     """The picture of a case and its exact motion."""
-    picture = PICTURES.get(case.system.family, observables.chart)(case, seconds)
-    return picture, sampled(picture.motion, seconds, picture.angles, picture.smooth)
-
-
-def _step(step: float, control: str) -> str:
-    return notation.seconds(step) if control == "step" else notation.step(step, control)
-
-
-def _speeds(seconds: float) -> tuple[Choice, ...]:
-    """Speeds from a fifth of that at which a replay lasts some seconds to ten times that."""
-    best = min(SPEEDS, key=lambda speed: abs(math.log(speed * LASTING / seconds)))
-    around = [speed for speed in SPEEDS if 0.15 * best < speed < 12.0 * best]
-    return tuple(Choice(speed, _speed(speed), speed == best) for speed in around)
+    picture = PICTURES.get(case.system.family, charts)(case, seconds)
+    return picture, sampled(picture.motion, seconds, picture.held, picture.cubic)
 
 
 def _speed(speed: float) -> str:

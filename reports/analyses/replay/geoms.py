@@ -11,20 +11,15 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.trajectory import Trajectory
 from plumbob.reports.analyses.replay import assembled, deviating
-from plumbob.reports.analyses.replay.picture import (
-    Chart,
-    Picture,
-    around,
-    observed,
-)
+from plumbob.reports.analyses.replay.pendulums import TRAIL
+from plumbob.reports.analyses.replay.picture import Picture, camera, observed
 from plumbob.reports.analyses.replay.samples import Channels, Samples
-from plumbob.reports.view.notation import metres, seconds
+from plumbob.reports.view.notation import seconds
 from plumbob.reports.view.records import Layer, Replay
 
 AXES = ("x", "y", "z", "qw", "qx", "qy", "qz")  # of a body's pose
 ELEVATION = math.radians(15.0)  # of the camera, as in the picture of the model
 COUNT, VALUES = 401, 80_000  # samples, and numbers in all, at most
-MOVES = 0.01  # of the reach: a coordinate that moves less has no chart
 MARGIN = 0.05  # of the reach below the picture, for the ruler
 
 
@@ -61,49 +56,33 @@ def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
     """How the model is drawn, seen as in its picture: from the side of -y, from above."""
     assert audit.model is not None
     assert audit.found is not None
-    camera, solids, names = _camera(), audit.model.solids, audit.model.bodies
+    view, solids, names = camera(-math.pi / 2.0, ELEVATION), audit.model.solids, audit.model.bodies
     bodies = [int(name[:-1]) for name in exact if name.endswith("x") and "q" not in name]
     worst = next((k for k in bodies if names[k] == audit.found.own.worst), bodies[0])
     reach = max(np.linalg.norm(s.points, axis=1).max() + s.radius for s in solids if s.body)
-    places = [camera[:2] @ [exact[f"{k}{axis}"] for axis in "xyz"] for k in bodies]
+    places = [view[:2] @ np.array([exact[f"{k}{axis}"] for axis in "xyz"]) for k in bodies]
     low, high = np.min(places, axis=(0, 2)) - reach, np.max(places, axis=(0, 2)) + reach
     size = float(np.hypot(*(high - low)))
-    end = float(times[-1])
 
-    def apart(deviations: Channels) -> Array:
+    def apart(deviations: Channels) -> dict[str, Array]:
         lengths = [
             np.linalg.norm([deviations[f"{k}{axis}"] for axis in "xyz"], axis=0) for k in bodies
         ]
-        return np.asarray(np.max(lengths, axis=0))
+        return {"m": np.max(lengths, axis=0)}
 
     return Picture(
         "geoms",
-        "The certified motion, grey, and the motion of the model's own steps over it, translucent. "
-        f"The mark is the centre of mass of {names[worst]}, which is furthest off at the end.",
         (low[0], high[0], low[1] - MARGIN * size, high[1]),
         {
-            "camera": camera.tolist(),
+            "camera": view,
             "rate": 0.0,
-            "trail": end / 12.0,
+            "trail": float(times[-1]) / TRAIL,
             "worst": worst,
             "bodies": bodies,
             "solids": [{**asdict(s), "points": np.round(s.points, 5).tolist()} for s in solids],
         },
-        tuple(
-            Chart(f"{axis} [m]", "t", (name,), (0.0, end, *around(exact[name])))
-            for axis in "xyz"
-            if np.ptp(exact[name := f"{worst}{axis}"]) > MOVES * size
-        ),
-        frozenset(),
-        frozenset(exact),
-        size,
+        {"m": size},
         *observed(lambda at: {n: np.interp(at, times, v) for n, v in exact.items()}, list(exact)),
         apart,
-        lambda deviations: metres(float(apart(deviations).max())),
+        list(exact),
     )
-
-
-def _camera() -> Array:
-    """Directions in the world to the right, upwards and towards the viewer, shape (3, 3)."""
-    rise, tilt = math.cos(ELEVATION), math.sin(ELEVATION)
-    return np.array([[1.0, 0.0, 0.0], [0.0, tilt, rise], [0.0, -rise, tilt]])

@@ -1,4 +1,4 @@
-"""Replays of the simple and of the linear pendulum, and what all pendulums have in common."""
+"""Replays of pendulums: the simple and the linear one, and the cone on its turning platform."""
 
 from __future__ import annotations
 
@@ -11,56 +11,24 @@ from plumbob.analytic.reference import Array
 from plumbob.models.registry import case_of, systems
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.replay.picture import (
-    Chart,
-    Picture,
-    around,
-    observed,
-    radians,
-)
+from plumbob.reports.analyses.replay.picture import ELEVATION, Picture, camera, observed
 from plumbob.reports.analyses.replay.samples import Channels
-from plumbob.reports.view.notation import number
 
 COMPANIONS = MappingProxyType({"simple-pendulum": "linear-pendulum"})
 """Systems drawn together: the same start, without and with θ in place of sin θ."""
-ANGLES = frozenset({"theta"})
-CHANNELS = ("theta", "theta_dot")
-SWINGS = 8.0  # in a chart over time: more would be too narrow to see
+TRAIL = 12.0  # of a replay: one part of it
+HALF_ANGLE = math.radians(15.0)  # of the cone that stands for a general body: the source's own
+CLEAR = 1.15  # of the cone's reach: how far below its pivot the platform is
 
 
 def pendulum(case: Case, seconds: float) -> Picture:
     """The replay of a simple or linear pendulum over `seconds` [s]."""
-    length, linear = case.problem.length, case.problem.linear
-    reach, fine = 1.2 * length, np.linspace(0.0, seconds, 2001)
-    exact = case.reference.observe(fine)
-    other = companion(case.scene)
-    beside = (exact,) if other is None else (exact, other.reference.observe(fine))
-    natural = math.sqrt(case.problem.gravity / length)
-    shown = SWINGS * 2.0 * math.pi / natural if natural else seconds
-    window = shown if shown < seconds else 0.0
-    span = (-1.1 * length, 1.1 * length)
-    over = (0.0, seconds)
-    text = (
-        f"The bob on a rod of {number(length)} m; θ is its angle from hanging down. Beside it the "
-        "phase plane, θ̇ over θ, and the bob's place, x and y, over time. "
-    ) + ("The equation is linear, with θ in place of sin θ." if linear else "")
-
+    length = case.problem.length
+    reach = 1.2 * length
+    geometry = {"length": length, "trail": seconds / TRAIL}
+    motions = observed(case.reference.observe, ("theta",))
     return Picture(
-        "pendulum",
-        text.strip(),
-        (-reach, reach, -reach, reach),
-        {"length": length, "trail": min(0.3 * (shown / SWINGS), seconds)},
-        (
-            phase(*beside),
-            Chart("x [m]", "t", ("x",), (*over, *span), seconds=window),
-            Chart("y [m]", "t", ("y",), (*over, *span), seconds=window),
-        ),
-        ANGLES,
-        frozenset(CHANNELS),
-        1.0,
-        *observed(case.reference.observe, CHANNELS),
-        apart,
-        largest,
+        "pendulum", (-reach, reach) * 2, geometry, {"rad": 1.0}, *motions, _apart, ("theta",)
     )
 
 
@@ -75,20 +43,40 @@ def companion(scene: Scene) -> Case | None:
     return case_of(find_scene(name))
 
 
-def phase(*motions: Channels) -> Chart:
-    """The phase plane of motions with samples `seen`."""
-    thetas, rates = ([motion[name] for motion in motions] for name in CHANNELS)
-    turns = max(float(np.ptp(theta)) for theta in thetas) > 2.0 * math.pi
-    across = (-math.pi, math.pi) if turns else around(*thetas)
-    box = (*across, *around(*rates))
-    return Chart("θ̇ [rad/s] over θ [rad]", "theta", ("theta_dot",), box, turns=turns)
+def cone(case: Case, seconds: float) -> Picture:
+    """The replay of a cone on its turning platform over `seconds` [s]; a general body is drawn as a
+    cone with the same centre of mass."""
+    problem, parameters = case.problem, case.scene.parameters
+    com = problem.body.com_distance
+    half = 0.5 * parameters["apex_angle"] if "apex_angle" in parameters else HALF_ANGLE
+    pivot = (problem.pivot_x, problem.pivot_y, problem.pivot_z)
+    # distances of the rim from the pivot, and of the pivot from the platform's axis
+    slant, arm = com / 0.75 / math.cos(half), math.hypot(*pivot[:2])
+    radius, floor = max(1.2 * arm, 0.75 * slant), pivot[2] - CLEAR * slant  # of the platform's disc
+    # the box that holds the picture, whichever way platform and cone are turned
+    reach, rise, tilt = max(arm + slant, radius), math.cos(ELEVATION), math.sin(ELEVATION)
+    pad = 0.04 * reach  # and below the platform the ruler
+    top, bottom = (pivot[2] + slant) * rise + arm * tilt, floor * rise - radius * tilt
+    return Picture(
+        "cone",
+        (-reach - pad, reach + pad, bottom - 4.0 * pad, top + pad),
+        {
+            "pivot": pivot,
+            "height": com / 0.75,
+            "half": half,  # of the apex angle
+            "com": com,  # distance of the centre of mass from the pivot
+            "radius": radius,
+            "floor": floor,
+            "rate": problem.platform_rate,
+            "camera": camera(),
+            "trail": seconds / TRAIL,
+        },
+        {"rad": 1.0},
+        *observed(case.reference.observe, ("theta",)),
+        _apart,
+        ("theta",),
+    )
 
 
-def apart(deviations: Channels) -> Array:
-    """The size of deviations [rad], shape (n,)."""
-    return np.abs(deviations["theta"])
-
-
-def largest(deviations: Channels) -> str:
-    """The largest deviation with its unit."""
-    return radians(float(apart(deviations).max()))
+def _apart(deviations: Channels) -> dict[str, Array]:
+    return {"rad": np.abs(deviations["theta"])}

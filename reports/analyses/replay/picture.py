@@ -1,7 +1,8 @@
-"""The picture of a system in a replay: channels, geometry, charts, and the outline of a moment."""
+"""The picture of a system in a replay: its channels, its geometry, and how far a run is off."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -10,45 +11,56 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.samples import Channels
-from plumbob.reports.view.notation import number, seconds
+from plumbob.reports.view import notation
 
-Kind = Literal["pendulum", "cone", "capsule", "body", "chart", "geoms"]
 Box = tuple[float, float, float, float]  # left, right, bottom, top
-MARGIN = 0.08  # of a chart's range, beyond it
+MARGIN = 1.16  # of a chart's range
+MOST = 3  # observables that are drawn of a system without a picture
+# Where the camera stands: its direction round the vertical and above the horizontal.
+AZIMUTH, ELEVATION = math.radians(25.0), math.radians(20.0)
 
 
 @dataclass(frozen=True)
 class Chart:
-    """A small plot beside the picture: one channel, or more, over another or over time."""
+    """A channel over time, of a system without a picture."""
 
     label: str
-    x: str  # "t", or a channel
-    y: tuple[str, ...]
-    box: Box
-    turns: bool = False  # x is an angle that goes round: it is drawn from -pi to pi
-    equal: bool = False  # one scale for both axes
-    seconds: float = 0.0  # shown around the present; 0: all
-    exact_alone: bool = False
+    channel: str
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
 class Picture:
     """How a case is drawn. `motion` gives its channels at times [s], shape (n,); `deviations` what
-    a run differs by, at the run's times, in the same channels."""
+    a run differs by, at the run's times, in the same channels; `apart` how far that is, by unit,
+    beside which `sizes` are as large as the picture."""
 
-    kind: Kind
-    text: str  # what moves, in a sentence or two
+    kind: Literal["pendulum", "cone", "capsule", "body", "chart", "geoms"]
     box: Box  # that the picture shows [m]
     geometry: Mapping[str, Any]  # what the script needs beside that, as JSON
-    charts: tuple[Chart, ...]
-    angles: frozenset[str]  # channels whose range may be many turns
-    smooth: frozenset[str]  # channels that are interpolated by cubics
-    size: float  # of a deviation that is as large as the picture: [m], or 1 rad
+    sizes: Mapping[str, float]
     motion: Callable[[Array], Channels]
     deviations: Callable[[Trajectory], Channels]
-    deviation: Callable[[Channels], Array]  # its magnitude, shape (n,), in the unit of `size`
-    largest: Callable[[Channels], str]  # that, in words with units
+    apart: Callable[[Channels], Mapping[str, Array]]
+    held: Sequence[str]  # channels that are drawn to a pixel's fraction between samples
+    cubic: bool = True  # these are interpolated by cubics
+    charts: tuple[Chart, ...] = ()
+
+    def part(self, deviations: Channels) -> float:
+        """The largest deviation, of the picture."""
+        sizes = [values / self.sizes[unit] for unit, values in self.apart(deviations).items()]
+        return float(np.max(np.sum(sizes, axis=0)))
+
+    def largest(self, deviations: Channels) -> str:
+        """The largest deviations, in words."""
+        sizes = {unit: float(np.max(values)) for unit, values in self.apart(deviations).items()}
+        return ", ".join(
+            notation.metres(size) if unit == "m" else f"{notation.number(size)} {unit}".strip()
+            for unit, size in sizes.items()
+        )
 
 
 def observed(
@@ -68,27 +80,35 @@ def observed(
     return motion, deviations
 
 
-def around(*values: Array, least: float = 0.0) -> tuple[float, float]:
-    """A range with a margin that holds all `values`, `least` wide or more."""
-    low, high = (float(f(np.concatenate(values))) for f in (np.min, np.max))
-    half = max(0.5 * (high - low), 0.5 * least) or 1.0
-    middle = 0.5 * (low + high)
-    return middle - (1.0 + 2.0 * MARGIN) * half, middle + (1.0 + 2.0 * MARGIN) * half
+def camera(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> list[list[float]]:
+    """Directions in the world that a picture shows to the right, upwards and towards the viewer,
+    shape (3, 3): an orthographic projection."""
+    ca, sa = math.cos(azimuth), math.sin(azimuth)
+    ce, se = math.cos(elevation), math.sin(elevation)
+    return [[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]
 
 
-def metres(value: float) -> str:
-    """A length with a unit that suits it."""
-    for unit, size in (("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)):
-        if abs(value) >= size:
-            return f"{number(value / size)} {unit}"
-    return f"{number(value)} m"
-
-
-def clock(value: float) -> str:
-    """A time with a unit that suits it."""
-    return seconds(value) if value else "0 s"
-
-
-def radians(value: float) -> str:
-    """An angle with its unit."""
-    return f"{number(value)} rad"
+def charts(case: Case, seconds: float) -> Picture:
+    """The replay of a system without a picture over `seconds` [s]: its first observables."""
+    units = {o.name: o.unit for o in case.system.observables[:MOST]}
+    first = next(iter(units))
+    motion, deviations = observed(case.reference.observe, list(units))
+    exact = motion(np.linspace(0.0, seconds, 801))
+    middles = {name: 0.5 * (v.max() + v.min()) for name, v in exact.items()}
+    halves = {name: 0.5 * MARGIN * np.ptp(v) or 1.0 for name, v in exact.items()}
+    return Picture(
+        "chart",
+        (0.0, 1.0, 0.0, 1.0),
+        {},
+        {units[first]: float(np.ptp(exact[first])) or 1.0},
+        motion,
+        deviations,
+        lambda differences: {units[first]: np.abs(differences[first])},
+        [first],
+        charts=tuple(
+            Chart(
+                f"{name} [{unit}]", name, middles[name] - halves[name], middles[name] + halves[name]
+            )
+            for name, unit in units.items()
+        ),
+    )

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from plumbob.engines.method import USER_METHOD, Method, meant
 from plumbob.engines.study.convergence import DEFAULT
@@ -14,49 +12,38 @@ from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import ON_PLANE, Scene
+from plumbob.reports.view import notation
 
-Role = Literal["default", "user", "recommended", "other"]
-DEFAULT_METHOD, DEFAULT_STEP = DEFAULT  # its step [s]
+OWN, RECOMMENDED = "your settings", "recommended settings"
 SMOOTH = ("mujoco/rk4+midpoint", "mujoco/rk4")  # a control read at mid-step, where there is one
 ON_LINE = ("mujoco/euler+coulomb", "mujoco/euler+stiff")  # contacts that converge
 IN_PLANE = ("mujoco/rk4+coulomb", *ON_LINE)  # turning: RK4 is up to 100 times as accurate
 PLANE = ("capsule-coast", "capsule-plan", "capsule-turn")
 LEAST_STEPS = 100  # of a run that a replay shows
-MOST_SECONDS = 100.0  # [s] of a system without a picture of its own
-MOST_SWINGS = 40  # of a pendulum or cone, and at most ten repeated manoeuvres
-MOST_MANOEUVRES = 10
+MOST_SECONDS, MOST_SWINGS, MOST_MANOEUVRES = 100.0, 40, 10  # [s], periods, and repetitions
 EXACT = "exact"  # the engine of closed forms, which are the exact answer
 
 
 @dataclass(frozen=True)
 class ShownRun:
-    """A run that a replay shows, and why that one."""
+    """A run that a replay shows, its name, and why that one."""
 
-    role: Role
     run: ExtraRun
-    control: Literal["step", "tolerance"]  # what its step means
+    name: str
+    words: str
 
 
 def shown_seconds(scene: Scene) -> float:
-    """How much of a scene's motion is replayed [s]: all, but of thousands of swings the first
-    forty, of a thousand manoeuvres the first ten, and of other systems a hundred seconds. Works out
-    no motion in the plane but one that is repeated: a plan of it takes seconds."""
-    duration, family = scene.duration, system_of(scene).family
-    if family == "capsule":
-        if scene.parameters.get("count", 1) <= MOST_MANOEUVRES:
-            return duration
-        return float(min(duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
-    if family not in ("cone_pendulum", "simple_pendulum"):
-        return min(duration, MOST_SECONDS)
-    problem = case_of(scene).problem
-    if family == "cone_pendulum":
-        if problem.motion.regime not in ("libration", "rotation"):
-            return duration
-        return float(min(duration, MOST_SWINGS * problem.motion.period))
-    if problem.gravity == 0.0:
-        return duration
-    swing = 2.0 * math.pi * math.sqrt(problem.length / problem.gravity)
-    return float(min(duration, MOST_SWINGS * swing))
+    """How much of a scene's motion is replayed [s]: of many swings the first forty, of a thousand
+    manoeuvres the first ten, of other motions a hundred seconds. Works out no motion in the plane
+    but one that is repeated: a plan of it takes seconds."""
+    if system_of(scene).family != "capsule":
+        case = case_of(scene)
+        period = case.system.facts(case.problem).get("period")
+        return float(min(scene.duration, MOST_SWINGS * period if period else MOST_SECONDS))
+    if scene.parameters.get("count", 1) <= MOST_MANOEUVRES:
+        return scene.duration
+    return float(min(scene.duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -72,40 +59,31 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     if (usual.parameters, usual.duration) != (scene.parameters, scene.duration):
         return ()
     known = {m.name: m for m in plan.methods if meant(m, scene)}
-    chosen: dict[str, Role] = {}
-    if USER_METHOD in known:
-        chosen[USER_METHOD] = "user"
-    elif DEFAULT_METHOD in known:
-        chosen[DEFAULT_METHOD] = "default"
-    best = next((name for name in _recommended(scene) if name in known), None)
-    if best:
-        chosen[best] = "recommended"
-    for name, method in known.items():
-        if len(chosen) < 2 and method.engine != EXACT:
-            chosen.setdefault(name, "other")
-    step = known[USER_METHOD].step_sizes[0] if USER_METHOD in known else _step(scene)
-    return [_shown(scene, known[name], role, step) for name, role in chosen.items()]
-
-
-def _recommended(scene: Scene) -> tuple[str, ...]:
-    """The methods that are recommended for a scene, the first one first."""
-    if system_of(scene).family != "capsule":
-        return (*ON_LINE, *SMOOTH) if system_of(scene).kind == ON_PLANE else SMOOTH
-    return IN_PLANE if scene.system in PLANE else ON_LINE
-
-
-def _shown(scene: Scene, method: Method, role: Role, step: float) -> ShownRun:
+    if system_of(scene).family == "capsule":
+        best: tuple[str, ...] = IN_PLANE if scene.system in PLANE else ON_LINE
+    else:
+        best = (*ON_LINE, *SMOOTH) if system_of(scene).kind == ON_PLANE else SMOOTH
     seconds = shown_seconds(scene)
+    step = max((h for h in scene.steps if LEAST_STEPS * h <= seconds), default=min(scene.steps))
+    if seconds >= LEAST_STEPS * REFERENCE_STEP:
+        step = REFERENCE_STEP
+    usual_words = "default settings" + " but for the step" * (step != DEFAULT[1])
+    chosen = {n: w for n, w in ((USER_METHOD, OWN), (DEFAULT[0], usual_words)) if n in known}
+    chosen = dict([*chosen.items()][:1])
+    chosen |= {n: RECOMMENDED for n in [n for n in best if n in known][:1]}
+    others = [name for name, method in known.items() if method.engine != EXACT]
+    chosen |= {name: "" for name in [n for n in others if n not in chosen][: 2 - len(chosen)]}
+    if USER_METHOD in known:
+        step = known[USER_METHOD].step_sizes[0]
     lasting = None if seconds == scene.duration else seconds
+    return [_shown(scene, known[n], words, step, lasting) for n, words in chosen.items()]
+
+
+def _shown(
+    scene: Scene, method: Method, words: str, step: float, lasting: float | None
+) -> ShownRun:
     if method.control == "tolerance":
         step = method.step_sizes[len(method.step_sizes) // 2]
-    return ShownRun(role, ExtraRun(scene.name, method.name, step, lasting), method.control)
-
-
-def _step(scene: Scene) -> float:
-    """The step [s] of all runs: the one at which methods are compared where that suits the scene,
-    or the scene's largest that does."""
-    most = shown_seconds(scene) / LEAST_STEPS
-    if most >= REFERENCE_STEP:
-        return REFERENCE_STEP
-    return max((h for h in scene.steps if h <= most), default=min(scene.steps))
+    text = notation.seconds(step) if method.control == "step" else f"rtol {step:g}"
+    run = ExtraRun(scene.name, method.name, step, lasting)
+    return ShownRun(run, f"{method.name}, {text}", words)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,8 @@ import numpy as np
 from plumbob.analytic.reference import Array
 
 COUNTS = (201, 401, 801, 1601, 3201)  # samples of the exact answer over the whole replay
-WITHIN = 1e-3  # of a channel's range, or [rad] of an angle's, which may be many turns: 0.2 pixel
+WITHIN = 1e-3  # of a channel's range, or of 1 where an angle goes many turns: 0.2 pixel
+STILL = 1e-9  # of a channel, in SI: what is nearer is rounding
 STEPS = 2**24 - 1  # over the range of a channel: errors are drawn many times as large
 Channels = Mapping[str, Array]
 
@@ -27,20 +28,20 @@ class Samples:
 def sampled(
     motion: Callable[[Array], Channels],
     seconds: float,
-    places: frozenset[str],
-    smooth: frozenset[str],
+    held: Sequence[str],
+    cubic: bool,
 ) -> Samples:
     """Samples of `motion` at equal intervals over `seconds` [s]: as few as interpolate the channels
-    in `smooth` by a cubic, and `places` among the others linearly, to a pixel's fraction."""
+    `held`, by a cubic or linearly, to a pixel's fraction."""
     times = np.linspace(0.0, seconds, COUNTS[0])
     samples = motion(times)
     for count in COUNTS[1:]:
         finer = np.linspace(0.0, seconds, count)
         exact = motion(finer)
         if all(
-            _departure(samples[name], exact[name], name in smooth)
-            <= WITHIN * min(np.ptp(exact[name]), 1.0 if name in places else np.inf)
-            for name in places | smooth
+            _departure(samples[name], exact[name], cubic)
+            <= max(WITHIN * min(np.ptp(exact[name]), 1.0), STILL)
+            for name in held
         ):
             break
         times, samples = finer, exact

@@ -9,7 +9,6 @@
   const TURN = 2 * Math.PI;
   const SUBSCRIPTS = ["₁", "₂", "₃"];
   const ATTITUDE = ["w", "x", "y", "z"].map((axis) => `attitude_${axis}`);
-  const RATES = ["x", "y", "z"].map((axis) => `angular_velocity_${axis}`);
   let playing = null;  // one replay at a time
 
   // Third differences of whole numbers of steps.
@@ -107,15 +106,13 @@
     const last = Number(range.max);
     let paper = 0;  // how many times as large errors are drawn on paper, while that is drawn
     const enlarged = () => paper || Number(factor.value);
-    let t = 0, plan = null, backdrop = null, ink = {}, pen = front, tables = new Map();
+    let t = 0, plan = null, backdrop = null, ink = {}, pen = front;
 
     // ---- states -----------------------------------------------------------------------------
     const derived = (state) => {
       if (data.kind === "pendulum") {
         state.x = shape.length * Math.sin(state.theta);
         state.y = -shape.length * Math.cos(state.theta);
-      } else if (data.kind === "capsule") {
-        state.displacement = state.x * Math.cos(shape.along) + state.y * Math.sin(shape.along);
       } else if (data.kind === "body") {
         const size = Math.hypot(...ATTITUDE.map((name) => state[name]));
         for (const name of ATTITUDE) state[name] /= size;
@@ -153,65 +150,37 @@
     };
 
     // A chart shows the runs too, as they are, where that does not make the exact answer small.
-    const widened = (low, high, values) => {
-      const most = 0.8 * (high - low), from = Math.min(...values), to = Math.max(...values);
-      const edge = 0.04 * (high - low);
-      return [from < low && from > low - most ? from - edge : low, to > high && to < high + most ? to + edge : high];
-    };
-    const boxes = data.charts.map((chart) => {
-      let [l, r, b, u] = chart.box;
-      if (chart.seconds || chart.exact_alone) return [l, r, b, u];
+    const boxes = data.charts.map(({channel, low, high}) => {
+      const most = 0.8 * (high - low), edge = 0.04 * (high - low);
+      let [bottom, top] = [low, high];
       for (const layer of layers.filter((one) => !one.absolute)) {
-        const states = Array.from({length: 401}, (_, i) => stateAt(layer, data.seconds * i / 400));
-        [b, u] = widened(b, u, states.map((state) => state[chart.y[0]]));
-        if (chart.equal) [l, r] = widened(l, r, states.map((state) => state[chart.x]));
+        const values = Array.from({length: 401}, (_, i) => stateAt(layer, data.seconds * i / 400)[channel]);
+        const from = Math.min(...values), to = Math.max(...values);
+        if (from < bottom && from > low - most) bottom = from - edge;
+        if (to > top && to < high + most) top = to + edge;
       }
-      return [l, r, b, u];
+      return [bottom, top];
     });
 
     // ---- where things are -------------------------------------------------------------------
+    const bare = data.kind === "chart", EACH = 132;
     const laidOut = () => {
-      const width = canvas.clientWidth, count = data.charts.length, wide = width >= 620;
-      const [left, right, bottom, top] = data.box;
-      const aspect = (top - bottom) / (right - left), bare = data.kind === "chart";
-      const column = bare ? width : wide ? Math.max(0.38 * width, 240) : width;
-      const pictured = wide ? width - column : width;
-      const tall = bare ? 0 : Math.min(pictured * aspect, wide ? 440 : 380);
-      const each = wide ? Math.max(tall, 130 * count, 280) / count : 132;
-      const height = wide ? each * count : tall + each * count;
-      const scale = bare ? 0 : Math.min(pictured / (right - left), (wide ? height : tall) / (top - bottom));
-      const found = {
+      const width = canvas.clientWidth, [left, right, bottom, top] = data.box;
+      const height = bare ? EACH * data.charts.length : Math.min(width * (top - bottom) / (right - left), 440);
+      const scale = Math.min(width / (right - left), height / (top - bottom));
+      return {
         width, height,
         picture: {
-          width: bare ? 0 : pictured, height: wide ? height : tall, scale,
-          x: pictured / 2 - scale * (left + right) / 2,
-          y: (wide ? height : tall) / 2 + scale * (top + bottom) / 2,
+          width: bare ? 0 : width, height, scale,
+          x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (top + bottom) / 2,
         },
-        charts: data.charts.map((chart, k) => {
-          const rect = {
-            x: (wide && !bare ? pictured : 0) + 50, y: (wide ? 0 : tall) + k * each + 22,
-            w: column - 70, h: each - 46, box: [...boxes[k]],
-          };
-          if (chart.equal) {
-            const [l, r, b, u] = rect.box, more = rect.w / rect.h * (u - b) / (r - l);
-            if (more > 1) rect.box = [(l + r) / 2 - more * (r - l) / 2, (l + r) / 2 + more * (r - l) / 2, b, u];
-            else rect.box = [l, r, (b + u) / 2 - (u - b) / 2 / more, (b + u) / 2 + (u - b) / 2 / more];
-          }
-          return rect;
-        }),
+        charts: boxes.map((box, k) => ({x: 50, y: k * EACH + 22, w: width - 70, h: EACH - 46, box})),
       };
-      return found;
     };
     const place = (x, y) => [plan.picture.x + plan.picture.scale * x, plan.picture.y - plan.picture.scale * y];
-    const boxAt = (k, at) => {
-      const chart = data.charts[k], [l, r, b, u] = plan.charts[k].box;
-      if (!chart.seconds) return [l, r, b, u];
-      const begin = Math.min(Math.max(at - chart.seconds / 2, 0), data.seconds - chart.seconds);
-      return [begin, begin + chart.seconds, b, u];
-    };
-    const spot = (k, box, x, y) => {
-      const rect = plan.charts[k];
-      return [rect.x + rect.w * (x - box[0]) / (box[1] - box[0]), rect.y + rect.h * (box[3] - y) / (box[3] - box[2])];
+    const spot = (k, at, value) => {
+      const {x, y, w, h, box: [low, high]} = plan.charts[k];
+      return [x + w * at / data.seconds, y + h * (high - value) / (high - low)];
     };
 
     // ---- drawing ----------------------------------------------------------------------------
@@ -437,9 +406,6 @@
           thin([root, tip], ink.quiet, 1.5);
           label(name, text, ink.label);
         });
-        const rates = turnedBy(truth, RATES.map((name) => truth[name])), tip = seen(rates.map((v) => v * shape.arrow), t);
-        arrow(seen([0, 0, 0], t), tip, ink.drive, 2.5);
-        label("ω", [tip[0] - 4, tip[1] + 14], ink.drive);
       }
       for (const {layer, state} of shown) mark(layer.role, on(state, corner));
       const p = on(truth, corner);
@@ -497,15 +463,6 @@
       for (const {layer, state} of shown) mark(layer.role, spotOf(state));
     };
 
-    const fastest = () => {
-      let most = 0;
-      const {vx, vy, rate} = exact.channels;
-      for (let i = 0; i < exact.count; i += 1) {
-        most = Math.max(most, Math.hypot(vx[i], vy[i]) + shape.size * Math.abs(rate[i]));
-      }
-      return most;
-    };
-    const most = data.kind === "capsule" ? fastest() : 0;
     const slid = () => {
       const {qx, qy} = exact.channels, path = [[qx[0], qy[0]]];
       for (let i = 1; i < exact.count; i += 1) {
@@ -530,148 +487,70 @@
         pen.fill();
         thin(track.map(at), ink.quiet, 1, [2, 3]);
       }
-      trailOf(shape.trail, (s) => place(s.x, s.y));
+      trailOf(data.seconds, (s) => place(s.x, s.y));
       for (const {layer, state: own} of shown) {
         stroke(layer.role, shape.feet.map((p) => place(...body(own, p))), true);
       }
       if (exact.on) {
         shape.feet.forEach((foot, k) => {
-          const [px, py] = foot, c = Math.cos(state.heading), s = Math.sin(state.heading);
-          const rx = c * px - s * py, ry = s * px + c * py;
-          let vx = state.vx - state.rate * ry, vy = state.vy + state.rate * rx;
-          let force = state[`n${k + 1}`];
-          if (!most && shape.pull) [vx, vy] = [Math.cos(shape.along), Math.sin(shape.along)];
-          const slides = Math.hypot(vx, vy) > 2e-3 * most && Math.hypot(vx, vy) > 0;
-          if (!shape.friction) force = 0;
-          const size = shape.arrow * force / shape.weight / Math.hypot(vx, vy);
-          const [x, y] = body(state, foot), from = place(x, y);
+          const [x, y] = body(state, foot);
           pen.beginPath();
-          pen.arc(...from, 4, 0, TURN);
+          pen.arc(...place(x, y), 4, 0, TURN);
           pen.strokeStyle = ink.quiet;
           pen.fillStyle = ink.tint;
           pen.fill();
           pen.lineWidth = 1.5;
           pen.stroke();
-          if (slides) arrow(from, place(x - size * vx, y - size * vy), ink.friction, 2.5);
-          // Outwards, and aside of an arrow that points the same way.
-          const far = Math.hypot(rx, ry) || 1, out = 18 / plan.picture.scale;
-          label(`A${SUBSCRIPTS[k]}`, place(x + out * (0.8 * rx - 0.6 * ry) / far, y + out * (0.8 * ry + 0.6 * rx) / far), ink.label);
+          const far = Math.hypot(x - state.x, y - state.y) || 1, out = 1 + 18 / plan.picture.scale / far;
+          label(`A${SUBSCRIPTS[k]}`, place(state.x + out * (x - state.x), state.y + out * (y - state.y)), ink.label);
         });
         const [qx, qy] = at([state.qx, state.qy]);
-        const push = Math.hypot(state.wx, state.wy);
-        if (push > 0) {
-          const size = 0.55 * shape.size / shape.strongest;
-          const to = at([state.qx + size * state.wx, state.qy + size * state.wy]);
-          const phase = shape.phases.find(([begin, end]) => t >= begin && t < end);
-          arrow([qx, qy], to, ink.drive, 2.5);
-          const far = Math.hypot(to[0] - qx, to[1] - qy) || 1;
-          const ux = (to[0] - qx) / far, uy = (to[1] - qy) / far;
-          if (far > 8) label(phase ? phase[2] : "w", [to[0] - 6 * ux + 13 * uy, to[1] - 6 * uy - 13 * ux], ink.drive);
-        }
         pen.fillStyle = ink.drive;
         pen.fillRect(qx - 6.5, qy - 6.5, 13, 13);
         label("Q", [qx + 16, qy + 13], ink.drive);
-        if (shape.pull) {
-          const middle = place(state.x, state.y), reach = 0.8 * shape.size * plan.picture.scale;
-          const to = [middle[0] + reach * Math.cos(shape.along), middle[1] - reach * Math.sin(shape.along)];
-          arrow(middle, to, ink.quiet, 2);
-          label("gravity", [to[0], to[1] - 12]);
-        }
       }
       for (const {layer, state: own} of shown) mark(layer.role, place(own.x, own.y));
       const c = place(state.x, state.y);
       label("C", [c[0] - 18, c[1] + 14], ink.label);
     };
 
-    // What the charts show of a layer at a fine grid of times, worked out once for a factor.
-    const names = [...new Set(data.charts.flatMap((chart) => [chart.x, ...chart.y]))].filter((n) => n !== "t");
-    const part = Math.min(...data.charts.map((chart) => (chart.seconds || data.seconds) / data.seconds));
-    const many = data.kind === "capsule" ? 900 : data.kind === "geoms" ? 400 : part < 1 ? Math.ceil(500 / part) : 2400;
-    const tableOf = (layer) => {
-      if (tables.has(layer)) return tables.get(layer);
-      const found = {hidden: new Uint8Array(many + 1)};
-      for (const name of names) found[name] = new Float64Array(many + 1);
-      for (let i = 0; i <= many; i += 1) {
-        const at = data.seconds * i / many, state = stateAt(layer, at);
-        for (const name of names) found[name][i] = state[name];
-        found.hidden[i] = outside(layer, at);
-      }
-      tables.set(layer, found);
-      return found;
-    };
-    const curveOf = (layer, chart, k, box) => {
-      const found = tableOf(layer), lines = chart.y.map(() => []), x = found[chart.x];
-      const first = chart.seconds ? Math.floor(many * box[0] / data.seconds) : 0;
-      const end = chart.seconds ? Math.min(Math.ceil(many * box[1] / data.seconds), many) : many;
-      let turn = null;
-      for (let i = first; i <= end; i += 1) {
-        let across = x ? x[i] : data.seconds * i / many;
-        if (chart.turns) {
-          const rounds = Math.round(across / TURN);
-          across -= TURN * rounds;
-          if (turn !== null && turn !== rounds) lines.forEach((line) => line.push(null));
-          turn = rounds;
-        }
-        chart.y.forEach((name, j) => lines[j].push(found.hidden[i] ? null : spot(k, box, across, found[name][i])));
-      }
-      return lines;
-    };
-    const drawFrame = (k, box) => {
-      const rect = plan.charts[k], chart = data.charts[k];
-      label(chart.label, [rect.x, rect.y - 11], ink.quiet, "left");
-      thin([[rect.x, rect.y], [rect.x, rect.y + rect.h], [rect.x + rect.w, rect.y + rect.h]], ink.rule);
-      const level = ticks(box[2], box[3], Math.max(3, rect.h / 28));
+    const drawChart = (k) => {
+      const {x, y, w, h, box: [low, high]} = plan.charts[k], {label: title, channel} = data.charts[k];
+      label(title, [x, y - 11], ink.quiet, "left");
+      thin([[x, y], [x, y + h], [x + w, y + h]], ink.rule);
+      const level = ticks(low, high, Math.max(3, h / 28));
       for (const value of level.values) {
-        const [, y] = spot(k, box, box[0], value);
-        thin([[rect.x, y], [rect.x + rect.w, y]], ink.grid);
-        label(tick(value, level.step), [rect.x - 5, y], ink.quiet, "right");
+        const [, at] = spot(k, 0, value);
+        thin([[x, at], [x + w, at]], ink.grid);
+        label(tick(value, level.step), [x - 5, at], ink.quiet, "right");
       }
-      const along = ticks(box[0], box[1], Math.max(3, rect.w / 60));
-      for (const value of along.values) {
-        const [x] = spot(k, box, value, box[2]);
-        label(tick(value, along.step) + (chart.x === "t" ? " s" : ""), [x, rect.y + rect.h + 10]);
-      }
+      const along = ticks(0, data.seconds, Math.max(3, w / 60));
+      for (const value of along.values) label(`${tick(value, along.step)} s`, [spot(k, value, low)[0], y + h + 10]);
+      clipped(k, () => {
+        for (const layer of layers.filter((one) => one.on)) {
+          stroke(layer.role, Array.from({length: 1201}, (_, i) => {
+            const at = data.seconds * i / 1200;
+            return outside(layer, at) ? null : spot(k, at, stateAt(layer, at)[channel]);
+          }));
+        }
+      });
     };
     const tick = (value, step) => (Math.abs(value) < 1e-9 * step ? "0" : step < 1e-3 || Math.abs(value) >= 1e5
       ? number(value, 2) : value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
     const clipped = (k, draw) => {
-      const rect = plan.charts[k];
+      const {x, y, w, h} = plan.charts[k];
       pen.save();
       pen.beginPath();
-      pen.rect(rect.x, rect.y - 2, rect.w + 2, rect.h + 4);
+      pen.rect(x, y - 2, w + 2, h + 4);
       pen.clip();
       draw();
       pen.restore();
     };
-    const drawCurves = (k, box) => {
-      drawFrame(k, box);
-      clipped(k, () => {
-        for (const layer of layers) {
-          if (!layer.on || (data.charts[k].exact_alone && layer !== exact)) continue;
-          for (const line of curveOf(layer, data.charts[k], k, box)) stroke(layer.role, line);
-        }
-      });
-    };
-    const drawNow = (k, box, truth, shown) => {
-      const chart = data.charts[k], rect = plan.charts[k];
-      clipped(k, () => {
-        if (chart.x === "t") {
-          const [x] = spot(k, box, t, box[2]);
-          thin([[x, rect.y], [x, rect.y + rect.h]], ink.quiet, 1, [2, 2]);
-        }
-        for (const {layer, state} of shown) {
-          if (chart.exact_alone && layer !== exact) continue;
-          const x = chart.x === "t" ? t : chart.turns ? turned(state[chart.x]) : state[chart.x];
-          for (const name of chart.y) mark(layer.role, spot(k, box, x, state[name]));
-        }
-      });
-      if (chart.exact_alone) {
-        chart.y.forEach((name, j) => {
-          const [x, y] = spot(k, box, t, truth[name]);
-          label(`N${SUBSCRIPTS[j]}`, [Math.min(x + 15, rect.x + rect.w - 8), y + (j === 2 ? 11 : -8)], ink.label);
-        });
-      }
-    };
+    const drawNow = (k, shown) => clipped(k, () => {
+      const {x, y, h} = plan.charts[k], [now] = spot(k, t, 0);
+      thin([[now, y], [now, y + h]], ink.quiet, 1, [2, 2]);
+      for (const {layer, state} of shown) mark(layer.role, spot(k, t, state[data.charts[k].channel]));
+    });
 
     // What does not change while it plays: charts over all of the time.
     const makeBackdrop = () => {
@@ -682,7 +561,7 @@
       pen = backdrop.getContext("2d");
       pen.scale(ratio, ratio);
       [pen.font, pen.lineJoin] = [FONT, "round"];
-      data.charts.forEach((chart, k) => { if (!chart.seconds) drawCurves(k, boxAt(k, 0)); });
+      data.charts.forEach((_, k) => drawChart(k));
       pen = front;
     };
 
@@ -695,7 +574,7 @@
       const truth = stateAt(exact, t);
       const shown = layers.filter((layer) => layer.on && !outside(layer, t))
         .map((layer) => ({layer, state: layer === exact ? truth : stateAt(layer, t)}));
-      if (data.kind !== "chart") {
+      if (!bare) {
         pen.save();
         pen.beginPath();
         pen.rect(0, 0, plan.picture.width, plan.picture.height);
@@ -704,11 +583,7 @@
         if (data.kind !== "body") ruler();
         pen.restore();
       }
-      data.charts.forEach((chart, k) => {
-        const box = boxAt(k, t);
-        if (chart.seconds) drawCurves(k, box);
-        drawNow(k, box, truth, shown);
-      });
+      data.charts.forEach((_, k) => drawNow(k, shown));
     };
 
     // ---- controls ---------------------------------------------------------------------------
@@ -790,7 +665,7 @@
       else return;
       event.preventDefault();
     });
-    factor.addEventListener("change", () => { tables = new Map(); backdrop = null; draw(); report(); });
+    factor.addEventListener("change", () => { backdrop = null; draw(); report(); });
     layers.forEach((layer, k) => {
       const box = errors[k].querySelector("input");
       box.hidden = false;
@@ -799,7 +674,7 @@
 
     const dip = () => {
       const style = getComputedStyle(figure);
-      ink = {post: "#8c96a1", friction: style.getPropertyValue("--companion").trim()};
+      ink = {post: "#8c96a1"};
       for (const name of ["exact", "label", "first", "second", "companion", "drive", "solid", "disc", "quiet", "rule", "grid", "tint"]) {
         ink[name] = style.getPropertyValue(`--${name}`).trim();
       }
@@ -828,17 +703,17 @@
     // Six moments on paper, each as it is drawn then, errors as large as can be seen.
     const onPaper = () => {
       if (!printed.matches || !plan) return;
-      const shown = t, {width, height} = data.kind === "chart" ? plan : plan.picture;
+      const shown = t, {width, height} = plan;
       const ratio = canvas.width / plan.width;
       dip();
-      [paper, tables, backdrop] = [Number(figure.dataset.magnified), new Map(), null];
+      [paper, backdrop] = [Number(figure.dataset.magnified), null];
       for (const still of figure.querySelectorAll(".moment canvas")) {
         t = Number(still.dataset.time);
         draw();
         [still.width, still.height] = [Math.round(ratio * width), Math.round(ratio * height)];
         still.getContext("2d").drawImage(canvas, 0, 0);
       }
-      [t, paper, tables, backdrop] = [shown, 0, new Map(), null];
+      [t, paper, backdrop] = [shown, 0, null];
       draw();
     };
     printed.addEventListener("change", onPaper);
