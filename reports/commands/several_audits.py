@@ -173,11 +173,11 @@ def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
         numbers = ("step", "error", "uncertainty", "certified_until")
         given = ((n, row.data.get(n)) for n in numbers)
         known = {n: f"{v:.6g}" for n, v in given if v is not None and math.isfinite(v)}
-        outcome = None
+        outcome = "", ""
         if row.code:
             outcome = ("failure", row.missed) if row.missed else ("error", row.says)
         elif row.error is None:
             outcome = "skipped", f"no reference: {row.data.get('why', row.says)}"
-        cases.append(Case("plumbob.audit", name, row.seconds, known, outcome))
+        cases.append(Case("plumbob.audit", name, row.seconds, known, *outcome))
     date = datetime.fromtimestamp(began, UTC).strftime("%Y-%m-%dT%H:%M:%S")
     write_cases(file, cases, sum(row.seconds for row in rows), date)

@@ -22,7 +22,7 @@ from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.studies import verdicts
 
-LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0].methods
+LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0][-1]
 
 
 def _with_error(study, scene, method, error):
@@ -91,7 +91,7 @@ def test_settings_costs_and_results_stand_on_the_index(study, index):
     assert all(sentence in words for sentence in contacts.sentences)
     for settings in ('cone="elliptic"', 'solreffriction="-1 -0.1"', 'integrator="RK4"'):
         assert settings in words
-    for said in ("what a step costs", "real-time factor at 1 ms", "plumbob settings", "runs."):
+    for said in ("a step costs", "plumbob settings", "runs."):
         assert said in words
     for count in first_screen.counts(verdicts(study)):
         assert f"{count.sign} {count.count} {count.name}" in words
@@ -187,9 +187,6 @@ def test_a_method_has_one_cost_on_a_scene(study):
     }
     changed = replace(study, costs=costs)
     (contacts, _) = _answers(changed)
-    rows = {row[0].text: [cell.text for cell in row[1:]] for row in contacts.table.rows}
-    assert rows["cost of a step, relative"][:2] == ["1", "1.4"]
-    assert rows["ns per step"][:2] == ["6686", "9360"]
     assert all("1.4 times" in s.cost for s in contacts.pasted.settings.snippets)
     scene = next(s for s in study.scenes if s.name == LINE)
     trimmed = trimming(changed, scene)
