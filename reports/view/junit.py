@@ -22,8 +22,8 @@ class Case(NamedTuple):
 
     of: str
     name: str
-    seconds: float = 0.0
-    properties: Mapping[str, str] = {}
+    seconds: float
+    properties: Mapping[str, str]
     outcome: str = ""  # failure, error or skipped; empty: it passes
     message: str = ""
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
-from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.analyses.replay.body import body
 from plumbob.reports.analyses.replay.capsule import capsule
 from plumbob.reports.analyses.replay.pendulums import companion, cone, pendulum
@@ -47,12 +47,13 @@ def replay(study: Study, scene: Scene) -> Replay:
     picture, exact = _drawn(case_of(scene), seconds)
     runs: list[Drawn] = []
     lacking: list[str] = []
+    plan = StudyPlan(study.profile, study.scenes, study.methods)
     missing = {  # engines that are not installed: the page says that once
         c.method
         for c in study.convergence
         if c.scene == scene.name and {m.status for m in c.measurements} == {"missing"}
     }
-    for shown in shown_runs(plan_of(study), scene):
+    for shown in shown_runs(plan, scene):
         if run := study.answer(shown.run) if shown.run in study.extras else None:
             slot = "second" if shown.words == RECOMMENDED or runs else "first"
             runs.append(deviating(picture, run, slot, shown.name, shown.words))

@@ -55,28 +55,31 @@ def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     """The two runs that a scene's replay shows, at one step: default settings, or the user's own,
     and the recommended ones; of a plan without these its first methods. None where the scene is not
     the registered one of that name, which a request names."""
-    usual = find_scene(scene.name)
-    if (usual.parameters, usual.duration) != (scene.parameters, scene.duration):
+    registered = find_scene(scene.name)
+    if (registered.parameters, registered.duration) != (scene.parameters, scene.duration):
         return ()
     known = {m.name: m for m in plan.methods if meant(m, scene)}
-    if system_of(scene).family == "capsule":
-        best: tuple[str, ...] = IN_PLANE if scene.system in PLANE else ON_LINE
-    else:
-        best = (*ON_LINE, *SMOOTH) if system_of(scene).kind == ON_PLANE else SMOOTH
     seconds = shown_seconds(scene)
     step = max((h for h in scene.steps if LEAST_STEPS * h <= seconds), default=min(scene.steps))
     if seconds >= LEAST_STEPS * REFERENCE_STEP:
         step = REFERENCE_STEP
-    usual_words = "default settings" + " but for the step" * (step != DEFAULT[1])
-    chosen = {n: w for n, w in ((USER_METHOD, OWN), (DEFAULT[0], usual_words)) if n in known}
-    chosen = dict([*chosen.items()][:1])
-    chosen |= {n: RECOMMENDED for n in [n for n in best if n in known][:1]}
-    others = [name for name, method in known.items() if method.engine != EXACT]
-    chosen |= {name: "" for name in [n for n in others if n not in chosen][: 2 - len(chosen)]}
+    words = {name: RECOMMENDED for name in [n for n in _best(scene) if n in known][:1]}
     if USER_METHOD in known:
-        step = known[USER_METHOD].step_sizes[0]
+        step, words = known[USER_METHOD].step_sizes[0], {USER_METHOD: OWN, **words}
+    elif DEFAULT[0] in known:
+        usual = "default settings" + " but for the step" * (step != DEFAULT[1])
+        words = {DEFAULT[0]: usual, **words}
+    others = [n for n, method in known.items() if method.engine != EXACT and n not in words]
+    words |= dict.fromkeys(others[: 2 - len(words)], "")
     lasting = None if seconds == scene.duration else seconds
-    return [_shown(scene, known[n], words, step, lasting) for n, words in chosen.items()]
+    return [_shown(scene, known[name], of, step, lasting) for name, of in words.items()]
+
+
+def _best(scene: Scene) -> tuple[str, ...]:
+    """The methods that are recommended for a scene, the first one first."""
+    if system_of(scene).family == "capsule":
+        return IN_PLANE if scene.system in PLANE else ON_LINE
+    return (*ON_LINE, *SMOOTH) if system_of(scene).kind == ON_PLANE else SMOOTH
 
 
 def _shown(
