@@ -14,7 +14,7 @@ import signal
 import threading
 import time
 import traceback
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -151,9 +151,7 @@ class Workers(Executor):
         hung twice; tasks of one group by one worker where possible. A worker has its next task
         before the result of its last one is handed over. Raises what a task raises, and
         ParameterError where no worker starts."""
-        waiting: dict[str, deque[Task]] = {}
-        for task in tasks:
-            waiting.setdefault(task.group, deque()).append(task)
+        waiting = list(tasks)
         running: dict[Future[Any], tuple[Task, _Worker, float]] = {}
         tries = Counter[Task]()
         done: list[tuple[Task, Any]] = []
@@ -171,28 +169,24 @@ class Workers(Executor):
                 if isinstance(result, Lost):
                     tries[task] += bool(result.why)
                     if tries[task] < TRIES:
-                        waiting.setdefault(task.group, deque()).appendleft(task)
+                        waiting.insert(0, task)
                         continue
                     result = Lost(f"{result.why}, {TRIES} times")
                 done.append((task, result))
             for task, worker, since in running.values():
                 worker.end_late(time.monotonic() - since, task.limit)
 
-    def _next(
-        self, waiting: dict[str, deque[Task]], busy: Sequence[_Worker]
-    ) -> tuple[Task, _Worker]:
+    def _next(self, waiting: list[Task], busy: Sequence[_Worker]) -> tuple[Task, _Worker]:
         """A task and an idle worker: one that knows its group, or a group that nobody has begun."""
         idle = [worker for worker in self._living() if worker not in busy]
         if not idle:
             self.begin(len(self._workers) + 1)
             idle = self._workers[-1:]
-        known = ((g, w) for g in waiting if (w := self._groups.get(g)) in idle and w)
-        new = ((group, idle[0]) for group in waiting if group not in self._groups)
-        group, worker = next(chain(known, new, ((group, idle[0]) for group in waiting)))
-        task = waiting[group].popleft()
-        if not waiting[group]:
-            del waiting[group]
-        self._groups[group] = worker
+        known = ((t, w) for t in waiting for w in idle if self._groups.get(t.group) is w)
+        new = ((task, idle[0]) for task in waiting if task.group not in self._groups)
+        task, worker = next(chain(known, new, ((task, idle[0]) for task in waiting)))
+        waiting.remove(task)
+        self._groups[task.group] = worker
         return task, worker
 
     def _result(self, future: Future[Any], worker: _Worker) -> Any:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
+from plumbob.engines.audit.costs import Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.audit.reference import moved
 from plumbob.engines.own_motion import Change, OwnModel, Script, Stepped
 
@@ -60,18 +60,12 @@ def trims(
     offered = [((change,), model.changed((change,))) for change in model.changes(script)]
     each = tried(model, script, parts, index, offered, allowance)
     useful = [t for t in each if t.accepted(error) and t.cost.low <= 1.0]
-    best: Trim | None = None
-    same = [t for t in useful if t.same_bits]
-    # All, where that is clearly cheaper than those to the bit alone.
-    for chosen in [same, useful] if len(same) < len(useful) else [same]:
-        if not chosen:
-            continue
-        together = strictest([change for trim in chosen for change in trim.changes])
-        (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
-        cheaper = best is None or trial.cost.value * ALIKE < best.cost.value
-        if trial.accepted(error) and trial.cost.high < SAVES and cheaper:
-            best = trial
-    return Trims(each, best)
+    useful = [t for t in useful if t.same_bits] or useful
+    if not useful:
+        return Trims(each, None)
+    together = strictest([change for trim in useful for change in trim.changes])
+    (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
+    return Trims(each, trial if trial.accepted(error) and trial.cost.high < SAVES else None)
 
 
 def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:

@@ -3,16 +3,15 @@ as medians."""
 
 from __future__ import annotations
 
-import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import cast
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import Batches
-from plumbob.engines.method import Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.trajectory import Timed
 from plumbob.models.scene import Case
@@ -25,10 +24,6 @@ BESIDE = 100  # reference steps before and after each timing
 # use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
 ENOUGH, CLOSE = 3, 0.08
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
-# What is timed may differ so much from what a whole run takes a step: to begin those of each sample
-# makes steps of half a microsecond three times as long where each is a sample (leapfrog of `ode` on
-# servo/motor-damped: 2.8 to 3.7), and a busy machine adds to that.
-APART, HELD = 5.0, 5  # a factor, and how many pairs of a whole run and a piece confirm it
 
 
 @dataclass(frozen=True)
@@ -66,8 +61,6 @@ class Cost:
     ratio: float
     compile_seconds: float
     repeats: int
-    whole_run: float = 1.0
-    """Time of a step in a whole run over that of a step timed here; 1 within a factor of APART."""
 
     def scaled(self, scale: float) -> Cost:
         """The same in the time of another reference step, `scale` times as long."""
@@ -78,11 +71,6 @@ class Cost:
             high=scale * self.high,
         )
 
-    @property
-    def believed(self) -> bool:
-        """Whether steps that are timed take what they take in a whole run."""
-        return 1.0 / APART <= self.whole_run <= APART
-
 
 def costs(
     tasks: Sequence[tuple[Case, Method, float, Stepping]],
@@ -92,20 +80,11 @@ def costs(
     """Cost of each task (a scene, a method, a step, and what a whole run took), and the reference
     step's [ns per step]. `budget` [s] limits how much of a long scene one round runs."""
     ready: dict[Key, TimedSteps] = {}
-    runs: dict[Key, Stepping] = {}
     for case, method, step, run in tasks:
-        if not installed(engine_of(method)):
-            continue
-        name = case.scene.name, method.name
-        try:
-            runs[name], ready[name] = run, _sized(case, method, step, budget, run)
-        except Unsupported:
-            continue
-    found, unit = in_turns(ready, repeats, budget)
-    return {
-        name: replace(cost, whole_run=_whole_run(ready[name], cost.ns_per_step, runs[name]))
-        for name, cost in found.items()
-    }, unit
+        if installed(engine_of(method)):
+            with suppress(Unsupported):
+                ready[case.scene.name, method.name] = _sized(case, method, step, budget, run)
+    return in_turns(ready, repeats, budget)
 
 
 def in_turns(
@@ -167,25 +146,6 @@ def batch_costs(
         taken = min(seconds(steps) for _ in range(ENOUGH))
         rows.append(BatchCost(count, 1e9 * taken / (steps * count), device))
     return tuple(rows)
-
-
-def _whole_run(piece: TimedSteps, ns_per_step: float, known: Stepping) -> float:
-    """Time of a step in a whole run over `ns_per_step` [ns], that of a step of a `piece`: where the
-    run that is `known` says that they are APART, of HELD pairs of both, in turn, that nearest to 1,
-    a whole run's at most what it computes for; else 1."""
-    if 1.0 / APART <= 1e9 * known.seconds / known.steps / max(ns_per_step, 1e-3) <= APART:
-        return 1.0
-    ratios, simulation = [], cast(Simulation, piece.simulation)
-    for _ in range(HELD):
-        begin = time.process_time()
-        run = simulation.run()
-        computed = time.process_time() - begin
-        taken = piece.stepped()
-        if not run.steps or not taken.steps or not taken.seconds > 0.0:
-            return math.inf
-        whole = min(run.seconds, computed) / run.steps
-        ratios.append(max(whole, 1e-12) * taken.steps / taken.seconds)
-    return min(ratios, key=lambda ratio: abs(math.log(ratio)))
 
 
 def reference_step(steps: int = 2_000) -> Callable[[], float]:

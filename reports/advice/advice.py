@@ -195,7 +195,7 @@ class _Gathering:
             evidence.runs.setdefault(key, {}).update({m.step: m for m in kept})
             if limit := study.step_limit(*key):
                 evidence.limits[key] = limit
-            if (cost := study.costs.get(key)) and cost.believed:
+            if cost := study.costs.get(key):
                 ns = cost.ratio * unit
                 evidence.costs[key] = ns if math.isfinite(ns) else cost.ns_per_step
 

@@ -29,7 +29,7 @@ class Point:
 
 
 def points(study: Study, scene: str, quantities: Quantities | None = None) -> tuple[Point, ...]:
-    """Every run of `scene` whose cost is known and believed, by method, coarse to fine, with the
+    """Every run of `scene` whose cost is known, by method, coarse to fine, with the
     error of `quantities`, or of what the scene is about; runs that diverged at the end of the curve
     they belong to, with an infinite error and cost."""
     about = study.quantities(scene) if quantities is None else quantities
@@ -38,7 +38,6 @@ def points(study: Study, scene: str, quantities: Quantities | None = None) -> tu
         for convergence_study in study.convergence
         if convergence_study.scene == scene
         and (cost := study.costs.get((scene, convergence_study.method)))
-        and cost.believed
         for m in convergence_study.measurements
         if m.status in ("done", "diverged")
     )

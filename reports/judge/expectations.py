@@ -101,8 +101,6 @@ def surprise(scene: Scene, method: Method, judgement: Judgement) -> str:
         return INACCURATE
     if method.name == USER_METHOD or judgement.verdict == "missing":
         return ""
-    if judgement.claims:
-        return judgement.claims
     wanted = expected(scene.name, method.name)
     if judgement.verdict == "unsupported":
         return _verdicts(wanted, judgement) if refused(scene.name, method.name, judgement) else ""

@@ -7,7 +7,6 @@ from dataclasses import replace
 from itertools import product
 
 from plumbob.engines.method import USER_METHOD
-from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.expectations import accurate, standing
 from plumbob.reports.judge.verdict import Judged, StoredObservables, judged
@@ -23,9 +22,8 @@ def judge_study(study: Study, within: float | None = None) -> Judgements:
     verdicts = {}
     for c in study.convergence:
         result = judged(c, observed[c.scene], methods[c.method], study.quantities(c.scene))
-        claims = _of_its_cost(study.costs.get((c.scene, c.method)))
         judgement = result.whole if within is None else accurate(result.whole, within)
-        judgement = replace(judgement, claims=claims, versions=study.provenance.versions)
+        judgement = replace(judgement, versions=study.provenance.versions)
         verdicts[c.scene, c.method] = replace(result, whole=judgement)
     return verdicts
 
@@ -45,9 +43,3 @@ def unexpected(study: Study, judgements: Judgements) -> list[str]:
             )
         )
     ]
-
-
-def _of_its_cost(cost: Cost | None) -> str:
-    if cost is None or cost.believed:
-        return ""
-    return f"a step in a whole run takes {cost.whole_run:.2g} times what a step is said to cost"

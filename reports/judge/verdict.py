@@ -56,7 +56,6 @@ class Judgement:
     """Observables that no tolerance is held to though others have one, and why."""
     errors: Mapping[float, float] = field(default_factory=dict)
     """Relative errors of the runs that were made, by step [s], of the quantities of interest."""
-    claims: str = ""  # what the engine says of its runs that is not so
     drawn: Judgement | None = None  # of the run at a step that nobody listed
     versions: Mapping[str, str] | None = None
     """Of the packages that it was measured with; None: those that are installed."""

@@ -59,9 +59,6 @@ def test_steps_that_do_not_tend_to_a_reference_are_said_to():
     best = replace(gone[3], errors=np.full(6, 0.25))
     why = unlike(replace(found, steps=(*gone, best)), known, motion)
     assert f"{best.integrator} at {best.step:.3g} s comes nearest, 0.25 m at 0.1 s" in why
-    assert f"; {len(gone)} of {len(gone) + 1} runs diverge" in why
-    few = unlike(replace(found, steps=found.steps[:2]), known, motion)
-    assert few.endswith("; the time was enough for 2 runs only")
 
 
 def test_a_candidate_that_diverges_is_dropped_at_once():

@@ -69,7 +69,6 @@ def cost_of(patch, milliseconds, rules):
     """What is made of these times, and the unit [ns]."""
     piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
     patch.setattr(cost, "_sized", lambda *_: piece)
-    patch.setattr(cost, "_whole_run", lambda *_: 1.0)
     patch.setattr(cost, "reference_step", lambda _: lambda: next(steps))
     task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3, Stepping(1, 1e-6)
     found, unit = cost.costs([task], budget=1e-3)
