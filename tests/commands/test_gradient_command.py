@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.adapters import integrators
 from plumbob.reports.cli import main
 
 CONE = "cone-pendulum/rotating-base"

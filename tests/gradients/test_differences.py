@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.adapters import integrators
 from plumbob.engines.registry import method
 from plumbob.engines.study import gradient as measuring
 from plumbob.engines.study.gradient import GradientSearch, gradients

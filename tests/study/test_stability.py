@@ -10,7 +10,7 @@ import pytest
 
 from plumbob.analytic.stability import EVERY, RATIO, StabilityTheory, StepLimit
 from plumbob.analytic.tableau import CLASSICAL
-from plumbob.engines.adapters.ode import integrators
+from plumbob.engines.adapters import integrators
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.runner import run_study
