@@ -111,6 +111,7 @@ def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsy
     assert main(["audit", str(tmp_path), "--fail-above", "5%"]) == 2
 
 
+@pytest.mark.long
 def test_a_contact_audit_is_held_against_an_older_one(tmp_path, capsys):
     (file := tmp_path / "block.xml").write_text(BLOCK, "utf-8")
     words = ["audit", str(file), "--contacts"]

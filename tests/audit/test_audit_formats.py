@@ -32,7 +32,7 @@ ROBOT = f"""<robot name="r"><link name="base"/><link name="arm">{INERTIAL}</link
 <axis xyz="0 1 0"/>{TAKEN[2]}</joint>{LEFT["transmissions"]}{LEFT["gazebo"]}</robot>"""
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [".urdf", ".mjb"])
 def test_a_robot_of_another_format_is_audited_as_its_compiled_model(suffix, tmp_path, capsys):
     text = re.sub("<mimic[^>]*>", "", ROBOT)

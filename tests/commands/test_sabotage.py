@@ -178,7 +178,7 @@ def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     assert found[1.1].failure(SEARCH.scene, f"{SEARCH.method}, largest step").startswith("0.9")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("factor", "off"), [(1.0 + 1e-4, 6), (1.0, 0), (-1.0, 6), (2.0, 6), (1.0 + 1e-5, 5)]
 )

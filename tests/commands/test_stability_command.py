@@ -28,6 +28,7 @@ def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     assert f"UNEXPECTED {OVERDAMPED} ode/euler: 1.7 of the step" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_long_runs_have_a_record_a_table_and_a_page(tmp_path, capsys):
     given = ["stability", "simple-pendulum/damped-large", "ode/*", "--long", "--step", "0.02"]
     chosen = [*given[:2], "ode/leapfrog", "ode/rk4", *given[3:]]

@@ -38,7 +38,7 @@ def test_an_own_way_has_the_error_of_its_step(name, how, of, by, way):
     assert (judged.verdict, judged.why) == ("predicted", "")
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("touching", [transition.TOUCHING, transition.NUDGE])
 def test_a_support_that_begins_to_slip_is_slower_than_a_nudge(touching, monkeypatch):
     """Its friction turns round with a nudge of 1e-6 m/s."""

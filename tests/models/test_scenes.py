@@ -92,6 +92,7 @@ SMOOTH = (
 )
 
 
+@pytest.mark.long(keep=12)
 @pytest.mark.parametrize("name", dict.fromkeys(SMOOTH))
 def test_invariants_hold_on_the_exact_motion(name):
     case = case_of(scene(name))

@@ -1,5 +1,6 @@
 """Replays of every quick scene, and a page of them alone, with the runs that they ask for."""
 
+from dataclasses import replace
 from functools import cache
 
 import jinja2
@@ -7,13 +8,12 @@ import numpy as np
 
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.extra_runs import StudyPlan
-from plumbob.engines.study.results import Study
+from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.analyses.replay.runs import requests
 from plumbob.reports.view import notation
 from plumbob.reports.view.page import TEMPLATES, Plots
-from plumbob.tests.sharing.shared import shared
 from plumbob.tests.support.declared import declared, nothing
 
 PAGE = """{% import "replay.html.jinja" as replays with context %}<!DOCTYPE html>
@@ -32,27 +32,16 @@ def plan():
 
 
 @cache
-def recorded():
-    """The quick scenes, with the recordings that their replays show and nothing else."""
-    return shared("recorded-study", _recorded)
-
-
-def _recorded():
-    study = nothing()
-    whole = Study(
-        "quick", plan().scenes, plan().methods, (), {}, study.reference_step, study.seconds
-    )
-    return declared(whole, requests)
+def recorded(name):
+    """A quick scene, with the recordings that its replay shows and nothing else."""
+    study = replace(nothing(), scenes=(find_scene(name),), methods=plan().methods)
+    return declared(study, requests)
 
 
 @cache
-def replays():
-    """The replay of each quick scene, by its name."""
-    return shared("replays", _replays)
-
-
-def _replays():
-    return {scene.name: replay(recorded(), scene) for scene in recorded().scenes}
+def replay_of(name):
+    """The replay of a quick scene."""
+    return replay(recorded(name), find_scene(name))
 
 
 def write(shown, folder):

@@ -18,21 +18,19 @@ from plumbob.reports.analyses.replay.runs import (
     shown_runs,
 )
 from plumbob.reports.analyses.replay.samples import COUNTS, coded, sampled
-from plumbob.tests.replay.all_replays import decoded, plan, replays
+from plumbob.tests.replay.all_replays import decoded, plan, replay_of
 
 KILOBYTES = 160.0  # of a scene's data, in 24 bits a number
 NAMES = [scene.name for scene in plan().scenes]
 FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 
-def test_a_scene_takes_few_bytes():
-    assert [name for name in NAMES if len(replays()[name].data) >= 1e3 * KILOBYTES] == []
-
-
+@pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", NAMES)
-def test_samples_follow_the_exact_motion_between_them(name):
+def test_few_samples_follow_the_exact_motion_between_them(name):
     """At times that are no samples, interpolated as the page's script does it."""
-    case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
+    case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
+    assert len(replay_of(name).data) < 1e3 * KILOBYTES
     layer, smooth = data["layers"][0], set(data["smooth"])
     samples = np.linspace(0.0, data["seconds"], layer["count"])
     times = np.linspace(0.0, data["seconds"], 977)

@@ -10,7 +10,7 @@ from plumbob.engines.study.extra_runs import StudyPlan
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay.runs import shown_runs
-from plumbob.tests.replay.all_replays import plan, recorded, replays, write
+from plumbob.tests.replay.all_replays import plan, recorded, replay_of, write
 from plumbob.tests.replay.in_browser import FRACTION, found, opened, set_time, stopped
 
 SHOWN = ("cone-pendulum/rotating-base", "capsule-turn/0.3", "simple-pendulum/free-large")
@@ -42,7 +42,7 @@ RING = 8.5  # [pixel] radius of the first run's mark
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return write([replays()[name] for name in SHOWN], tmp_path_factory.mktemp("controls"))
+    return write([replay_of(name) for name in SHOWN], tmp_path_factory.mktemp("controls"))
 
 
 @pytest.fixture(scope="module")
@@ -188,9 +188,9 @@ def test_the_magnifier_draws_errors_by_its_factor(page):
     name, factor = SHOWN[2], 1000
     figure = stopped(page, name)
     figure.locator("[data-layer='1']").check()
-    case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
+    case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
     first = shown_runs(StudyPlan("quick", (case.scene,), plan().methods), case.scene)[0]
-    run, time = recorded().answer(first.run), FRACTION * data["seconds"]
+    run, time = recorded(name).answer(first.run), FRACTION * data["seconds"]
     exact = case.reference.observe(np.append(run.times, time))["theta"]
     apart = np.interp(time, run.times, run.observables["theta"] - exact[:-1])
     picture = json.loads(figure.locator(".live canvas").get_attribute("data-plan"))["picture"]
@@ -212,16 +212,16 @@ def test_the_magnifier_draws_errors_by_its_factor(page):
     assert ring(factor) < 0.7
 
 
-@pytest.mark.long(keep=1)
-@pytest.mark.parametrize(
-    ("name", "part", "wanted", "unwanted"),
-    [
-        ("capsule-turn/0.3", 0.1, {"A₁", "A₂", "A₃", "C", "Q"}, {"θ"}),
-        ("cone-pendulum/rotating-base", 0.3, {"θ", "S", "ω"}, {"C"}),
-        ("cone-pendulum/resting-base", 0.3, {"θ", "S"}, {"ω"}),
-        ("simple-pendulum/free-large", 0.3, {"θ"}, {"S"}),
-    ],
+LABELS = (
+    ("capsule-turn/0.3", 0.1, {"A₁", "A₂", "A₃", "C", "Q"}, {"θ"}),
+    ("cone-pendulum/rotating-base", 0.3, {"θ", "S", "ω"}, {"C"}),
+    ("cone-pendulum/resting-base", 0.3, {"θ", "S"}, {"ω"}),
+    ("simple-pendulum/free-large", 0.3, {"θ"}, {"S"}),
 )
+
+
+@pytest.mark.long(keep=1)
+@pytest.mark.parametrize(("name", "part", "wanted", "unwanted"), LABELS)
 def test_what_is_drawn_is_labelled(name, part, wanted, unwanted, labelled):
     figure = found(labelled, name)
     labelled.evaluate("written.clear()")
@@ -242,14 +242,17 @@ CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
 @pytest.fixture(scope="module")
 def labelled(browser, tmp_path_factory):
     """A page that keeps what is written on its canvases."""
-    file = write(list(replays().values()), tmp_path_factory.mktemp("labelled"))
+    file = write(
+        [replay_of(name) for name in dict.fromkeys(row[0] for row in LABELS)],
+        tmp_path_factory.mktemp("labelled"),
+    )
     yield from opened(browser, file, lambda page: page.add_init_script(WRITTEN))
 
 
 def test_the_printed_page_has_six_moments(page):
     """As they are drawn for the screen, when the time is theirs and errors are as large."""
     name = SHOWN[2]
-    figure, shown = found(page, name), replays()[name]
+    figure, shown = found(page, name), replay_of(name)
     strip, pictures = figure.locator(".replay-strip"), figure.locator(".moment canvas")
     assert not strip.is_visible()
     page.emulate_media(media="print")

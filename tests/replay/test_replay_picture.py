@@ -13,7 +13,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.replay import PICTURES
 from plumbob.reports.analyses.replay.picture import AZIMUTH, ELEVATION
 from plumbob.reports.analyses.replay.samples import coded
-from plumbob.tests.replay.all_replays import decoded, plan, replays, write
+from plumbob.tests.replay.all_replays import decoded, plan, replay_of, write
 from plumbob.tests.replay.in_browser import FRACTION, opened, stopped
 
 NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PICTURES]
@@ -48,16 +48,17 @@ EXACT = [0x2B, 0x33, 0x3B]  # --exact of the style sheet, on a light page
 
 
 @pytest.fixture(scope="module")
-def page(browser, tmp_path_factory):
-    """A page with every replay, opened by a reader who prefers less motion."""
-    file = write(list(replays().values()), tmp_path_factory.mktemp("replays"))
+def page(browser, pytestconfig, tmp_path_factory):
+    """A page with the replays, opened by a reader who prefers less motion."""
+    shown = [replay_of(name) for name in _names(pytestconfig)]
+    file = write(shown, tmp_path_factory.mktemp("replays"))
     yield from opened(browser, file)
 
 
 @pytest.fixture(scope="module")
 def shifted(browser, tmp_path_factory):
     """The same with motions that are shifted by a hundredth of their range."""
-    wrong = [_shifted(replays()[name]) for name in ONE_OF_EACH]
+    wrong = [_shifted(replay_of(name)) for name in ONE_OF_EACH]
     yield from opened(browser, write(wrong, tmp_path_factory.mktemp("shifted")))
 
 
@@ -75,7 +76,7 @@ def _shifted(shown):
 
 def misplaced(figure, name):
     """Whether the mark is not where the exact answer puts it, within PIXEL."""
-    case, data = case_of(find_scene(name)), json.loads(replays()[name].data)
+    case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
     canvas = figure.locator(".live canvas")
     picture = json.loads(canvas.get_attribute("data-plan") or "")["picture"]
     across, up = place(case, FRACTION * data["seconds"])
@@ -140,11 +141,14 @@ def seen_by_camera(x, y, z):
     return right, z * math.cos(ELEVATION) - away * math.sin(ELEVATION)
 
 
-def pytest_generate_tests(metafunc):
+def _names(config):
     """Every scene in the full profile; else one of each system, which is drawn as the others."""
+    return NAMES if config.getoption("--profile") == "full" else ONE_OF_EACH
+
+
+def pytest_generate_tests(metafunc):
     if metafunc.definition.name == "test_the_body_is_where_the_exact_answer_puts_it":
-        full = metafunc.config.getoption("--profile") == "full"
-        metafunc.parametrize("name", NAMES if full else ONE_OF_EACH)
+        metafunc.parametrize("name", _names(metafunc.config))
 
 
 @pytest.mark.long(keep=2)

@@ -92,7 +92,7 @@ def test_errors_are_the_largest_of_all_steps(label, name):
         assert predicted == pytest.approx(error, rel=1e-6)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "rate", "turns"), [("slow", 200, 28.5536), ("fast", 500, 73.0428)]
 )

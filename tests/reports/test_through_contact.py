@@ -7,6 +7,7 @@ from plumbob.reports.analyses.engines.through_contact import CURVES, SLIDE, THRO
 from plumbob.tests.support.declared import measured, numbers_of
 
 
+@pytest.mark.long
 def test_default_contacts_are_wrong_and_noise_where_recommended_ones_converge():
     found = numbers_of(THROUGH_CONTACT, measured(SLIDE, CURVES))
     default, recommended = found.nearby

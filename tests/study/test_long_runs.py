@@ -62,6 +62,7 @@ def test_energy_is_bounded_drifts_as_predicted_or_is_lost():
     assert run(SWING, "ode/euler", 0.9).found.energy == "lost"
 
 
+@pytest.mark.long
 def test_chaos_grows_at_its_own_rate_and_ends_where_doubles_do():
     found = run(CHAOS, "ode/rk4", 0.02).found
     assert found.predicted.growth == "exponential"

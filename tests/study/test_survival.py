@@ -66,7 +66,7 @@ def _counting(monkeypatch, out, ends=0, number=0):
     monkeypatch.setattr(Checkpoint, "keep", keep)
 
 
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize("moment", [1, 3, 6])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys, monkeypatch):

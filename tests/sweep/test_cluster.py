@@ -49,6 +49,7 @@ def test_workers_with_other_versions_are_refused(workers, monkeypatch):
         module.cluster(workers.scheduler_address).__enter__()
 
 
+@pytest.mark.long
 def test_nothing_at_an_address_is_one_line(monkeypatch):
     pytest.importorskip("distributed", reason="the extra `distributed` is missing")
     monkeypatch.setattr(module, "PATIENCE", 0.5)

@@ -23,7 +23,7 @@ def records(capsys, *words):
 
 
 # To the 2 in a thousand to which these were found with another search before.
-@pytest.mark.long(keep=1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "more", "friction"),
     [
