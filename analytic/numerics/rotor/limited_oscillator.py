@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
 from plumbob.analytic.reference import Array
@@ -110,6 +109,8 @@ class Piece:
     @property
     def following(self) -> Piece | None:
         """The next one; None after the last."""
+        from scipy.optimize import brentq
+
         scale = math.sqrt(self.oscillator.inertia / self.oscillator.stiffness)
         first, last = 0.0, scale if self.side else self.peak
         side = self.side or math.copysign(1.0, self.torque(last))
