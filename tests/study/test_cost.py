@@ -1,5 +1,6 @@
 """The timed part of a scene: it fits the budget and is long enough to represent the whole."""
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import repeat
@@ -36,7 +37,7 @@ class Clock:
 @pytest.mark.parametrize(
     ("module", "method", "step"),
     [
-        ("mujoco.simulation", "mujoco/rk4", 1e-2),
+        ("stepping", "mujoco/rk4", 1e-2),
         ("stepping", "pymunk/tight", 1e-2),
         ("stepping", "ode/rk4", 1e-2),
         ("ode.simulation", "ode/dop853", 1e-4),
@@ -48,7 +49,11 @@ def test_waiting_is_no_cost(module, method, step, monkeypatch):
     pytest.importorskip("heyoka" if module == "heyoka" else "plumbob")
     chosen = find_method(method)
     simulation = engine_of(chosen).prepare(case_of(SCENE), chosen, step)
-    monkeypatch.setattr(f"plumbob.engines.adapters.{module}.time", Clock())
+    if module == "stepping":
+        assert simulation.clock is time.thread_time
+        monkeypatch.setattr(simulation, "clock", Clock().thread_time)
+    else:
+        monkeypatch.setattr(f"plumbob.engines.adapters.{module}.time", Clock())
     assert simulation.stepped(0.1).seconds == 1.0
 
 
