@@ -13,7 +13,6 @@ from plumbob.analytic.numerics.smooth import certified_motion
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.support.recorded import recorded
 
@@ -123,20 +122,3 @@ def test_a_collapse_is_refused_where_it_is():
     with pytest.raises(ParameterError) as why:
         motion.observe(np.array([2.0]))
     assert float(re.findall(r"[\d.]+", str(why.value))[1]) == pytest.approx(ends, rel=1e-3)
-
-
-@pytest.mark.parametrize("theta", [1e-6, 1.0, 3.0, 3.14159])
-def test_a_pendulum_moves_as_its_closed_form(theta):
-    exact = SimplePendulum(1.2, 9.81, 0.0, 0.0, 0.0, theta=theta, theta_dot=0.3).motion
-    times = np.linspace(0.0, 9.0, 91)
-    swinging = particle(
-        lambda p, t, q, v: (-p.gravity / p.length * np.sin(q[0]),),
-        {"gravity": 9.81, "length": 1.2},
-        (theta, 0.3),
-    )
-    motion = CertifiedMotion(swinging)
-    seen, stated = motion.observe(times), motion.uncertainty(times)
-    truth, theirs = exact.observe(times), exact.uncertainty(times)
-    for ours, name in (("x", "theta"), ("v", "theta_dot")):
-        assert (np.abs(seen[ours] - truth[name]) <= stated[ours] + theirs[name]).all()
-        assert (stated[ours] <= 40 * np.maximum.accumulate(theirs[name])).all()

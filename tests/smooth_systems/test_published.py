@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.contact_models.impacts import hard_heights, soft_heights
 from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.models.registry import case_of, scene
 
 PUBLISHED = tomllib.loads(Path(__file__).with_name("published.toml").read_text("utf-8"))
@@ -75,3 +77,14 @@ def test_what_chrono_takes_for_exact_has_the_error_of_its_steps(of):
     assert 0.02 * of["step"] < largest < min(of["tolerance"], 50 * of["step"])
     doubts = motion.uncertainty(times)
     assert max(doubts[name].max() for name in names[0]) < 1e-8 * largest
+
+
+@pytest.mark.parametrize("of", PUBLISHED["rebound"], ids=lambda of: of["source"][:6])
+def test_a_rebound_of_newton_is_less_wrong_than_mujoco_s_at_its_step(of):
+    ball = BouncingBall(1.0, 0.5, 9.81)
+    exact = float(ball.impacts(np.array([1.0]))[1][0])
+    assert exact == of["exact"]
+    marks = list(range(round(ball.fall / of["step"]) + 20, 700))
+    mujoco = soft_heights(ball, Scheme(EULER), of["step"], marks).max() - exact
+    pymunk = hard_heights(ball, of["step"], marks).max() - exact
+    assert -0.004 < pymunk < 0.0 < of["measured"] - exact - of["digit"] < mujoco < 0.016
