@@ -16,7 +16,7 @@ import numpy as np
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, TrimmingRun
+from plumbob.engines.study.extra_runs import ExtraRun, TrimmingRun
 from plumbob.engines.study.gradient import GradientSearch
 from plumbob.engines.study.identification import ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch
@@ -28,7 +28,7 @@ from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
 KINDS: tuple[type[Request[Any]], ...] = (
-    *(ExtraRun, ExtraConvergence, TrimmingRun, ModelReading, GradientSearch),
+    *(ExtraRun, TrimmingRun, ModelReading, GradientSearch),
     *(StabilitySearch, StepPrediction, LongRunSearch, ParameterFit),
 )
 APART = override(omit=True)  # a field that is stored in another way

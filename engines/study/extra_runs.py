@@ -10,14 +10,11 @@ from plumbob.engines.abilities import Ablation, Trimming
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.convergence import ConvergenceStudy, convergence_study
 from plumbob.engines.study.measurement import not_asked_for
 from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
 from plumbob.engines.trajectory import Trajectory, last_sample, lost
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene
-
-MOST_STEPS = 25_000  # of a run in an extra convergence study: the quick profile's limit
 
 
 @dataclass(frozen=True)
@@ -44,26 +41,6 @@ class ExtraRun(RunRequest[Trajectory]):
     def work(self, scene: Scene, method: Method) -> float:
         """Roughly how many steps it takes."""
         return work_of(scene, method, (self.step,))
-
-
-@dataclass(frozen=True)
-class ExtraConvergence(RunRequest[ConvergenceStudy]):
-    """A convergence study over step sizes [s] of a finding's own choice."""
-
-    answers = ConvergenceStudy
-
-    scene: str
-    method: str
-    steps: tuple[float, ...]
-    duration: float | None = None
-
-    def made(self, scene: Scene, method: Method) -> ConvergenceStudy:
-        """The convergence study."""
-        return convergence_study(scene, method, MOST_STEPS, self.steps)
-
-    def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
-        return work_of(scene, method, self.steps)
 
 
 @dataclass(frozen=True)

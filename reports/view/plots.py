@@ -110,13 +110,12 @@ def _drifts(
 
 def error_against_cost(
     points: Sequence[Point],
-    absolute: Mapping[tuple[str, float], str],
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
     limits: Mapping[str, float],
 ) -> Figure:
-    """Relative error against speed, with the Pareto front; `absolute` are errors in SI units, as
-    text, by method and step, `limits` the largest steps [s] before a method is lost. A closed form,
+    """Relative error against speed, with the Pareto front; `limits` are the
+    largest steps [s] before a method is lost. A closed form,
     which simulates nothing, is left out."""
     simulated = [
         p
@@ -130,7 +129,6 @@ def error_against_cost(
         hints = [
             f"{notation.step(p.step, methods[name].control)}, "
             f"{notation.number(p.ns_per_second)} ns per simulated second"
-            + (f", {text}" if (text := absolute.get((name, p.step))) else "")
             + (", on the Pareto front" if p in best else "")
             for p in line
         ]

@@ -24,7 +24,7 @@ from plumbob.reports.analyses.simple_pendulum import (
     orders,
 )
 from plumbob.reports.view.finding_text import written
-from plumbob.tests.support.declared import declared, finding, nothing
+from plumbob.tests.support.declared import declared, finding, measured, nothing
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("free-small", "free-large", "near-top-1e-6")
@@ -134,7 +134,8 @@ def test_every_case_has_its_plots():
 
 
 def test_a_held_control_costs_orders():
-    found = orders.held_control(study()).by_method
+    ran = measured(orders.FORCED_LARGE, orders.READ, 2e-2, 1e-2, 5e-3, 2.5e-3)
+    found = orders.held_control(ran).by_method
     slopes = {name: of.order.slope for name, of in found.items() if of.order}
     predicted = {name: of.predicted.slope for name, of in found.items() if of.predicted}
     wanted = {
@@ -144,7 +145,7 @@ def test_a_held_control_costs_orders():
         "mujoco/euler": 1.0,
         "mujoco/euler+midpoint": 1.0,
     }
-    assert slopes == pytest.approx(wanted, abs=0.05)  # higher terms at these steps
+    assert slopes == pytest.approx(wanted, abs=0.1)  # higher terms at these steps
     assert slopes == pytest.approx(predicted, abs=2e-3)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from plumbob.engines.registry import engine_of, method, methods
 from plumbob.engines.study import store
-from plumbob.engines.study.extra_runs import ExtraConvergence, ExtraRun, TrimmingRun
+from plumbob.engines.study.extra_runs import ExtraRun, TrimmingRun
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes
@@ -22,7 +22,6 @@ SETTING = ExtraRun(
 )
 NOT_MEANT = ExtraRun(SCENE, "pymunk/feet", 1e-3)
 DIVERGES = ExtraRun(SCENE, "mujoco/euler", 0.05, None, (("platform_rate", 900.0),))
-CONVERGENCE = ExtraConvergence(SCENE, "ode/rk4", (5e-3, 2e-3, 1e-3), 0.1)
 TRIMMING = TrimmingRun(SCENE, "mujoco/euler", 1e-3, 20, 3)
 NO_TRIMMING = TrimmingRun(SCENE, "ode/rk4", 1e-3, 20, 3)
 ALL = (
@@ -31,7 +30,6 @@ ALL = (
     SETTING,
     NOT_MEANT,
     DIVERGES,
-    CONVERGENCE,
     TRIMMING,
     NO_TRIMMING,
 )

@@ -3,22 +3,18 @@ neighbouring parameters, and how they scatter, with each contact setting."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
-from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
-from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case
-from plumbob.reports.analyses.analysis import Analysis
+from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.capsule_line.headings import DEFAULT, RECOMMENDED
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import plan_of, recordings
@@ -49,7 +45,7 @@ QUANTITIES = (  # scene, observable, parameter, and when [s]: sliding, sticking,
 Quantity = tuple[str, str, str, float | None]
 STEPS = (1e-3, 2.5e-4)  # [s]
 FRICTIONS = np.linspace(0.25, 0.35, 33)  # of the curves
-TANGENTS = (0.271875, 0.3, 0.328125)  # of them, where the derivatives are drawn
+TANGENTS = (7, 16, 25)  # of them, where the derivatives are drawn
 EPS = 3e-3  # of a parameter, or of its unit where that is 0: from one neighbour to the next
 NEIGHBOURS = 4  # on either side, and as many derivatives
 RIGHT, FALLS = 0.1, 2.0  # an error that converges: at most, and from step to step by so much
@@ -57,49 +53,13 @@ RESOLVED = 1e-3  # at least, where the first order has 4; or no larger than this
 SMOOTH = 0.25  # of the mean error: the scatter of one that is smooth
 
 
-@dataclass(frozen=True)
-class Nearby:
-    """Derivatives near a parameter's value: changes of an observable, in parts of its size, over
-    the parameter's. Errors are those of differences of runs beside those of the exact motion."""
-
-    scene: str
-    of: str
-    by: str
-    at: float | None  # [s]; None: the end
-    method: str
-    exact: float
-    errors: tuple[float, ...]  # their mean at STEPS
-    scatter: tuple[float, ...]  # and standard deviation
-
-    @property
-    def kind(self) -> str:
-        """Whether it converges, is noise, or is smooth and wrong."""
-        sizes = np.hypot(self.errors, self.scatter)
-        if sizes[-1] <= max(RESOLVED, min(RIGHT, sizes[0] / FALLS)):
-            return "converges"
-        return "noise" if self.scatter[-1] > SMOOTH * abs(self.errors[-1]) else "smooth and wrong"
-
-
-@dataclass(frozen=True)
-class ThroughContact:
-    """Displacements over the friction, with their derivatives, and derivatives nearby."""
-
-    frictions: Array
-    displacements: Mapping[str, Array]  # [m], by method and "exact"
-    tangents: Mapping[str, Sequence[tuple[float, float, float]]]
-    """Friction, displacement [m] and its derivative [m]."""
-    nearby: tuple[Nearby, ...]
-    steps: tuple[float, ...] = STEPS
-    eps: float = EPS
-
-    @property
-    def kinds(self) -> Mapping[str, Mapping[str, int]]:
-        """How many derivatives of each method are of each kind."""
-        kinds: dict[str, dict[str, int]] = {}
-        for of in self.nearby:
-            counted = kinds.setdefault(of.method, {})
-            counted[of.kind] = counted.get(of.kind, 0) + 1
-        return kinds
+def kind_of(errors: Array, scatter: Array) -> str:
+    """Whether a derivative converges, is noise, or is smooth and wrong, by the mean errors at STEPS
+    and their standard deviations."""
+    sizes = np.hypot(errors, scatter)
+    if sizes[-1] <= max(RESOLVED, min(RIGHT, sizes[0] / FALLS)):
+        return "converges"
+    return "noise" if scatter[-1] > SMOOTH * abs(errors[-1]) else "smooth and wrong"
 
 
 def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
@@ -108,7 +68,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
     return (*curves, *(run for place in _places(plan) for run in _runs(*place)))
 
 
-def numbers(study: Study) -> ThroughContact | None:
+def numbers(study: Study) -> Record | None:
     """The curves and derivatives that a study holds; None where it lacks a curve."""
     plan = plan_of(study)
     ends = {name: _ends(study, _curve(name), "displacement") for name in _drawn(plan)}
@@ -116,13 +76,28 @@ def numbers(study: Study) -> ThroughContact | None:
     if not curves:
         return None
     curves["exact"] = next(of[1] for of in ends.values() if of.size)
-    tangents = {name: _tangents(name, curve) for name, curve in curves.items()}
     pairs = dict.fromkeys((quantity, name) for quantity, name, _ in _places(plan))
-    nearby = (_nearby(study, *pair) for pair in pairs)
-    return ThroughContact(FRICTIONS, curves, tangents, tuple(filter(None, nearby)))
+    nearby = [of for pair in pairs if (of := _nearby(study, *pair))]
+    kinds: dict[str, Counter[str]] = {}
+    for of in nearby:
+        kinds.setdefault(of.method, Counter())[of.kind] += 1
+    slopes = {name: np.gradient(curve, FRICTIONS) for name, curve in curves.items()}
+    return Record(
+        frictions=FRICTIONS,
+        displacements=curves,  # [m], by method and "exact"
+        # friction, displacement [m] and its derivative [m]
+        tangents={
+            name: [(FRICTIONS[k], curve[k], slopes[name][k]) for k in TANGENTS]
+            for name, curve in curves.items()
+        },
+        nearby=nearby,
+        kinds=kinds,  # how many derivatives of each method are of each kind
+        steps=STEPS,
+        eps=EPS,
+    )
 
 
-def claims(numbers: ThroughContact) -> Claims:
+def claims(numbers: Record) -> Claims:
     """That the derivative with the recommended contacts is nearer by far than by default."""
     size = {of.method: np.hypot(of.errors[-1], of.scatter[-1]) for of in numbers.nearby[::-1]}
     if not {DEFAULT, RECOMMENDED} <= set(size):
@@ -165,50 +140,36 @@ def _ends(study: Study, runs: Sequence[ExtraRun], of: str) -> Array:
     recorded = recordings(study, runs)
     if len(recorded) < len(runs):
         return np.empty((2, 0))
-    ends = (
-        (run.observables[of][-1], _exact(request.scene, request.changes, run.times[-1])[of][0])
-        for request, run in recorded.items()
-    )
-    return np.array(list(ends)).T
+    ends = []
+    for request, run in recorded.items():
+        case = case_of(find_scene(request.scene, dict(request.changes)))
+        exact = case.reference.observe(run.times[-1:])
+        ends.append((run.observables[of][-1], exact[of][0]))
+    return np.array(ends).T
 
 
-@cache
-def _case(name: str, changes: Changes) -> Case:
-    return case_of(find_scene(name, dict(changes)))
-
-
-def _exact(name: str, changes: Changes, time: float) -> Mapping[str, Array]:
-    return _case(name, changes).reference.observe(np.array([time]))
-
-
-def _tangents(name: str, curve: Array) -> Sequence[tuple[float, float, float]]:
-    """Of the exact curve by its derivative, of others by differences of their runs."""
-    slopes = np.gradient(curve, FRICTIONS)
-    tangents = []
-    for k in np.searchsorted(FRICTIONS, TANGENTS):
-        friction, slope = float(FRICTIONS[k]), float(slopes[k])
-        if name == "exact":
-            slope = _derivative(_case(SLIDE, (("friction", friction),)))
-        tangents.append((friction, float(curve[k]), slope))
-    return tangents
-
-
-def _derivative(case: Case) -> float:
-    end = np.array([case.scene.duration])
-    by = exact_gradient(case, ["friction"], end, ["displacement"])
-    return float(by["friction"].values["displacement"][0])
-
-
-def _nearby(study: Study, quantity: Quantity, method: str) -> Nearby | None:
-    """Its numbers; None where a run is missing."""
-    ends = [_ends(study, _runs(quantity, method, step), quantity[1]) for step in STEPS]
-    if not all(of.size for of in ends):
+def _nearby(study: Study, quantity: Quantity, method: str) -> Record | None:
+    """Derivatives near a parameter's value: changes of an observable, in parts of its size, over
+    the parameter's, and the errors of differences of runs; None where a run is missing."""
+    scene, of, by, at = quantity
+    ends = [_ends(study, _runs(quantity, method, step), of) for step in STEPS]
+    if not all(end.size for end in ends):
         return None
     size = abs(ends[0][1, NEIGHBOURS])
-    slopes = [(of[:, 2:] - of[:, :-2]) / (2 * EPS * size) for of in ends]
-    off = np.array([runs - exact for runs, exact in slopes])
-    exact = float(slopes[-1][1, NEIGHBOURS - 1])
-    return Nearby(*quantity, method, exact, tuple(off.mean(axis=1)), tuple(off.std(axis=1)))
+    slopes = np.array([(end[:, 2:] - end[:, :-2]) / (2 * EPS * size) for end in ends])
+    off = slopes[:, 0] - slopes[:, 1]
+    errors, scatter = off.mean(axis=1), off.std(axis=1)
+    return Record(
+        scene=scene,
+        of=of,
+        by=by,
+        at=at,  # [s]; None: the end
+        method=method,
+        exact=slopes[-1, 1, NEIGHBOURS - 1],
+        errors=errors,  # their mean at STEPS
+        scatter=scatter,  # and standard deviation
+        kind=kind_of(errors, scatter),
+    )
 
 
 THROUGH_CONTACT = Analysis("engines/through_contact", numbers, requests, claims)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.extra_runs import ExtraConvergence, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, between
-from plumbob.reports.analyses.measurements import convergence_of, plan_of
+from plumbob.reports.analyses.measurements import convergence_of
 from plumbob.reports.analyses.simple_pendulum.notebook import SIMPLE
 
 FORCED_LARGE = f"{SIMPLE}forced-large"
-STEPS, DURATION = (2e-2, 1e-2, 5e-3, 2.5e-3), 10.0  # of an extra convergence study
 SHOWN_STEP = 5e-3  # [s]
 READ = (
     "ode/rk4",
@@ -29,31 +27,12 @@ EXPECTED: Mapping[str, tuple[float, float]] = MappingProxyType(
 """The range of the order of RK4 with a control that is held, held from mid-step, and followed."""
 
 
-def requests(plan: StudyPlan) -> Sequence[ExtraConvergence]:
-    """A convergence study of the forced pendulum with each method that the study does not
-    run on it itself."""
-    return [_extra(method) for method in READ if not plan.has(FORCED_LARGE, method)]
-
-
-def _extra(method: str) -> ExtraConvergence:
-    return ExtraConvergence(FORCED_LARGE, method, STEPS, DURATION)
-
-
-def held_control(study: Study) -> Record:
-    """Orders of the forced case by how the control is read, with what theory says of each."""
-    every = {method: _convergence(study, method) for method in READ}
-    return Record(
-        by_method={m: _control_order(of) for m, of in every.items() if of},
-        methods=READ,  # whose styles the figure has
-    )
-
-
-def _convergence(study: Study, method: str) -> ConvergenceStudy | None:
-    """The study's own convergence study of the forced pendulum, or else the extra one; None where
-    the engine is missing."""
-    if plan_of(study).has(FORCED_LARGE, method):
-        return convergence_of(study, FORCED_LARGE, method)
-    return study.answer(_extra(method))
+def held_control(study: Study) -> Record | None:
+    """Orders of the forced case by how the control is read, with what theory says of each; None
+    where the study does not have it."""
+    every = {method: convergence_of(study, FORCED_LARGE, method) for method in READ}
+    orders = {m: _control_order(of) for m, of in every.items() if of}
+    return Record(by_method=orders, methods=READ) if orders else None  # whose styles are drawn
 
 
 def _control_order(of: ConvergenceStudy) -> Record:
@@ -79,4 +58,4 @@ def held_claims(control: Record) -> Claims:
     ]
 
 
-HELD_CONTROL = Analysis("simple_pendulum/held_control", held_control, requests, held_claims)
+HELD_CONTROL = Analysis("simple_pendulum/held_control", held_control, claims=held_claims)

@@ -34,7 +34,6 @@ def write_comparison(of: Comparison, file: Path, command: str) -> Path:
     old, new = (source.versions for source in of.made)
     names = dict.fromkeys((*old, *new))
     tables = (
-        _by_engine(of),
         _changes("Verdicts that changed", of.verdicts),
         _changes("What vanished, and what is new", of.presence),
         _errors(of.errors),
@@ -61,22 +60,6 @@ def _by_pair(moves: Sequence[Change]) -> Mapping[tuple[str, str], list[Change]]:
     for move in moves:
         by_pair.setdefault((move["scene"], move["method"]), []).append(move)
     return by_pair
-
-
-def _by_engine(of: Comparison) -> Table:
-    """How many pairs of each engine moved, and by how much the most."""
-    engines = [method.partition("/")[0] for _, method in of.both]
-    rows = {}
-    for engine in dict.fromkeys(engines):
-        errors, *others = (
-            [move for move in moves if move["method"].startswith(f"{engine}/")]
-            for moves in (of.errors, of.verdicts, of.presence, of.costs)
-        )
-        growths = (move["growth"] for move in errors)
-        shifts = [abs(growth) for growth in growths if growth and math.isfinite(growth)]
-        largest = _percent(max(shifts)).lstrip("+") if shifts else "–"
-        rows[engine] = engines.count(engine), len(_by_pair(errors)), largest, *map(len, others)
-    return table("changes_by_engine", rows=rows)
 
 
 def _changes(caption: str, changes: Sequence[Change]) -> Table | None:

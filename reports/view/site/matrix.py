@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import takewhile
 from types import MappingProxyType
 from typing import Literal
@@ -18,7 +18,7 @@ from plumbob.engines.study.measurement import (
 )
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Quantity, Scene
-from plumbob.reports.advice.recommend import EXACT, UNTRUSTED
+from plumbob.reports.advice.recommend import UNTRUSTED
 from plumbob.reports.view import notation
 from plumbob.reports.view.records import PairVerdict, Records
 
@@ -68,7 +68,6 @@ class Shown:
     step: float  # [s], or the relative tolerance
     control: Literal["step", "tolerance"]
     meaning: Meaning = "predicted"
-    best: bool = False  # of its row the smallest in its engine, or the cheapest
 
     @property
     def at(self) -> str:
@@ -95,8 +94,7 @@ class Shown:
         """The classes of its cell: the decade of its error, from 0 to 7, and what stands out."""
         decade = math.ceil(math.log10(max(self.error, 1e-99)) - 1e-9) if self.error < 1.0 else 0
         place = DECADES + 1 if self.error > 1.0 else max(DECADES + decade, 0)
-        marks = " best" * self.best + " unexpected" * (self.meaning == "unexpected")
-        return f"size-{'abcdefgh'[place]}{marks}"
+        return f"size-{'abcdefgh'[place]}{' unexpected' * (self.meaning == 'unexpected')}"
 
     @property
     def _size(self) -> str:
@@ -190,38 +188,13 @@ def at_reference(
 
 
 def every_pair(study: Study, records: Records) -> Every:
-    """The errors of each method on each scene, of those that ran, with what they mean; in each row
-    the best of each engine stands out, and the cheapest method within the error wanted."""
+    """The errors of each method on each scene, of those that ran, with what they mean."""
     methods = {m.name: m for m in study.methods}
-    cells = {
+    return {
         (c.scene, c.method): of
         for c in study.convergence
         if (of := shown(study, c, methods[c.method], records.verdicts[c.scene, c.method]))
     }
-    rows: dict[tuple[str, str], list[str]] = {}  # methods by scene and engine
-    for scene, name in cells:
-        rows.setdefault((scene, methods[name].engine), []).append(name)
-    for (scene, _), names in rows.items():
-        pair = scene, min(names, key=lambda name: _rank(cells[scene, name][0], methods[name]))
-        cells[pair] = (replace(cells[pair][0], best=True), *cells[pair][1:])
-    cheapest = (
-        (scene, of.choice.method)
-        for scene, record in records.scenes.items()
-        for of in record.recommendations
-        if of.error == WANTED and of.choice
-    )
-    for pair in filter(cells.__contains__, cheapest):
-        at, default, within = cells[pair]
-        cells[pair] = (at, default, within and replace(within, best=True))
-    return cells
-
-
-def _rank(of: Shown, method: Method) -> tuple[bool, bool, bool, float]:
-    """Sorts the best of an engine first: what is as predicted or converges, full models, errors at
-    the reference step, small errors."""
-    surrogate = bool(method.surrogate) or method.scheme.integrator == EXACT
-    doubted = of.meaning not in ("predicted", "converges")
-    return doubted, surrogate, bool(of.at), of.error
 
 
 def matrices(study: Study, every: Every, scenes: Sequence[Scene]) -> tuple[Matrix, ...]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from types import SimpleNamespace
 from typing import Any, get_args
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import Measurement, reference_run, worst
+from plumbob.engines.study.measurement import Measurement, reference_run
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
@@ -92,9 +91,7 @@ def scene_view(
         scene_tables.parameters(scene.parameters, exact.facts, scene.source),
     )
     looks = styles(study.methods)
-    speed = error_against_cost(
-        record.points, _absolute(study, convergence), methods, looks, finite_limits(ranges)
-    )
+    speed = error_against_cost(record.points, methods, looks, finite_limits(ranges))
     best = next((c for c in convergence if at_first and c.method == at_first[-1]), None)
     typical = None if best is None else reference_run(best.measurements, methods[best.method])
     return View(
@@ -170,21 +167,6 @@ def _smallest(record: SceneRecord, method: Method) -> tuple[bool, float]:
     """Sorts full models first, then small errors."""
     error = record.verdicts[method.name].smallest
     return bool(method.surrogate), math.inf if error is None else error
-
-
-def _absolute(
-    study: Study, convergence: Sequence[ConvergenceStudy]
-) -> Mapping[tuple[str, float], str]:
-    """The error of the worst quantity of interest of each run in SI units, as text."""
-    sizes = {}
-    for c in convergence:
-        units = {o.name: o.unit for o in study.observables(c.scene)}
-        for m in c.measurements:
-            if m.status == "done":
-                quantity, error = worst(m, study.quantities(c.scene))
-                size = f"{notation.number(error * quantity.scale)} {units[quantity.observable]}"
-                sizes[c.method, m.step] = f"{size} of {quantity.observable}"
-    return sizes
 
 
 def _counts(judged: Iterable[PairVerdict]) -> tuple[tuple[str, int], ...]:
