@@ -36,6 +36,8 @@ class Equation:
     size: float = 1.0  # scale of x for tolerances: 1 rad for an angle
     read: Callable[[Array, Array], Mapping[str, Array]] = lambda x, v: {}
     """Further observables of x and x', shape (n, samples) each."""
+    restitution: float | None = None
+    """Of a floor at x = 0, where the acceleration presses; None: there is none. One coordinate."""
 
     @property
     def start(self) -> State:

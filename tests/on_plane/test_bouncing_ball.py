@@ -82,3 +82,19 @@ def test_a_slightly_different_contact_is_noticed(constant, value, name, monkeypa
     predicted = stepped.errors["z"] + case.reference.observe(run.times)["z"]
     allowed = stepped.uncertainty["z"].max() * 2 * np.sqrt(run.steps)
     assert np.abs(run.observables["z"] - predicted).max() > 10 * allowed
+
+
+@pytest.mark.parametrize("name", ["ode/dop853", "ode/radau", "ode/lsoda"])
+def test_solvers_find_each_impact_and_the_rest_after_infinitely_many(name):
+    """A restitution that is another by 1e-9 moves the ball a hundred times further than they do."""
+    case, how = case_of(scene("bouncing-ball/to-rest")), method(name)
+    ball, tolerance = case.problem, how.step_sizes[-1]
+    times, z = (run := measure(case, how, tolerance)[1]).times, run.observables["z"]
+    impacts_at = times[:-1][z[:-1] == 0.0]
+    exact = ball.impacts(np.arange(1.0, 6.0))[0]  # after that absolute tolerances are flights
+    np.testing.assert_allclose(impacts_at[:5], exact, 0, 20.0 * min(tolerance, 1e-12))
+    left = 2.0 * np.sqrt(2.0 * tolerance * ball.height / ball.gravity) / (1.0 - ball.restitution)
+    assert 0.0 < ball.zeno_time - impacts_at[-1] < 2.0 * left  # its last flights are wrong by some
+    other = replace(ball, restitution=ball.restitution * (1.0 + 1e-9)).observe(times)["z"]
+    if tolerance < 1e-10:
+        assert np.abs(z - other).max() > 100.0 * np.abs(z - ball.observe(times)["z"]).max()

@@ -13,6 +13,7 @@ from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))
 # dry friction has no equation of motion that they could follow
 KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
+IMPACTS = ("bouncing-ball",)  # but an impact ends a step of a solver that chooses them
 prepare = later(f"{__name__}.simulation.prepared")
 
 
@@ -26,7 +27,9 @@ def confirming(method: Method) -> tuple[Method, float]:
 def _adaptive(solver: str, tolerances: tuple[float, ...]) -> Method:
     name = f"ode/{solver.lower()}"
     settings = {"method": solver}
-    return Method(name, Scheme(ADAPTIVE), None, "tolerance", settings, tolerances, kinds=KINDS)
+    return Method(
+        name, Scheme(ADAPTIVE), None, "tolerance", settings, tolerances, IMPACTS, kinds=KINDS
+    )
 
 
 METHODS = (

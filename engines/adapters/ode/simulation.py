@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, LSODA, Radau
 from scipy.linalg.lapack import dgetrs, zgetrs
+from scipy.optimize import brentq
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
@@ -117,17 +118,45 @@ class AdaptiveSimulation:
         scales += [equation.speed or 1.0] * len(equation.rate_names)
         atol, failure = self.rtol * np.array(scales), None
         try:
-            solver = self.solver(slope, 0.0, states[0], self.duration, rtol=self.rtol, atol=atol)
-            if linear is not None and hasattr(solver, "solve_lu"):
-                solver.solve_lu = linear
-            while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
-                failure = solver.step()
-                if solver.status != "failed":
-                    times.append(float(solver.t))
-                    states.append(solver.y.tolist())
+            while times[-1] < self.duration and sum(map(abs, states[-1])) < HUGE and not failure:
+                solver = self.solver(
+                    slope, times[-1], states[-1], self.duration, rtol=self.rtol, atol=atol
+                )
+                if linear is not None and hasattr(solver, "solve_lu"):
+                    solver.solve_lu = linear
+                failure = self._stepped(solver, times, states)
         except (ValueError, OverflowError) as error:  # math and numpy, of infinity
             return " ".join(str(error).split())
         return failure
+
+    def _stepped(self, solver: Any, times: list[float], states: list[Any]) -> str | None:
+        """Add a solver's steps until it ends, and return why it failed, if so, or until an impact,
+        after which another begins: a rest where the next flight is lower than its tolerance."""
+        equation = self.equation
+        while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
+            failure = solver.step()
+            if solver.status == "failed":
+                return str(failure)
+            times.append(float(solver.t))
+            states.append(solver.y.tolist())
+            if equation.restitution is not None and solver.y[0] < 0.0:
+                times[-1], speed = _impact(solver, times[-2], states[-2][1])
+                speed *= -equation.restitution
+                states[-1] = [0.0, speed]
+                pull = -equation.acceleration(times[-1], 0.0, speed)
+                if speed**2 <= 2.0 * pull * self.rtol * equation.size:
+                    times.append(self.duration)
+                    states[-1:] = [[0.0, 0.0]] * 2
+                break
+        return None
+
+
+def _impact(solver: Any, begin: float, speed: float) -> tuple[float, float]:
+    """When x passes 0 downward [s] in a step from `begin` [s] and this `speed` on, and x' there."""
+    path = solver.dense_output()
+    top = brentq(lambda t: path(t)[1], begin, solver.t) if speed > 0.0 else begin
+    time = brentq(lambda t: path(t)[0], top, solver.t, xtol=ULP)
+    return float(time), float(path(time)[1])
 
 
 @dataclass
