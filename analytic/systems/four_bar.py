@@ -24,7 +24,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.numerics.smooth.soft_loop import softened
+from plumbob.analytic.numerics.smooth.soft_loop import loop_force, softened
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
@@ -102,19 +102,28 @@ class FourBar:
 
         return replace(self.chain.motion.system, readings=read)
 
+    def _gaps(self, p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
+        lengths = np.array(self.chain.lengths)
+        along, up, square = lengths * np.sin(q), -lengths * np.cos(q), np.square(v)
+        gap = along.sum() - self.ground, up.sum()
+        return gap, (-up, along), (-along @ square, -up @ square)
+
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
         """The linkage with its rocker tied to the axis by a soft constraint."""
         lengths = np.array(self.chain.lengths)
-
-        def gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
-            along, up, square = lengths * np.sin(q), -lengths * np.cos(q), np.square(v)
-            gap = along.sum() - self.ground, up.sum()
-            return gap, (-up, along), (-along @ square, -up @ square)
-
         stretched: Array = np.array(self.opened.mass_matrix(self.opened.values, np.zeros(3)))
         lever = lengths * (1, 1, 0.5)  # of the rocker's centre, which can move across
         sees = float(lever @ np.linalg.solve(stretched, lever)) / 3  # the mean of three directions
-        return softened(self.opened, gaps, loop, step, sees)
+        return softened(self.opened, self._gaps, loop, step, sees)
+
+    def reaction(self, times: Array) -> Array:
+        """Force of its axis on the rocker [N], along the line of the axes and up, at `times` [s],
+        shape (n,); shape (2, n)."""
+        states = self.motion.observe(times)
+        bars = zip(states["angle"].tolist(), states["angle_dot"].tolist(), strict=True)
+        chains = (replace(self, angle=t, angular_velocity=v).chain.motion.system for t, v in bars)
+        forces = (loop_force(at, self._gaps, *np.split(at.start, 2)) for at in chains)
+        return np.array([*forces]).T
 
     @property
     def transmission_angle(self) -> float:

@@ -10,6 +10,8 @@ from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
 from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
+REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
+
 
 def facts(bars: FourBar) -> Mapping[str, Any]:
     """The energy [J], 0 at rest with its links on the line, and the transmission angle [rad]."""
@@ -60,6 +62,7 @@ SYSTEM = smooth_system(
     default="crank-rocker",
     facts=facts,
     interest=interest,
+    also=lambda bars, times: dict(zip(REACTION, bars.reaction(times), strict=True)),
     start=("angle", "angular_velocity"),
 )
 SYSTEMS = (SYSTEM,)

@@ -2,10 +2,12 @@
 
 from dataclasses import astuple, replace
 
+import mujoco
 import numpy as np
 import pytest
 from mpmath import mp
 
+from plumbob.engines.registry import find_builder
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support import links
 
@@ -14,9 +16,9 @@ BARS = TURNING.problem
 DRAG_LINK = replace(BARS, crank=0.5, coupler=0.4, ground=0.2, gravity=1.6)
 
 
-def passed(bars, angle):
-    """Time [s] at which a crank that turns forward passes an angle, by the law of cosines."""
-    a, b, c, d, *masses, g, begin, rate = map(mp.mpf, astuple(bars))
+def bodies(bars):
+    """Crank angle -> place of each middle and angle of each link, by the law of cosines."""
+    a, b, c, d = map(mp.mpf, astuple(bars)[:4])
 
     def places(t):
         crank = a * mp.expj(t)
@@ -29,7 +31,14 @@ def passed(bars, angle):
         turns = (mp.arg(link) for link in (crank, coupler, rocker))
         return tuple((mp.re(x), mp.im(x), turn) for x, turn in zip(middles, turns, strict=True))
 
-    return links.passed(places, masses, (a, b, c), g, (begin, angle), rate)
+    return places
+
+
+def passed(bars, angle):
+    """Time [s] at which a crank that turns forward passes an angle."""
+    *lengths, _, first, second, third, g, begin, rate = map(mp.mpf, astuple(bars))
+    masses = first, second, third
+    return links.passed(bodies(bars), masses, lengths, g, (begin, angle), rate)
 
 
 @pytest.mark.long(keep=1)
@@ -44,3 +53,57 @@ def test_the_soft_loop_pulls_as_mujoco_s_does():
         joints, ours = links.loop_accelerations(TURNING, gap)
         # the solver's Hessian costs four digits: a condition of 1/(1 - d)
         np.testing.assert_allclose(np.cumsum(joints), ours, 1e-10, 1e-8)
+
+
+def axis_force(bars):
+    """Force [N] of its axis on the rocker at the start, by Newton's and Euler's equations of rocker
+    and coupler."""
+    at, speed = mp.mpf(bars.angle), mp.mpf(bars.angular_velocity)
+    system = bars.motion.system
+    gained = mp.mpf(
+        system.acceleration(0.0, (bars.angle,), (bars.angular_velocity,), system.values)[0]
+    )
+    place = bodies(bars)
+
+    def moving(link, part):
+        slope, bend = (mp.diff(lambda t: place(t)[link][part], at, n) for n in (1, 2))
+        return slope * gained + bend * speed**2
+
+    crank = bars.crank * mp.expj(at)
+    middle = {link: mp.mpc(*place(at)[link][:2]) for link in (1, 2)}
+    pin = 2 * middle[2] - bars.ground  # coupler and rocker
+    mass = {1: bars.coupler_mass, 2: bars.rocker_mass}
+    push = {i: mass[i] * (mp.mpc(moving(i, 0), moving(i, 1)) + 1j * bars.gravity) for i in (1, 2)}
+
+    def turned(i, length, about):
+        arm = mp.im(mp.conj(middle[i] - about) * push[i])
+        return mass[i] * mp.mpf(length) ** 2 / 12 * moving(i, 2) + arm
+
+    of_rocker, of_coupler = turned(2, bars.rocker, pin), turned(1, bars.coupler, crank)
+    arms = bars.ground - pin, pin - crank  # of the axis about the pin, of the pin about the crank
+    rows = mp.matrix([[-mp.im(arm), mp.re(arm)] for arm in arms])
+    pulled = of_coupler + mp.im(mp.conj(arms[1]) * push[2])
+    return mp.lu_solve(rows, mp.matrix([of_rocker, pulled]))
+
+
+@pytest.mark.parametrize("angle", [1.0, 2.7, -1.3])
+def test_the_axis_pulls_as_newton_and_euler_say_with_40_digits(angle):
+    bars = replace(BARS, angle=angle)
+    with mp.workdps(40):
+        exact = [float(force) for force in axis_force(bars)]
+    np.testing.assert_allclose(bars.reaction(np.zeros(1))[:, 0], exact, 1e-12)
+
+
+@pytest.mark.parametrize(("step", "error"), [(1e-3, 4.6e-3), (1e-4, 1.8e-6)])
+def test_mujoco_s_constraint_force_is_that_reaction(step, error):
+    """At 0.5 s with RK4, within a third of what the README says."""
+    spec = find_builder("mujoco", TURNING.system).whole(TURNING.system.mjcf, BARS)
+    spec.option.timestep, spec.option.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_step(model, data, round(0.5 / step))
+    mujoco.mj_forward(model, data)
+    exact = BARS.reaction(np.array([0.5]))[:, 0]
+    off = np.hypot(*(data.efc_force[[0, 2]] - exact)) / np.hypot(*exact)
+    assert 0.7 * error < off < 1.3 * error

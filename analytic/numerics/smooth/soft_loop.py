@@ -42,3 +42,14 @@ def softened(
         return list(free + across.T @ pull)
 
     return replace(tree, forces=forces)
+
+
+def loop_force(tree: SmoothSystem, gaps: Gaps, q: Array, v: Array) -> Array:
+    """The force [N] that keeps the `gaps` of a tree shut rigidly at its angles and rates, shape
+    (n,) each: l of eq. 1 for no softness and no gap, shape (m,)."""
+    p = tree.values
+    mass: Array = np.array(tree.mass_matrix(p, q))
+    free: Array = np.array(tree.forces(p, 0.0, q, v))
+    _, across, bent = (np.array(part) for part in gaps(p, q, v))
+    light = np.linalg.solve(mass, across.T)
+    return np.asarray(np.linalg.solve(across @ light, -light.T @ free - bent))
