@@ -1,4 +1,4 @@
-"""Extra runs that analyses show: recordings, convergence studies, and timings of trimmed models."""
+"""Extra runs that analyses show: recordings, and timings of trimmed models."""
 
 from __future__ import annotations
 

@@ -23,8 +23,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Quantity, Scene
 
 FAILED = 1e6  # misfit of a run that is lost, or has no exact answer: in scales, beyond all others
-SLOPES = (1e-2, 1e-3, 1e-4, 1e-5)  # of a side, over which slopes are taken: the first that is
-LINEAR = 0.1  # small for the motion, in which no difference changes by more scales
+BESIDE = 1e-3  # of a side, over which slopes are taken
 ALIKE = 1e-2  # of the largest singular value: below, a correlation beyond 0.9998, they are one
 
 
@@ -272,24 +271,14 @@ def _parameters(
 def _slope(
     box: Box, place: Sequence[float], k: int, residuals: Callable[[Sequence[float] | None], Array]
 ) -> Array:
-    """Derivative of the residuals by a parameter, shape (n,), from both sides where both have a
-    run."""
-
-    def at(x: float) -> tuple[float, Array]:
-        beside = min(max(x, 0.0), 1.0)
-        try:
-            return beside, residuals((*place[:k], beside, *place[k + 1 :]))
-        except NoAnswer:
-            return place[k], residuals(place)
-
+    """Derivative of the residuals by a parameter, shape (n,); 0 where a run beside it is lost."""
     side = box.sides[k]
-    change = low = high = np.zeros(1)
-    for width in SLOPES:
-        (start, low), (end, high) = at(place[k] - width), at(place[k] + width)
-        change = (high - low) / (side.at(end) - side.at(start) or math.inf)
-        if np.abs(high - low).max() <= LINEAR:
-            break
-    return change
+    low, high = max(place[k] - BESIDE, 0.0), min(place[k] + BESIDE, 1.0)
+    try:
+        below, above = (residuals((*place[:k], x, *place[k + 1 :])) for x in (low, high))
+    except NoAnswer:
+        return 0.0 * residuals(place)
+    return (above - below) / (side.at(high) - side.at(low))
 
 
 def _spread(slopes: Array, residual: float) -> tuple[Array | None, Array | None]:
