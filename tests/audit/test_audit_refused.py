@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 import pytest
 
-import plumbob
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.reports.cli import main
@@ -117,25 +116,6 @@ def test_exit_codes_and_json(files, capsys):
     data = json.loads(printed.out)
     assert data["worst_body"] == "rod"
     assert data["error"] > 5 * data["uncertainty"] > 0.0
-
-
-@pytest.mark.long
-def test_controls_from_a_file_and_an_array_agree(files):
-    values = 0.3 * np.sin(np.arange(10))[:, None]
-    np.savetxt("ctrl.csv", values, delimiter=",", fmt="%.17g")
-    np.savez("ctrl.npz", ctrl=values)
-    model = pendulum()
-    found = plumbob.audit(model, values, budget=20.0)
-    assert found.script.duration == pytest.approx(0.2)
-    found.assert_within(metres=0.1)
-    with pytest.raises(AssertionError, match=r"m off"):
-        found.assert_within(metres=1e-9)
-    moved = plumbob.audit(model, "rest", duration=0.2, budget=20.0)
-    assert moved.error != found.error
-    from plumbob.reports.commands.audit import controls_of
-
-    for file in ("ctrl.csv", "ctrl.npz"):
-        assert np.array_equal(controls_of(Path(file)), values)
 
 
 def test_no_reference_is_an_answer(capsys, files):

@@ -193,19 +193,6 @@ def test_a_remedy_that_is_followed_gives_what_it_claims():
 
 
 @pytest.mark.long
-def test_implicit_damping_and_kv_are_remedies_where_they_help():
-    damped = course(arm("", 'damping="20"', 0.0005, flag='eulerdamp="disable"'))
-    found = stability(damped.model, damped.script, damped.states)
-    assert found.own.largest_step == pytest.approx(2.0 * INERTIA / 20.0, rel=WITHIN)
-    best = found.remedies[0]
-    assert (best.name, best.limit.largest_step) == ("eulerdamp enabled", None)
-    assert best.limit.confirmed
-    driven = course(arm(integrator="implicitfast"))
-    names = [r.name for r in stability(driven.model, driven.script, driven.states).remedies]
-    assert names == ["kv 9", "armature 0.02"]
-
-
-@pytest.mark.long
 def test_an_unstable_step_is_said_first(tmp_path, capsys):
     file = tmp_path / "arm.xml"
     file.write_text(arm(step=0.005), "utf-8")

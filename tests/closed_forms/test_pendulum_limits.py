@@ -17,7 +17,6 @@ from plumbob.tests.support.random_pendulums import pendulums
 
 STEEL = ConePendulum(cone(8000.0, 0.3, math.radians(30.0)), 0.0, 0.09, 26.0, 9.8, 0.0, 37.0)
 FLAT = replace(STEEL, body=cone(8000.0, 0.3, math.radians(150.0)), pivot_y=0.0)  # I_x < I_z
-SIMPLE = TrigonometricPotential(0.0, 0.0, 9.8)
 
 SEPARATRICES = {
     "over the only barrier": replace(STEEL, platform_rate=0.0, theta=0.3, theta_dot=1.0),
@@ -56,29 +55,6 @@ def test_separatrix(case):
     late = times >= 0
     gaps = np.abs(motion.time_at(theta[late]) - times[late])
     assert (gaps * np.abs(theta_dot[late]) <= 1e-15 * (1 + np.abs(theta[late]))).all()
-
-
-RESTS = {
-    "hanging": PendulumMotion(SIMPLE, 1.0, 0.0, 0.0),
-    "at its top": PendulumMotion(SIMPLE, 1.0, 3.0, 0.0, theta_from_top=0.0),
-    "at its top, by energy": PendulumMotion(SIMPLE, 1.0, -3.0, 1.0, excess=0.0, theta_from_top=0.0),
-    "without any force": PendulumMotion(TrigonometricPotential(0.0, 0.0, 0.0), 1.0, 0.4, 0.0),
-    "between equal wells": replace(STEEL, pivot_y=0.0, theta_dot=0.0).motion,
-}
-
-
-@pytest.mark.parametrize("case", RESTS)
-def test_rest(case):
-    motion = RESTS[case]
-    assert motion.regime == "rest"
-    assert motion.action == 0.0
-    times = np.linspace(-1e9, 1e9, 300)
-    theta, theta_dot = motion.state(times)
-    start = double(motion.closed_form.theta0)
-    assert (theta == start).all()
-    assert (theta_dot == 0.0).all()
-    assert np.isnan(motion.time_at(np.array([start + 1.0])))
-    assert all(np.isfinite(u).all() for u in motion.uncertainty(times).values())
 
 
 @pytest.mark.parametrize("index", range(11))

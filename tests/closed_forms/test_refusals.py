@@ -8,7 +8,7 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.models.registry import scene
-from plumbob.tests.support.recorded import tuples
+from plumbob.tests.support.extrapolation import tuples
 
 ROWS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))["refused"]
 

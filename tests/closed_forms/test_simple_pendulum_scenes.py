@@ -4,26 +4,10 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.schemes import RK4, Scheme
-from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
-from plumbob.models.registry import case_of, scenes, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 
 SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
-
-
-@pytest.mark.long(keep=3)
-@pytest.mark.parametrize("name", [s.name for s in scenes(SIMPLE + "[df]*")])
-def test_two_methods_agree_on_the_reference(name):
-    # Required: 3e-12 over 50 s; for chaotic motion within the horizon that the scene states.
-    scene = find_scene(name)
-    problem = system_of(scene).problem(scene.parameters)
-    motion = DrivenMotion(problem.rotor, problem.theta, problem.theta_dot)
-    assert motion.certified.disagreement(np.array([50.0]))["theta"] < 3e-12
-    exact = system_of(scene).reference(problem)
-    times = np.linspace(0.0, 50.0, 40)
-    np.testing.assert_allclose(
-        exact.observe(times)["theta"], motion.observe(times)["theta"], rtol=0, atol=3e-12
-    )
 
 
 def test_an_error_that_is_not_small_is_reported():

@@ -40,16 +40,3 @@ def test_loads_exist_where_the_hull_says(seed):
     assert moment.sum() == pytest.approx(0.0, abs=1e-8)
     acceleration = forces.sum(axis=0) @ way / MASS
     assert stopping_distance(0.5, FRICTION, GRAVITY) == pytest.approx(0.5**2 / -2 / acceleration)
-
-
-@pytest.mark.parametrize("heading", [0.0, 0.4, 1.3])
-def test_a_tilt_moves_the_centre_as_springs_say(heading):
-    """The same from the balance of springs under the points."""
-    body = stance(3)
-    way = np.array([math.cos(heading), math.sin(heading)])
-    stiffness, force = 1e5, 2.0
-    arms = body.points - body.points.mean(axis=0)
-    # A tilt t, shape (2,), compresses the springs by arms @ t, and moves the centre by h t.
-    tilt = np.linalg.solve(stiffness * arms.T @ arms, force * body.height * way)
-    moved = body.height * tilt @ way
-    assert body.tilt(heading) == pytest.approx(moved / (force / stiffness))

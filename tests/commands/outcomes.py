@@ -6,13 +6,10 @@ from types import MappingProxyType
 from xml.etree import ElementTree
 
 from plumbob.engines import registry
-from plumbob.engines.method import Method, Simulation, Unsupported
+from plumbob.engines.method import Simulation, Unsupported
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
-
-Prepare = Callable[[Case, Method, float], Simulation]
 
 
 @dataclass(frozen=True)

@@ -150,18 +150,3 @@ def test_doctests_of_the_examples_run(tree, tmp_path):
     code += "r = doctest.testmod(m); sys.exit(r.failed or not r.attempted)"
     name = f"{PACKAGE}.analytic.systems.double_pendulum"
     run(tree, tmp_path, sys.executable, "-c", code, name)
-
-
-def test_examples_are_formatted_as_the_rest(tree, tmp_path):
-    ruff = shutil.which("ruff") or str(Path(sys.executable).with_name("ruff"))
-    if not Path(ruff).exists():
-        pytest.skip("ruff is not installed: the extra 'check'")
-    new = [
-        str(tree / path)
-        for example in EXAMPLES.values()
-        for path, group, _ in example.blocks
-        if group is None and path.suffix == ".py"
-    ]
-    options = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
-    for command in (["check"], ["format", "--check"]):
-        run(tree, tmp_path, ruff, *command, *options, *new)

@@ -10,7 +10,7 @@ from plumbob.analytic.numerics.elliptic.reciprocal_integral import ReciprocalInt
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.tests.support.recorded import recorded
+from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(Path(__file__).with_name("recorded.json"))
 NAMES = (*RATES, *ATTITUDE)

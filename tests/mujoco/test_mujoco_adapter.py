@@ -56,7 +56,7 @@ def test_armature_exceeds_the_load_wherever_the_pivot_is(pivot):
     ids=lambda case: case.scene.name,
 )
 def test_trimming_changes_no_bit(case):
-    # the cost itself is measured in tests/benchmarks; here 0.1 s of each is enough
+    # 0.1 s of each is enough
     contacts = ("mujoco/euler+coulomb", "mujoco/euler+reduced", "mujoco/euler")
     methods = METHODS.values() if case.system is SYSTEM else map(find_method, contacts)
     for method in methods:

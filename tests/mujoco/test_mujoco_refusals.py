@@ -7,8 +7,6 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco.options import BIT, needless_stages
-from plumbob.tests.mujoco.one_hinge import HINGE
 from plumbob.tests.support.cone_scene import SYSTEM, scene
 
 EULER = next(method for method in ENGINE.methods if method.name == "mujoco/euler")
@@ -45,29 +43,3 @@ def test_a_file_that_is_no_model_is_refused(tmp_path, text):
 def test_settings_that_mujoco_does_not_have_are_refused(settings, message):
     with pytest.raises(ParameterError, match=message):
         prepare(SYSTEM.case(scene()), replace(EULER, settings=settings), 1e-3)
-
-
-@pytest.mark.parametrize(
-    ("given", "needed"),
-    [
-        ({}, set()),
-        ({"joint": 'damping="1"'}, {"DAMPER"}),
-        ({"joint": 'stiffness="1"'}, {"SPRING"}),
-        ({"joint": 'frictionloss="1"'}, {"CONSTRAINT"}),
-        ({"joint": 'limited="true" range="-1 1"'}, {"CONSTRAINT"}),
-        ({"contype": 1}, {"CONSTRAINT", "CONTACT"}),
-        ({"more": '<option density="1"/>'}, {"SPRING", "DAMPER"}),
-        ({"more": "<sensor><clock/></sensor>"}, {"SENSOR"}),
-        (
-            {"joint": 'name="a"', "more": '<actuator><motor joint="a"/></actuator>'},
-            {"ACTUATION"},
-        ),
-    ],
-)
-def test_only_needless_stages_are_left_out(given, needed):
-    xml = HINGE.format(**{"joint": "", "contype": 0, "more": "", **given})
-    stages = {"CONSTRAINT", "CONTACT", "ACTUATION", "SPRING", "DAMPER", "SENSOR"}
-    model = mujoco.MjModel.from_xml_string(xml)
-    flags = needless_stages(model)
-    disabled = {stage for stage in stages if flags & int(getattr(BIT, f"mjDSBL_{stage}"))}
-    assert disabled == stages - needed

@@ -14,7 +14,7 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.tests.numerics.double_pendulum import double_pendulum
-from plumbob.tests.support.recorded import recorded
+from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(Path(__file__).with_name("recorded_motions.json"))
 

@@ -98,19 +98,6 @@ def test_a_method_that_does_not_converge_is_never_recommended(verdict):
     assert cheapest(one(FIRST, lambda h: 1e-9), 1e-3, verdicts).choice is None
 
 
-def test_a_surrogate_stands_beside_a_full_model_alone():
-    rail = replace(FIRST, name="made/rail", surrogate="a body on a rail")
-    curves = [(FIRST, STEPS, lambda h: h), (rail, STEPS, lambda h: 0.1 * h)]
-    both = cheapest(made_up(curves), 1e-3)
-    assert (both.choice.method, both.surrogate.method) == (FIRST.name, rail.name)
-    assert (both.runner_up, both.surrogate.surrogate) == (None, "a body on a rail")
-    assert [c.method for c in both.by_engine] == [FIRST.name]
-    alone = cheapest(made_up(curves[1:]), 1e-3)
-    assert (alone.choice, alone.surrogate, alone.best) == (None, None, None)
-    costly = cheapest(made_up(curves, ns=(1000.0, 1e5)), 1e-3)
-    assert costly.surrogate is None
-
-
 def test_without_theory_the_errors_themselves_have_to_converge():
     verdicts = {(SCENE, FIRST.name): Judged(Judgement("pre-asymptotic", {}, ""), ())}
     assert cheapest(one(FIRST, lambda h: h), 1e-3, verdicts).choice is not None

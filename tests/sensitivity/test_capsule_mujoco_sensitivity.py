@@ -1,30 +1,19 @@
 """MuJoCo's capsule: small mistakes are detected, bounds are not loose, random bodies pass."""
 
-from dataclasses import asdict
-
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.study.measurement import measure
-from plumbob.models.registry import case_of, scene, systems
-from plumbob.models.scene import Scene
-from plumbob.reports.judge.verdict import judge
+from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.cases import beyond
 from plumbob.tests.support.mujoco_capsule import (
-    FINE,
     LOADS,
     METHODS,
     REDUCED,
     run,
 )
-from plumbob.tests.support.random_capsules import ordinary_lines
-
-LINE = systems()["capsule-line"]
 
 
 def tight(found, name):
@@ -72,16 +61,3 @@ def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model():
     )
     bound = sum(ENGINE.model_error(case, method, 1e-3)["displacement"].values())
     assert np.abs(off).max() > bound
-
-
-@pytest.mark.long
-@settings(max_examples=40)
-@given(ordinary_lines(-2.0, 2.0), st.sampled_from(FINE), st.floats(20, 60), st.floats(-3, 3))
-def test_any_body_moves_as_predicted(line, method, fine, heading):
-    end = 1.02 * line.t2
-    assume(end * fine / line.t1 < 3000)
-    manoeuvre = {name: getattr(line, name) for name in ("w1", "w2", "t1", "direction")}
-    given = {**asdict(line.capsule), **manoeuvre, "heading": heading}
-    case, how = case_of(Scene("capsule-line/any", "", given, end, (), "")), METHODS[method]
-    judgement = judge(measure(case, how, line.t1 / fine)[0], LINE, how)
-    assert judgement.verdict == "predicted", judgement.reason

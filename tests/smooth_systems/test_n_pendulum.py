@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
-from plumbob.tests.support.recorded import recorded
+from plumbob.tests.support.extrapolation import recorded
 
 CASES = recorded(Path(__file__).with_name("recorded_chains.json"))
 

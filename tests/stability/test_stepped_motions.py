@@ -20,7 +20,6 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.stability import judged_limits, off_by
 from plumbob.tests.support import fixed_step
-from plumbob.tests.support.linear_response import growth
 
 NUDGE = 1e-6
 DAMPED_EULER = Scheme(EULER, implicit_damping=True)
@@ -97,45 +96,8 @@ def test_by_an_equilibrium_eigenvalues_set_the_limit(swing, scheme, wanted):
     assert unstable.step * math.sqrt(9.8) == pytest.approx(wanted, rel=1e-3)  # the margin's part
 
 
-@pytest.mark.parametrize(
-    "name", ["free-large", "rotating-slow", "damped-rotating", "near-top-1e-2"]
-)
-def test_growth_of_the_exact_motion(name):
-    """Beside the variational equations, carried for three times as long as theory does."""
-    limits, problem = (
-        theory(f"simple-pendulum/{name}"),
-        case_of(find_scene(f"simple-pendulum/{name}")).problem,
-    )
-    start, times = problem.started, np.linspace(0.0, 30.0 * limits.fastest, 1500)
-    factors = growth(problem.rotor, start.theta, start.theta_dot, times)
-    # a sum where the shear and what a period adds have other directions, and another scale of
-    # theta_dot where the fastest mode is a rotation: at most 4 both ways
-    for n in (100, 700, 1499):
-        ratio = limits.growth(float(times[n])) / float(np.maximum(factors[: n + 1].max(), 1.0))
-        assert 0.2 < ratio < 5.0
-
-
 def kind(theta, rate, rotor=None):
     return PendulumKinds(rotor or DrivenRotor(sin=9.8), 3.0)({"theta": theta, "theta_dot": rate})
-
-
-def test_kinds_of_motion():
-    phase = np.linspace(0.0, 40.0, 300)
-    swing = np.sin(phase)
-    assert kind(swing, np.cos(phase)) == "libration in well 0"
-    assert kind(swing + 2.0 * np.pi, np.cos(phase)) == "libration in well 1"
-    assert kind(3.0 * phase, 3.0 + 0.1 * swing) == kind(-3.0 * phase, -3.0 + swing) == "rotation"
-    assert kind(phase * np.sign(swing), 3.0 * np.cos(phase)) == "irregular"
-    fading = np.exp(-phase)
-    assert kind(swing * fading, np.cos(phase) * fading) == "at rest"
-    damped = DrivenRotor(sin=9.8, damping_rate=1.0)
-    assert kind(swing * fading, np.cos(phase) * fading, damped) == "settles in well 0"
-    assert kind(swing, 3.0 * np.cos(phase), damped) == "irregular"
-    assert kind(swing, 20.0 * 3.0 * np.cos(phase)) == "irregular"
-    assert kind(np.full(9, np.nan), np.zeros(9)) == "lost"
-    wells = DrivenRotor(sin2=50.0, sin=9.8)  # two wells, at +-1.52, and crests at 0 and pi
-    assert kind(1.5 + 0.1 * swing, np.cos(phase), wells) == "libration in well 1"
-    assert kind(2.0 * swing, np.cos(phase), wells) == "libration in well 0 and 1"
 
 
 @pytest.mark.long(keep=1)

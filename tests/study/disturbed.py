@@ -1,6 +1,5 @@
 """A small study by `plumbob validate` in processes of its own, which a test ends too early."""
 
-import os
 import signal
 import sqlite3
 import subprocess
@@ -101,16 +100,6 @@ def ended(process):
     while group(process.pid) and time.monotonic() - begin < LOADED * ENDS:
         time.sleep(0.01)
     return err, time.monotonic() - begin
-
-
-def sent(process, number, target):
-    """Send a signal to the process, to one of its workers, or to its group."""
-    if target == "group":
-        os.killpg(process.pid, number)
-    else:
-        at = children(process)[:1] if target == "worker" else [process.pid]
-        for pid in at:
-            os.kill(pid, number)
 
 
 def stored(out):

@@ -12,18 +12,14 @@ from plumbob.analytic.stability import EVERY, RATIO, StabilityTheory, StepLimit
 from plumbob.analytic.tableau import CLASSICAL
 from plumbob.engines.adapters import integrators
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.checkpoint import measured_into
-from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.stability import (
     MeasuredLimit,
     Stability,
     StabilitySearch,
-    StepPrediction,
     bracket,
     measured,
     stability,
 )
-from plumbob.engines.study.store import studies_of
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.judge.stability import judged_limits
@@ -185,21 +181,3 @@ def test_damping_that_is_explicit_is_red_where_implicit_damping_is_predicted():
 def test_a_limit_is_judged_from_both_sides(predicted, holds, fails, equilibrium, wanted):
     limit = MeasuredLimit("unstable", predicted, holds, fails, "lost")
     assert judged("ode/rk4", Stability((limit,), equilibrium)) == [wanted]
-
-
-def test_predicted_limits_are_stored_with_their_pair_and_read_back_by_scene(tmp_path):
-    """Of the parameters that are run, not those that the scene's name is registered with."""
-    scene, method = find_scene(SWING), find_method("ode/euler")
-    slower = replace(scene, parameters={**scene.parameters, "gravity": 9.8 / 4.0})
-    request = StepPrediction(SWING, method.name)
-    limits = []
-    for number, run in enumerate((scene, slower)):
-        file = tmp_path / str(number)
-        with measured_into(file) as kept:
-            run_study((run,), (method,), timed=False, requests=lambda _: [request], kept=kept)
-        (study,) = studies_of(file, SWING)
-        known = study.step_limit(SWING, method.name)
-        assert not known.measured
-        limits.append(known.step)
-        assert study.step_limit(SWING, "ode/rk4") is None
-    assert limits == pytest.approx([2.0 / OMEGA, 4.0 / OMEGA], rel=0.01)

@@ -95,30 +95,6 @@ def test_a_study_goes_on_after_a_signal(number, moment, out, undisturbed, capsys
 
 
 @pytest.mark.long
-def test_workers_are_killed_then_the_parent_then_all_are_interrupted(out, undisturbed):
-    study = disturbed.begun(out, 2)
-    disturbed.until(lambda: len(disturbed.children(study)) == 2, study)
-    disturbed.sent(study, signal.SIGKILL, "worker")
-    disturbed.until(lambda: len(disturbed.logged(out)) > 0, study)
-    disturbed.sent(study, signal.SIGKILL, "parent")
-    _, seconds = disturbed.ended(study)
-    assert study.returncode == -signal.SIGKILL
-    assert seconds < disturbed.LOADED * disturbed.ENDS
-    study = disturbed.begun(out, 2)
-    assert "plumbob: goes on: " in study.stderr.readline()
-    disturbed.until(lambda: len(disturbed.children(study)) > 0, study)
-    disturbed.sent(study, signal.SIGINT, "group")
-    err, seconds = disturbed.ended(study)
-    assert study.returncode == 130
-    assert seconds < disturbed.LOADED * disturbed.ENDS
-    assert "plumbob: interrupted; " in err
-    assert (out / "index.html").read_text() == OLD
-    assert main(disturbed.words(out, 1)) == 0
-    assert set(Counter(disturbed.logged(out)).values()) == {1}
-    assert disturbed.figures(out) == disturbed.figures(undisturbed)
-
-
-@pytest.mark.long
 def test_a_second_process_waits_for_the_first(out, undisturbed, capsys):
     first = disturbed.begun(out, 1)
     disturbed.until(lambda: len(disturbed.logged(out)) > 0, first)

@@ -46,12 +46,3 @@ def condition(rotor, theta, theta_dot, times):
         "theta": total[:, 0] + np.abs(times * v),
         "theta_dot": total[:, 1] + np.abs(times * rotor.acceleration(times, x, v)),
     }
-
-
-def growth(rotor, theta, theta_dot, times):
-    """Largest factor by which a small change of the start has grown at `times` [s], shape (n,),
-    theta_dot measured in units of the rotor's rate. Raises ParameterError."""
-    matrix = sensitivity(rotor, theta, theta_dot, times)
-    rate = rotor.rate()
-    scaled = matrix * np.array([[1.0, rate], [1.0 / rate, 1.0]])
-    return np.asarray(np.linalg.norm(scaled, ord=2, axis=(1, 2)))

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.mujoco import ENGINE
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cases import run_of, verdict_of
 
@@ -12,7 +11,6 @@ METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods}
 DEFAULT_SETTINGS = ("euler", "implicitfast", "rk4", "euler+pyramidal", "euler+elliptic")
 GOOD = ("euler+coulomb", "euler+coulomb+noslip", "implicitfast+coulomb", "rk4+coulomb")
 REDUCED = ("euler+reduced", "rk4+reduced")
-FINE = ("euler+coulomb", "euler+coulomb+noslip", "euler+reduced", "rk4+coulomb")
 LOADS = tuple(f"normal_force_{i}" for i in (1, 2, 3))
 
 
@@ -24,20 +22,6 @@ def run(name, method, step, other=None, **changes):
 def verdict(found, method):
     """The verdict on a run."""
     return verdict_of(found, METHODS[method])
-
-
-def problem(name, **changes):
-    """The problem of a scene."""
-    scene = find_scene(name, changes)
-    found = system_of(scene).problem(scene.parameters)
-    assert isinstance(found, CapsuleProblem)
-    return found
-
-
-def displaced(name, method, step, **changes):
-    """Error of the displacement at the end of a run [m], and its prediction."""
-    error = run(name, method, step, **changes)[0].errors["displacement"]
-    return error.end, error.predicted.end
 
 
 def loads(name, method, step):

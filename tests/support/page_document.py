@@ -19,8 +19,6 @@ from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.view.page import FIRST
 
-LOADS = ("src", "srcset", "data", "data-src")  # attributes that name a file
-
 
 class Document(HTMLParser):
     """Parts of a page for tests: ids, links, loaded files, plots, and the text of tables."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from hypothesis import strategies as st
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import integrate
@@ -61,24 +60,6 @@ CASES = MappingProxyType(
         "cone": _cone(),
     }
 )
-
-
-@st.composite
-def cases(draw):
-    """Any rotor of moderate rates, damped and forced."""
-    size, small = st.floats(-10.0, 10.0), st.floats(0.0, 5.0)
-    rotor = DrivenRotor(
-        sin2=draw(size),
-        cos=draw(size),
-        sin=draw(size),
-        damping_rate=draw(small),
-        forcing_amplitude=draw(size),
-        forcing_frequency=draw(st.floats(-5.0, 5.0)),
-        forcing_phase=draw(st.floats(-4.0, 4.0)),
-        stiffness=draw(small),
-    )
-    start = draw(st.floats(-4.0, 4.0)), draw(size)
-    return Case(rotor, *(round(number, 3) for number in start), 2.0)
 
 
 def motion(case):

@@ -9,7 +9,6 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cases import run_of, verdict_of
 
 METHODS = {m.name.partition("/")[2]: m for m in ENGINE.methods if "model" in m.settings}
-GOOD = ("feet", "side")
 
 
 def run(name, model, step, other=None, **changes):
@@ -20,11 +19,6 @@ def run(name, model, step, other=None, **changes):
 def verdict(found, model):
     """The verdict on a run."""
     return verdict_of(found, METHODS[model])
-
-
-def last(name, model, step, **changes):
-    """Displacement at the end of a run [m]."""
-    return float(run(name, model, step, **changes)[1].observables["displacement"][-1])
 
 
 def moved(line, model, step):

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.models.registry import case_of, scene
 
 CHECK = Capsule(1.0, 0.3, 0.02, ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15)), 0.3, 9.81)
 LIMIT = CHECK.holding_acceleration
@@ -46,29 +45,3 @@ def lines(draw, friction=None):
     a, b, c = ((size * x, size * y) for x, y in capsule.supports)
     start = draw(st.floats(-1.0, 0.1)) * stroke
     return LineManoeuvre(replace(capsule, supports=(a, b, c)), w1, w2, t1, heading, start)
-
-
-@st.composite
-def ordinary_lines(draw, lightest=-1.5, heaviest=0.7):
-    """Line manoeuvres of bodies and triangles that are not extreme; m/M is ten to the power of
-    `lightest` to `heaviest`."""
-    supports, mass = draw(triangles(0.1, 0.3)), draw(st.floats(0.2, 5.0))
-    squares = [x**2 + y**2 for x, y in supports]
-    slider = mass * 10.0 ** draw(st.floats(lightest, heaviest))
-    inertia = mass * sum(squares) / 3 * draw(st.floats(0.3, 1.5))
-    body = Capsule(mass, slider, inertia, supports, draw(st.floats(0.05, 1.0)), 9.81)
-    holding, way = body.holding_acceleration, 0.3 * math.sqrt(min(squares)) / body.mass_ratio
-    w1, w2 = holding * draw(st.floats(1.2, 5.0)), holding * draw(st.floats(0.2, 0.9))
-    t1 = math.sqrt(draw(st.floats(0.1, 1.0)) * 2 * way * w2 / (w1 * (w1 + w2)))
-    return LineManoeuvre(body, w1, w2, t1, draw(st.floats(-4.0, 4.0)))
-
-
-def changed(name, changes):
-    """A scene of a capsule with changed parameters; repeated manoeuvres begin when they did, for
-    nothing is predicted of those that begin between two steps."""
-    usual = scene(name)
-    if "pause" not in usual.parameters:
-        return scene(name, changes)
-    period = case_of(usual).problem.motion.period
-    shortest = case_of(scene(name, {**changes, "pause": 0.0})).problem.motion.period
-    return scene(name, {**changes, "pause": period - shortest})

@@ -9,7 +9,6 @@ speed of the order of delta. Only the slider's path is common with the event-dri
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
@@ -19,9 +18,6 @@ from plumbob.analytic.reference import Array
 
 RELATIVE, ABSOLUTE = 1e-9, 1e-13
 TINY = 1e-30  # complex step of a derivative, free of cancellation
-
-Kinematics = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
-Slider = Callable[[float], Kinematics]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Studies for tests of reports: a small measured one, and made-up ones."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -26,7 +26,6 @@ from plumbob.tests.sharing.shared import shared
 SCENE = "cone-pendulum/rotating-base"
 COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"
 NS = 1000.0  # [ns] of a step, and of an evaluation
-Error = Callable[[float], float]
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plumbob.analytic.systems.three_points.implicit_friction import onset
 from plumbob.analytic.systems.three_points.rest import load_factor
 
 RATES = st.floats(-3.0, 3.0)
-ANGLES = st.floats(0.0, 2 * math.pi)
 
 
 @st.composite
@@ -48,17 +46,3 @@ def test_a_full_slip_is_the_edge_of_the_set(held, slip, size):
     # The direction is the argument of a minimum: accurate to the root of the accuracy of its value.
     along = np.array(slip) / np.linalg.norm(slip)
     assert np.abs(worst / np.linalg.norm(worst) - along).max() <= 1e-5
-
-
-@given(supports(), st.integers(0, 2), st.floats(0.01, 3.0), ANGLES, st.floats(0, 0.999999))
-def test_a_pivot_starts_about_its_support(held, about, spin_up, angle, part):
-    limits, arms = held
-    accelerations = 1j * spin_up * (arms - arms[about])
-    forces = np.array([complex(a) for a in accelerations])
-    forces[about] = part * np.exp(1j * angle)
-    sizes = np.where(np.arange(3) == about, 1.0, np.abs(accelerations))
-    force, torque = wrench(limits * forces / sizes, arms)
-    linear = complex(-1j * spin_up * arms[about])
-    answer = onset(1.3, 0.2, limits, arms, force + 1.3 * linear, torque + 0.2 * spin_up)
-    assert (answer.mode, answer.support) == ("pivot", about)
-    assert answer.angular == pytest.approx(spin_up, rel=1e-11)
