@@ -12,6 +12,7 @@ parameters, eq. 1 predicts all but the rounding; of a way without eps the error 
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -47,6 +48,10 @@ NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error
 POWER = 4.0
 # Calibrated, by tests/gradients: what rounding does to runs, of its bound.
 TYPICAL = 3e-3
+# Calibrated by capsule-plan/beside-curve-31: where a support stops within a step, and a solver's
+# residual with it, a model's error jumps from one parameter to the next, by 2e-3 of its bound.
+JUMP = 5e-3
+COURSE, LOST = 65, 1e6  # times at which derivatives' growth is read, and a relative one of nothing
 SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
 LEAST = 4  # differences that show a best one
 WORK = 2e5  # equivalent number of steps of derivatives by a sweep of runs, roughly
@@ -225,6 +230,22 @@ class _Runs:
             remainder,
         )
 
+    def jumps(self, name: str, low: float, high: float) -> float:
+        """A bound on those of a model's error, over how far two values are apart."""
+        return JUMP * sum(self.at(value)[name].model for value in (low, high)) / (high - low)
+
+    def corner(self, name: str, eps: float) -> float:
+        """By how much the slopes of the predicted error differ on both sides: it jumps where the
+        motion is a special one, next to which another theory holds, and has a corner where a
+        switch falls on the end of a step."""
+        value = self.number.value
+        try:
+            ends = [self.at(at)[name].error for at in (value - eps, value, value + eps)]
+        except (ParameterError, Unsupported):
+            return 0.0
+        errors = [error for error in ends if error is not None]
+        return abs(float(np.diff(errors, 2)[0])) / eps if len(errors) == 3 else 0.0
+
 
 def _predicted(error: ObservedError) -> float | None:
     """The predicted error at the end; 0 of a solver that is held to a second run; None where there
@@ -325,11 +346,8 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     possible."""
     number, tried, why = runs.number, list[Difference](), ""
     for eps in sorted(asked or (part * number.size for part in SWEEP), reverse=True):
-        low, high = (number.value + side * eps for side in SIDES[record.way])
         try:
-            tried.append(
-                replace(runs.difference(record.of, (low, high), record.reference), eps=eps)
-            )
+            tried.append(_difference(runs, record, eps))
         except (ParameterError, Unsupported) as error:
             why = str(error)
     if not tried:
@@ -344,6 +362,17 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
         measured_best=best_eps(epses, measured, order),
         cost=2.0,
     )
+
+
+def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
+    """That of a way with one eps, with all that its contacts leave open; raises ParameterError and
+    Unsupported."""
+    number, sides = runs.number, SIDES[record.way]
+    low, high = (number.value + side * eps for side in sides)
+    difference = runs.difference(record.of, (low, high), record.reference)
+    near = (NEAR * number.size, *([eps] if 0 in sides else []))
+    left = runs.jumps(record.of, low, high) + max(runs.corner(record.of, each) for each in near)
+    return replace(difference, eps=eps, remainder=difference.remainder + left)
 
 
 def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float | None:
@@ -371,11 +400,25 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     near, unit = _near(runs, record), scheme_of(number.case, method).unit
     tried = replace(near, computed=computed, truncation=0.0, rounding=near.rounding / unit)
     left = tried.remainder + own.precision * unit * abs(computed) * record.at / step
+    if own.precision:  # of what is small at the end, but was large, and lost by then
+        lost = near.rounding * NEAR * number.size / sys.float_info.epsilon
+        left += own.precision * lost * _growth(number, record.at)
     second = engine.ability(SecondRun)
     if method.control == "tolerance" and second is not None:
         other = _asked(own, number, *second.of(method), record.of)
         tried = replace(tried, slope=0.0, rounding=SURE * abs(computed - other))
     return replace(record, tried=(replace(tried, remainder=left),), cost=cost)
+
+
+def _growth(number: Number, end: float) -> float:
+    """The largest derivative by a number, until an end [s], of any observable relative to it."""
+    from plumbob.models.gradient import exact_gradient
+
+    times = np.linspace(0.0, end, COURSE)
+    exact = exact_gradient(number.case, [number.name], times)[number.name].values
+    observed = number.case.reference.observe(times)
+    sizes = ((np.abs(exact[name]).max(), np.abs(observed[name]).max()) for name in exact)
+    return max((s / o for s, o in sizes if s * number.size < LOST * o), default=0.0)
 
 
 def _timed(own: OwnDerivative, engine: Engine, runs: _Runs, name: str) -> tuple[float, float]:
@@ -396,7 +439,7 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
     )
-    apart = abs((near.slope or 0.0) - (wider.slope or 0.0))
+    apart = abs((near.slope or 0.0) - (wider.slope or 0.0)) + runs.corner(record.of, size)
     return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
 
 

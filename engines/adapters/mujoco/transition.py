@@ -9,14 +9,15 @@ Their rounding is a unit in the last place of a state over NUDGE in each step: 1
 derivative, calibrated in tests/gradients. In the step in which a support begins to slip it is
 slower than NUDGE, which turns its friction round: with contacts the differences are TOUCHING, at
 which rounding is smaller than that. On capsule-turn/pivot at 0.15 to 1 ms the product is then
-within 1e-4 of the run's derivative, and up to 5e-3 off with NUDGE.
+within 1e-4 of the run's derivative, and up to 5e-3 off with NUDGE. An implicit integrator takes the
+velocity from contact forces, whose rounding is 1e4 times that of an acceleration: it has NUDGE.
 
 Where nothing touches a step's acceleration a is that of the inverse dynamics g(q, v, a), so that
 
     da = -(dg/da)^-1 (dg/dq dq + dg/dv dv)                                                      (2)
 
 moves the velocity. Those are forward differences, with an error in proportion to their size, but
-for the mean of one of NUDGE and one of -NUDGE.
+for the mean of one of NUDGE and one of -NUDGE, and by a, of which g is a linear function.
 """
 
 from __future__ import annotations
@@ -53,21 +54,22 @@ def transition(number: Number, method: Method, step: float) -> Mapping[str, floa
         )
     model, data, along = here.model, here.data, _at_start(runs)
     by_state, by_control = np.zeros((along.size,) * 2), np.zeros((along.size, model.nu))
-    nudge = difference(model)
+    by_forces = model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
+    nudge = NUDGE if by_forces else difference(model)
     with options.collected():  # warnings are those of the run itself
         for control, change in zip(*_controls(runs), strict=True):
             data.ctrl[:] = control
             mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
             along = by_state @ along + by_control @ change
             mujoco.mj_step(model, data)
-        return _read(here, along)
+        return _read(runs, along)
 
 
 def inverse(number: Number, method: Method, step: float) -> Mapping[str, float]:
     """The same by eq. 2; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
     model, data = here.model, here.data
-    if model.ngeom:
+    if model.ngeom or model.dof_frictionloss.any():
         raise Unsupported(
             "mjd_inverseFD has differences of accelerations that are too large for friction"
         )
@@ -82,7 +84,7 @@ def inverse(number: Number, method: Method, step: float) -> Mapping[str, float]:
             before.ctrl[:] = data.ctrl[:] = control
             mujoco.mj_step(model, data)
             _step_ahead(model, before, data.qvel, along[: 2 * model.nv].reshape(2, -1))
-        return _read(here, along)
+        return _read(runs, along)
 
 
 def _step_ahead(model: mujoco.MjModel, before: mujoco.MjData, after: Array, along: Array) -> None:
@@ -90,11 +92,14 @@ def _step_ahead(model: mujoco.MjModel, before: mujoco.MjData, after: Array, alon
     `after`."""
     (places, rates), step = along, model.opt.timestep
     before.qacc[:] = (after - before.qvel) / step
-    both = np.zeros((2, 3, model.nv, model.nv))  # by places, rates and accelerations
-    for eps, into in zip((NUDGE, -NUDGE), both, strict=True):
-        mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 4)
-    by_place, by_rate, by_acceleration = both.mean(axis=0).transpose(0, 2, 1)
-    rates -= step * np.linalg.solve(by_acceleration, by_place @ places + by_rate @ rates)
+    both, mass = np.zeros((2, 2, model.nv, model.nv)), np.zeros((model.nv,) * 2)
+    for eps, into in zip((NUDGE, -NUDGE), both, strict=True):  # by places and rates
+        mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 5)
+    # Linear in accelerations, of which a nudge is lost beside 1e6 rad/s^2.
+    size = 1.0 + float(np.abs(before.qacc).max())
+    mujoco.mjd_inverseFD(model, before, size, True, None, None, mass, *[None] * 4)
+    by_place, by_rate = both.mean(axis=0).transpose(0, 2, 1)
+    rates -= step * np.linalg.solve(mass.T, by_place @ places + by_rate @ rates)
     ends = before.qpos.copy(), before.qpos.copy()
     for side, end in zip((-NUDGE, NUDGE), ends, strict=True):
         mujoco.mj_integratePos(model, end, places, side)
@@ -140,8 +145,10 @@ def _at_start(beside: Beside) -> Array:
     return along
 
 
-def _read(here: MujocoSimulation, along: Array) -> Mapping[str, float]:
-    """The derivatives of the observables in a state that changes `along` a tangent."""
+def _read(beside: Beside, along: Array) -> Mapping[str, float]:
+    """The derivatives of the observables in a state that changes `along` a tangent, read as the
+    cases on both sides read them."""
+    low, here, high, apart = beside
     model, data = here.model, here.data
 
     def observe(side: float) -> Mapping[str, Array]:
@@ -149,4 +156,9 @@ def _read(here: MujocoSimulation, along: Array) -> Mapping[str, float]:
         mujoco.mj_integratePos(model, qpos, along[: model.nv], side)
         return here.translation.observe(qpos[None], qvel[None])[0]
 
-    return moved(observe, along)
+    end = data.qpos[None], data.qvel[None]
+    less, more = (run.translation.observe(*end)[0] for run in (low, high))
+    slopes = moved(observe, along)
+    return {
+        name: slope + float(more[name][0] - less[name][0]) / apart for name, slope in slopes.items()
+    }
