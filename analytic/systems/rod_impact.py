@@ -1,17 +1,10 @@
-"""A rod that strikes a rough floor at an angle: Routh's impact, in which it slides, sticks or
-reverses its slip.
+"""A rod that strikes a rough floor at an angle, with one of its ends.
 
-While the normal impulse P grows, the velocity s along and v off the floor of the lower end of a
-uniform rod at an angle t from the floor, which points forward where t > pi/2, change as
-
-    ds/dP = b + a q,  dv/dP = c + b q,  m (a, b, c) = 1 + 3 sin^2 t, -3 sin t cos t, 1 + 3 cos^2 t
-
-with the friction impulse dQ/dP = q: -f sign(s) in slip; where that has ended -b/a, which holds the
-end, or the nearest that friction has (Routh 1905, Dynamics of a System of Rigid Bodies, 187-193).
-Compression ends where v = 0, and the impact where v is -e times its first value (Newton), P is
-1 + e times that of compression (Poisson), or e^2 of the work of compression is given back (Stronge
-1990, Proc. R. Soc. Lond. A 431, 169). Where c + b q < 0 forces press the sliding end down, and a
-rod that slides without falling has an impact (Genot and Brogliato 1999, Eur. J. Mech. A 18, 653).
+Of the lower end of a uniform rod at an angle t from the floor, which points forward where t > pi/2,
+the inverse masses along the floor, across and off it are m (a, b, c) = 1 + 3 sin^2 t,
+-3 sin t cos t, 1 + 3 cos^2 t (Routh 1905, Dynamics of a System of Rigid Bodies, 187-193). Where
+forces press the sliding end down, a rod that slides without falling has an impact (Genot and
+Brogliato 1999, Eur. J. Mech. A 18, 653).
 """
 
 from __future__ import annotations
@@ -24,10 +17,10 @@ from functools import cached_property
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
+from plumbob.analytic.numerics.point_impact import LAWS, PointImpact
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
 from plumbob.analytic.reference import Array, LinearResponse
 
-LAWS = ("newton", "poisson", "energetic")
 ROUNDINGS = 16.0  # of each parameter
 INSTANTS = 2001  # at which the ends are looked at after the impact
 
@@ -39,7 +32,7 @@ class RodImpact(LinearResponse):
     and strikes it with a coefficient of `friction`, and of `restitution` by a `law` of LAWS; raises
     ParameterError.
 
-    >>> RodImpact(1.0, 1.0, 1.1, 0.5, -2.0, 0.3, 0.5, "newton", 9.81).outcome
+    >>> RodImpact(1.0, 1.0, 1.1, 0.5, -2.0, 0.3, 0.5, "newton", 9.81).impact.outcome
     'slides'
     """
 
@@ -54,17 +47,13 @@ class RodImpact(LinearResponse):
     gravity: float
 
     def __post_init__(self) -> None:
-        for name in ("length", "mass", "angle", "restitution", "gravity"):
+        for name in ("length", "mass", "angle", "gravity"):
             positive(name, getattr(self, name))
         finite("speed", self.speed)
-        non_negative("friction", self.friction)
-        for name, most in (("angle", 3.1415), ("restitution", 1.0)):
-            if (value := getattr(self, name)) > most:
-                raise ParameterError(name, value, f"at most {most:g}")
-        if self.law not in LAWS:
-            raise ParameterError("law", self.law, f"one of {', '.join(LAWS)}")
-        strikes = self.jams and self.law != LAWS[0]  # which gives nothing back to what never fell
-        if not (non_negative("height", self.height) or strikes):
+        if self.angle > 3.1415:
+            raise ParameterError("angle", self.angle, "at most 3.1415")
+        falls, strikes = non_negative("height", self.height), self.impact.jams
+        if not falls and (not strikes or self.law == LAWS[0]):  # gives back to what fell alone
             raise ParameterError("height", self.height, "greater than 0, or there is no rebound")
 
     @property
@@ -73,76 +62,33 @@ class RodImpact(LinearResponse):
         sine, cosine, light = math.sin(self.angle), math.cos(self.angle), 1.0 / self.mass
         return light * (1 + 3 * sine**2), -3 * light * sine * cosine, light * (1 + 3 * cosine**2)
 
-    @property
-    def ratios(self) -> tuple[float, float]:
-        """q in the slip of the start, and after it."""
-        (a, b, _), f = self.weights, self.friction
-        after = min(max(-b / a, -f), f)
-        return (-math.copysign(f, self.speed) if self.speed else after), after
-
-    @property
-    def jams(self) -> bool:
-        """Whether forces press its sliding end down: Painleve's rod, its lower end ahead, with f of
-        more than (1 + 3 cos^2 t)/|3 sin t cos t|, 4/3 or more."""
-        return self.weights[2] + self.weights[1] * self.ratios[0] < 0.0
+    @cached_property
+    def impact(self) -> PointImpact:
+        """The impact of its lower end."""
+        speeds = self.speed, -self.gravity * self.fall
+        return PointImpact(self.weights, self.friction, self.restitution, self.law, *speeds)
 
     @property
     def fall(self) -> float:
         """Time of the impact [s]."""
         return math.sqrt(2.0 * self.height / self.gravity)
 
-    @cached_property
-    def impulses(self) -> tuple[float, float, float]:
-        """P where slip ends and in all, and the friction impulse Q [N s]; by v and its work, which
-        are polynomials of P before and after the end of slip."""
-        (a, b, c), (q, after) = self.weights, self.ratios
-        slows, v, rate, later = b + a * q, -self.gravity * self.fall, c + b * q, c + b * after
-        ends = -self.speed / slows if self.speed * slows < 0.0 else math.inf
-        slip = ends if self.speed else 0.0
-        then = v + rate * slip  # v where slip ends
-
-        def reached(speed: float) -> float:
-            return slip + (speed - then) / later if speed > then else (speed - v) / rate
-
-        if self.law == "newton":
-            total = reached(-self.restitution * v)
-        elif self.law == "poisson":
-            total = (1.0 + self.restitution) * reached(0.0)
-        else:
-            pressed = -(v + min(then, 0.0)) * min(reached(0.0), slip)  # twice the work in slip
-            total = reached(_rebound(self.restitution, pressed, then, rate, later))
-        slid = min(total, slip)
-        return slip, total, q * slid + after * (total - slid)
-
-    @property
-    def outcome(self) -> str:
-        """`slides`, `sticks` or `reverses`."""
-        slip, total, _ = self.impulses
-        if total > slip and -self.weights[1] / self.weights[0] == self.ratios[1]:
-            return "sticks"
-        return "reverses" if total > slip > 0.0 else "slides"
-
     def _flown(self, times: Array) -> Mapping[str, Array]:
-        _, up, along = self.impulses
-        sine, cosine, g = math.sin(self.angle), math.cos(self.angle), self.gravity
-        since = np.maximum(times - self.fall, 0.0)
-        turned = 6.0 * (along * sine - up * cosine) / self.length
+        _, up, along = self.impact.impulses
+        sine, cosine, since = math.sin(self.angle), math.cos(self.angle), times - self.fall
+        since = np.maximum(since, 0.0) / self.mass
+        begun = self.height + self.length / 2.0 * sine
         return {
-            "x": self.speed * times + along / self.mass * since,
-            "z": self.height
-            + self.length / 2.0 * sine
-            - g * times**2 / 2.0
-            + up / self.mass * since,
-            "angle": self.angle + turned / self.mass * since,
+            "x": self.speed * times + along * since,
+            "z": begun - self.gravity * times**2 / 2.0 + up * since,
+            "angle": self.angle + 6.0 * (along * sine - up * cosine) / self.length * since,
         }
 
     @cached_property
     def until(self) -> float:
         """A time [s] shortly before an end strikes for a second time."""
-        late = self.fall + self.impulses[1] / self.mass / self.gravity
-        most = 2.0 * late + math.sqrt(
-            8.0 * self.length / self.gravity
-        )  # by then it is in the floor
+        late = self.fall + self.impact.impulses[1] / self.mass / self.gravity
+        most = 2.0 * late + math.sqrt(8.0 * self.length / self.gravity)  # it is in the floor then
         times = np.linspace(self.fall, most, INSTANTS)
         flown = self._flown(times)
         above = flown["z"] > self.length / 2.0 * np.abs(np.sin(flown["angle"]))
@@ -160,11 +106,3 @@ class RodImpact(LinearResponse):
         doubts = rounded_inputs(self, lambda rod: rod._flown(times), ROUNDINGS)
         moved = ULP * (self.length + abs(self.speed) * times)
         return {name: doubt + moved for name, doubt in doubts.items()}
-
-
-def _rebound(e: float, pressed: float, then: float, rate: float, later: float) -> float:
-    """The velocity off the floor [m/s] that gives back e^2 of the work of compression: the impulse
-    times the mean velocity, here twice that."""
-    low, high = min(then, 0.0), max(then, 0.0)
-    back, first = e**2 * (pressed + low**2 / later), high**2 / rate if high else 0.0
-    return math.sqrt(high**2 + later * (back - first) if back > first else rate * back)

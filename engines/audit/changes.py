@@ -10,7 +10,9 @@ from typing import Any
 SETTINGS = ("integrator", "step", "start", "control", "control_period", "duration", "worst_body")
 OF_CONTACTS = ("integrator", "step", "speed", "distance", "not_determined", "method", "stiffness")
 ABSENT = "none"
-ROUNDING = 1e-9  # relative: runs of a contact audit differ by no more where nothing has changed
+# Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
+# another processor rounds is far below a nanometre, and what an edit does above
+ROUNDING = 1e-9
 MOST = 12  # numbers of a state that are written out
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from plumbob.analytic.systems.rod_impact import LAWS, RodImpact
+from plumbob.analytic.numerics.point_impact import LAWS
+from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.models.field_systems import contact_system, field_values
 from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
 
@@ -16,11 +17,11 @@ NEWTON, POISSON, ENERGETIC = LAWS
 def facts(rod: RodImpact) -> Mapping[str, Any]:
     """Time of the impact [s], its outcome, whether the rod is Painleve's, normal and friction
     impulse [N s], and when an end strikes again [s]."""
-    _, normal, along = rod.impulses
+    _, normal, along = rod.impact.impulses
     return {
         "impact_time": rod.fall,
-        "outcome": rod.outcome,
-        "jams": rod.jams,
+        "outcome": rod.impact.outcome,
+        "jams": rod.impact.jams,
         "normal_impulse": normal,
         "friction_impulse": along,
         "next_impact": rod.until,

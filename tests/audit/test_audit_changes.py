@@ -50,6 +50,8 @@ AUDIT = {
         ),
         ({"unstable": True}, "unstable", math.inf),
         ({"step": 0.01}, "step", None),
+        ({"duration": 1.0 + 2e-9}, "duration", None),
+        ({"duration": 1.0 + 5e-10}, None, None),
         ({"versions": {"mujoco": "4.0.0"}}, "version of mujoco", None),
         ({"fields": {"opt.timestep": "0.01"}}, "field opt.timestep", None),
         ({"fields": {}}, "field opt.timestep", None),

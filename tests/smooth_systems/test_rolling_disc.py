@@ -53,6 +53,13 @@ def test_runs_are_predicted_to_nine_digits(case, step):
         assert error.predicted.difference < 1e-9 < 1e-3 < error.largest
 
 
+def test_rounding_uses_a_part_of_its_bound():
+    """A tenth and more: ROUNDED is calibrated."""
+    of, how = case_of(scene("rolling-disc/circle")), method("mujoco/euler+coulomb")
+    error = measure(of, how, 3e-3)[0].errors["tilt"]
+    assert 0.1 < error.predicted.difference / error.left_open < 1.0
+
+
 def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts():
     times, scheme = np.array([0.1]), Scheme(EULER, contact=ROLLS)
     assert DiscErrors(DISC).at_step(scheme, 1e-3, times).errors

@@ -19,7 +19,9 @@ ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 RATE, DAMPING = 0.4, 0.3  # of its spring, per step, and its damping ratio
 FRICTION = 1.0  # of the models
 YIELDS = 9.999e-6  # friction's softness over the inverse mass, by impedance and impratio
-ROUNDED = 20.0  # units in the last place, as of inputs, and a disc of a millionth of its radius
+# Calibrated, of units in the last place, as of inputs, and a disc of a millionth of its radius:
+# half of what they allow is used (test_rolling_disc.py)
+ROUNDED = 20.0
 
 
 def turning(angles: Array) -> Array:

@@ -27,6 +27,7 @@ IMPEDANCE = 0.99  # d: the solver loses two digits, and gravity acts by 1 %
 RATE = 0.2  # chosen: of the spring, per step: a contact lasts for 16 steps
 LEAST = 0.01  # of a spring and damper: an overdamped one gives something back, too
 KEPT = 0.899999976158142**60  # of a penetration after 1 s, pymunk's default
+ITERATIONS = 50  # of pymunk's solver, where an impact has two impulses
 SLOP = 1e-4  # of the height: the penetration that pymunk leaves
 NEARBY = 2.0 * ULP  # relative change of inputs, by which a run changes as by rounding
 
@@ -57,6 +58,10 @@ class SoftImpact:
         """The two as MuJoCo takes them."""
         return -self.stiffness, -self.damping
 
+    def pressed(self, z: float, speed: float) -> float:
+        """Acceleration [m/s^2] by the spring and damper alone at a depth z < 0 [m]."""
+        return max(0.0, -self.stiffness * z - self.damping * speed)
+
     def acceleration(self, gravity: float, z: float, speed: float) -> float:
         """Of a ball whose lowest point is at z [m] [m/s^2]."""
         if z >= 0.0:
@@ -72,6 +77,28 @@ def soft_impact(restitution: float, step: float) -> SoftImpact:
     zeta = damping_ratio(restitution)
     rate = RATE / (step * max(zeta, 1.0))
     return SoftImpact(rate**2, 2.0 * zeta * rate)
+
+
+def held_impulses(ends: Array, weights: Array, friction: float, push: float) -> Array:
+    """Impulses along the floor and off it [N s] of a point with velocities `ends` [m/s] and inverse
+    masses `weights` [1/kg], shape (2, 2): `push`, with a friction that ends slip."""
+    most = friction * push
+    return np.array([np.clip((-ends[0] - weights[0, 1] * push) / weights[0, 0], -most, most), push])
+
+
+def hard_impulses(
+    ends: Array, weights: Array, friction: float, pull: float, restitution: float
+) -> Array:
+    """The same of pymunk, which solves them in turns; the normal one turns round the velocity
+    before a step's gravity, `pull` [m/s]."""
+    lacks = np.array([-ends[0], pull - ends[1] - restitution * min(ends[1], 0.0)])
+    impulses = np.zeros(2)
+    for _ in range(ITERATIONS):
+        for row in (1, 0):
+            impulses[row] += (lacks[row] - weights[row] @ impulses) / weights[row, row]
+            most = friction * impulses[1]
+            impulses[row] = np.clip(impulses[row], *((-most, most) if row == 0 else (0.0, np.inf)))
+    return impulses
 
 
 def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[int]) -> Array:

@@ -7,37 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.impacts import soft_impact
+from plumbob.analytic.errors.contact_models.impacts import hard_impulses, held_impulses, soft_impact
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
 from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
-ITERATIONS = 50  # of pymunk's solver
 TIP = 1e-12  # of the length: radius of an end in pymunk, where contacts begin
-ROUNDED = 1e3  # units in the last place that an impact makes of one
-
-
-def soft_impulses(rod: RodImpact, step: float, low: float, ends: Array, weights: Array) -> Array:
-    """Impulses along the floor and off it [N s] of a contact of MuJoCo on an end at `low` < 0 [m],
-    with velocities `ends` there [m/s]."""
-    contact = soft_impact(rod.restitution, step)
-    push = max(0.0, -contact.stiffness * low - contact.damping * ends[1]) / rod.weights[2] * step
-    most = rod.friction * push
-    return np.array([np.clip((-ends[0] - weights[0, 1] * push) / weights[0, 0], -most, most), push])
-
-
-def hard_impulses(rod: RodImpact, step: float, low: float, ends: Array, weights: Array) -> Array:
-    """The same of pymunk, whose normal impulse turns round the velocity before gravity."""
-    lacks = np.array([-ends[0], step * rod.gravity - ends[1] - rod.restitution * min(ends[1], 0.0)])
-    impulses = np.zeros(2)
-    for _ in range(ITERATIONS):
-        for row in (1, 0):
-            impulses[row] += (lacks[row] - weights[row] @ impulses) / weights[row, row]
-            most = rod.friction * impulses[1]
-            impulses[row] = np.clip(impulses[row], *((-most, most) if row == 0 else (0.0, np.inf)))
-    return impulses
+ROUNDED = 1e3  # calibrated: units in the last place that an impact makes of one; a fifth is used
 
 
 def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
@@ -52,8 +30,14 @@ def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
         if low < first * TIP * rod.length:
             under = place[1] - low if first else place[1] - low / 2.0  # MuJoCo: in the middle
             ends = np.array([[1.0, 0.0, under], [0.0, 1.0, -half * np.cos(place[2])]])
-            solve = hard_impulses if first else soft_impulses
-            impulses = solve(rod, step, low, ends @ rates, ends @ mobility @ ends.T)
+            seen = ends @ rates, ends @ mobility @ ends.T
+            if first:
+                pull = step * rod.gravity
+                impulses = hard_impulses(*seen, rod.friction, pull, rod.restitution)
+            else:
+                contact = soft_impact(rod.restitution, step)
+                push = contact.pressed(low, seen[0][1]) / rod.weights[2] * step
+                impulses = held_impulses(*seen, rod.friction, push)
             rates = rates + mobility @ ends.T @ impulses
         rates = rates - [0.0, step * rod.gravity, 0.0]
         place = place + (not first) * step * rates
@@ -70,7 +54,7 @@ class RodErrors(WithoutSeries):
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `plumbob.analytic.theory.ErrorTheory`."""
-        kept = scheme.position_first and self.rod.jams
+        kept = scheme.position_first and self.rod.impact.jams
         if scheme.integrator != EULER or scheme.contact is not None or kept:
             return SteppedErrors({})
         exact = self.rod.observe(times)

@@ -31,13 +31,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
     for pair, solref in own:
         pair.solref = solref * profile.softening * (1 - contacts.IMPEDANCE * profile.convergent)
-    start = spec.key("start")
+    state = np.array(spec.key("start").qpos), np.array(spec.key("start").qvel)
     return Translation(
-        spec,
-        np.array(start.qpos),
-        np.array(start.qvel),
-        lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}),
-        tune=tune,
+        spec, *state, lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}), tune=tune
     )
 
 
@@ -48,7 +44,7 @@ def model_error(
     profile = contacts.on_plane(method.settings)
     if not profile.convergent:
         return {}
-    speed = profile.slip_compliance(step) / step * problem.impulses[1] * problem.friction
+    speed = profile.slip_compliance(step) / step * problem.impact.impulses[1] * problem.friction
     way = speed * duration / problem.mass * max(1.0, 6.0 / problem.length)
     return {name: {"compliance": way} for name in NAMES}
 

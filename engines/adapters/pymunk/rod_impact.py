@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pymunk
 
-from plumbob.analytic.errors.contact_models.rod_steps import ITERATIONS, TIP
+from plumbob.analytic.errors.contact_models.impacts import ITERATIONS
+from plumbob.analytic.errors.contact_models.rod_steps import TIP
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
