@@ -125,34 +125,23 @@ def in_double(potential: TrigonometricPotential) -> TrigonometricPotential:
     )
 
 
-def swing_period(run: Trajectory | None, centre: float) -> float | None:
-    """Mean period [s] of a libration about an angle `centre` [rad]: between upward crossings of it,
-    by the cubic through angles and rates at the samples. None where there are not two."""
+def period(run: Trajectory | None, centre: float) -> float | None:
+    """Mean period [s] of a run: of whole turns, or else of swings about an angle `centre` [rad],
+    between the first and the last time that it goes up through it, by the cubic through angles and
+    rates at the samples. None where there is none."""
     if run is None:
         return None
     from scipy.interpolate import CubicHermiteSpline
 
-    course = CubicHermiteSpline(run.times, run.observables["theta"], run.observables["theta_dot"])
-    places = course.solve(centre, extrapolate=False)
+    theta = run.observables["theta"]
+    course = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
+    gone = float(theta[-1] - theta[0])
+    if turns := int(abs(gone) // TURN):
+        ends = course.solve(float(theta[0]) + np.copysign(turns * TURN, gone), extrapolate=False)
+        return float(ends[0] - run.times[0]) / turns if len(ends) else None
     # a start exactly at the centre may be found just outside the first interval, or not at all
+    places = course.solve(centre, extrapolate=False)
     upward = [t for t in places if np.isfinite(t) and course(t, 1) > 0.0]
     distinct = [t for i, t in enumerate(upward) if i == 0 or t - upward[i - 1] > 1e-9]
-    if len(distinct) < 2:
-        return None
-    return float((distinct[-1] - distinct[0]) / (len(distinct) - 1))
-
-
-def turn_period(run: Trajectory | None) -> float | None:
-    """Mean period [s] of a rotation: over its whole turns. None where there is none."""
-    if run is None:
-        return None
-    theta = run.observables["theta"]
-    sense = 1.0 if theta[-1] >= theta[0] else -1.0
-    turns = int(abs(theta[-1] - theta[0]) // TURN)
-    if turns < 1:
-        return None
-    from scipy.interpolate import CubicHermiteSpline
-
-    course = CubicHermiteSpline(run.times, theta, run.observables["theta_dot"])
-    ends = course.solve(float(theta[0] + sense * turns * TURN), extrapolate=False)
-    return float(ends[0] - run.times[0]) / turns if len(ends) else None
+    count = len(distinct) - 1
+    return float((distinct[-1] - distinct[0]) / count) if count > 0 else None

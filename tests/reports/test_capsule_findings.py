@@ -126,21 +126,12 @@ def test_repeated_manoeuvres():
 
 
 def test_what_sizes_an_actuator():
-    force = numbers_of(drive.DRIVE, measured(LINE, (*METHODS, "pymunk/pivots"), 1e-3))
+    force = numbers_of(drive.DRIVE, measured(LINE, METHODS))
     peak, turns = force.line.peak, force.turns
     assert peak == pytest.approx(9.7119, rel=1e-3)
     assert turns["0.1"].peak == pytest.approx(3805.17, rel=1e-3)
     # centripetal force: 1/epsilon^2
     assert turns["0.03"].peak / turns["0.1"].peak == pytest.approx(1 / 0.09, rel=0.01)
-    errors = {error.method: error for error in force.errors}
-    convergent = ("mujoco/euler+coulomb", "mujoco/euler+reduced", "pymunk/side")
-    for name in convergent:
-        assert errors[name].unpredicted < errors[name].bound < 5e-3
-    assert errors["mujoco/euler"].unpredicted > 0.1
-    # the text is on engines whose friction converges, of which pymunk/pivots is none
-    assert errors["pymunk/pivots"].unpredicted > 1.0
-    assert force.within == max(errors[name].unpredicted for name in convergent) / peak
-    assert force.within < 1e-3
     assert len(force.engines) == 2
     assert max(force.forces) == pytest.approx(9.7119, rel=1e-3)
     assert min(force.forces) == pytest.approx(-3.06072, rel=1e-3)

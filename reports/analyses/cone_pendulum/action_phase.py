@@ -18,7 +18,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
-from plumbob.reports.analyses.measurements import PERIODS, in_double, swing_period, turn_period
+from plumbob.reports.analyses.measurements import PERIODS, in_double, period
 
 STEP = 2e-4  # [s]
 DEEP, SHALLOW = 1.5262823409896228, -1.4708157898939431  # [rad], the wells at 26 rad/s
@@ -65,7 +65,7 @@ def _start(study: Study, theta: float, speed: float) -> Record:
     """A motion of MuJoCo's full model, from an entry of STARTS."""
     problem, run = started(theta, speed), study.answer(_request(theta, speed))
     motion, drift = problem.motion, None
-    measured = turn_period(run) if motion.regime == "rotation" else swing_period(run, theta)
+    measured = period(run, theta)
     if run:
         system = case_of(find_scene(ROTATING)).system
         drift = float(np.abs(system.invariants(problem, run.observables)["action"]).max())

@@ -16,7 +16,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
 from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
-from plumbob.reports.analyses.measurements import PERIODS, swing_period
+from plumbob.reports.analyses.measurements import PERIODS, period
 
 PIVOTS = (0.0, 0.09)  # [m]
 RATES = (0.0, 4.0, 8.0, 16.0, 26.0)  # [rad/s]
@@ -62,8 +62,8 @@ def numbers(study: Study) -> Record:
     """Both bifurcations, and how well MuJoCo's small swings have the exact rates."""
     rows = []
     for pivot, rate, centre in centres():
-        period = swing_period(study.answer(_request(pivot, rate, centre)), centre.theta)
-        measured = None if period is None else 2 * np.pi / period
+        lasts = period(study.answer(_request(pivot, rate, centre)), centre.theta)
+        measured = None if lasts is None else 2 * np.pi / lasts
         rows.append(
             Record(
                 pivot=pivot,  # [m]

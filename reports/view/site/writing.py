@@ -17,7 +17,6 @@ from plumbob.reports.view.page import (
     NAME,
     Plots,
     carried,
-    compressed,
     filled,
     packed,
     shared_files,
@@ -44,8 +43,6 @@ BESIDE = MappingProxyType(
     }
 )  # pages that belong to no system, by name, with what they are there for
 SEARCH = "search.js"
-TABLES = "tables.html.gz"  # the folded tables of all pages, for those who read without a script
-TABLES_HEAD = '<!DOCTYPE html><meta charset="utf-8"><title>Tables of all scenes</title>'
 PAGES = "pages"  # the folder of all pages but the index
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
@@ -117,17 +114,11 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], str]:
         files[name] = base64.b64decode(common["pictures"][name])
     links = Links(places, SEARCH, "", single=False)
     files[SEARCH] = carried(search.entries_text(content.views, common, links))
-    tables: list[tuple[int, str]] = []
     for name, template, values in content.pages:
         links = Links(places, page_file(name), "", single=False)
         plots = Plots("", name)
         text = filled(template, shared="", href=links, plots=plots, search="", **common, **values)
         files |= {**plots.files, page_file(name): text.encode("utf-8")}
-        tables += [(k, f"<h2>{name}</h2>{table}") for k, table in enumerate(plots.tables)]
-    # Those of a kind are much alike, and compress to two thirds where they stand together.
-    together = [text for _, text in sorted(tables, key=lambda table: table[0])]
-    files[TABLES] = compressed("\n".join([TABLES_HEAD, *together]))
-
     plots = Plots(f"{PAGES}/", "index")
     index = filled(
         "index.html.jinja",
