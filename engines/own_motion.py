@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -76,27 +76,6 @@ class Stepped:
     seconds: float  # of processor time, of one run
     why: str = ""  # it ended early
     remarks: tuple[str, ...] = ()  # what was noticed on the way
-
-
-@dataclass(frozen=True)
-class Touching:
-    """Which pairs of geoms touch at some times of a motion."""
-
-    times: Array  # [s], shape (n,): the model's own steps, or every few where they are many
-    pairs: Mapping[str, Array]  # by name, whether they touch then, shape (n,)
-
-    @property
-    def events(self) -> int:
-        """How often a pair begins or ceases to touch."""
-        return sum(int(np.count_nonzero(np.diff(on.astype(int)))) for on in self.pairs.values())
-
-    def intervals(self, pair: str) -> Array:
-        """Begins and ends [s] of the times at which a pair touches, shape (k, 2); it ends at the
-        first look at which it no longer does."""
-        edges = np.diff(np.concatenate([[0], self.pairs[pair].astype(int), [0]]))
-        last = self.times[-1:] + np.diff(self.times[-2:])
-        times = np.concatenate([self.times, last if last.size else self.times[-1:]])
-        return np.stack([times[edges == 1], times[edges == -1]], axis=1)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from plumbob.engines.audit.step_errors import (
     unlike,
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
-from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script, Touching
+from plumbob.engines.own_motion import NotCertifiable, OwnModel, Script
 
 if TYPE_CHECKING:
     from plumbob.engines.audit.engines import EngineError
@@ -51,7 +51,6 @@ class Audit:
     seconds: float  # wall time
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
-    touching: Touching | None = None  # which pairs when, at the own step
     stability: Stability | None = None  # the largest steps that hold
     model: OwnModel | None = None
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
@@ -187,7 +186,6 @@ def audited(model: OwnModel, script: Script, control: str, allowance: Allowance)
         time.perf_counter() - began,
         left_out,
         read,
-        model.touching(script),
         largest,
         model,
     )

@@ -19,7 +19,6 @@ from plumbob.reports.advice.work_precision import front
 NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
 SHOWN = 5  # errors of a halving
 COURSES = 4  # steps of the own integrator in the figure over time
-MOST_PAIRS = 24  # in the contact timeline
 
 
 @dataclass(frozen=True)
@@ -75,14 +74,6 @@ class Costs:
     steps: tuple[float, ...]  # [s]
     costs: tuple[float, ...]
     errors: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Pair:
-    """When two geoms touch [s]: begins and ends, with gaps between."""
-
-    name: str
-    times: Array
 
 
 @dataclass(frozen=True)
@@ -221,28 +212,6 @@ class Motion:
         ]
 
     @property
-    def pairs(self) -> tuple[Pair, ...]:
-        """Pairs that touch, and when; none where none does."""
-        touching = self.audit.touching
-        if touching is None or not any(on.any() for on in touching.pairs.values()):
-            return ()
-        pairs = list(touching.pairs)[:MOST_PAIRS]
-        return tuple(Pair(name, _with_gaps(touching.intervals(name))) for name in pairs)
-
-    @property
-    def touch_rate(self) -> float:
-        """How often a pair begins or ceases to touch, in a second."""
-        assert self.audit.touching is not None
-        touching = self.audit.touching
-        return touching.events / (float(touching.times[-1]) + self.audit.step)
-
-    @property
-    def known_event_rate(self) -> float:
-        """Contacts and limits that begin or cease to act where errors are known, in a second."""
-        seconds = max(self.audit.until, self.audit.script.period)
-        return sum(t <= seconds for t in self.audit.reference.course.events) / seconds
-
-    @property
     def paces(self) -> tuple[tuple[float, ...], ...]:
         """Processor time over simulated time of each run, with its quartiles; none where it
         ended early."""
@@ -251,10 +220,6 @@ class Motion:
             tuple(1e-9 * ns / step for ns in (c.ns_per_step, c.low, c.high)) if c else ()
             for c, step in costs
         )
-
-
-def _with_gaps(intervals: Array) -> Array:
-    return np.hstack([intervals, np.full((len(intervals), 1), np.nan)]).ravel()
 
 
 def _drawn(errors: Array) -> Array:

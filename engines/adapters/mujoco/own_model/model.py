@@ -21,7 +21,7 @@ from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urd
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
 from plumbob.engines.adapters.mujoco.own_model.picture import picture
-from plumbob.engines.adapters.mujoco.own_model.readings import readings, touching, unlikely
+from plumbob.engines.adapters.mujoco.own_model.readings import readings, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.tangent import (
@@ -45,7 +45,6 @@ from plumbob.engines.own_motion import (
     Solid,
     Start,
     Stepped,
-    Touching,
 )
 from plumbob.engines.peer_model import Layout
 
@@ -260,11 +259,6 @@ class MujocoModel:
             for data in self._looks(script):
                 met.update((min(p), max(p)) for p in data.contact.geom.tolist())
         return tuple(left_out.changes(self.effective, self.idle, met))
-
-    def touching(self, script: Script) -> Touching:
-        """Which pairs touch when along its own steps."""
-        with collected():
-            return touching(self.effective, self._looks(script))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
         """Periods and states of its own steps at which something touches."""

@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.own_motion import Touching
 
 ENERGY, MOMENTUM, DEPTH, SLIP = "energy", "momentum", "penetration", "slip"
 LIMITS, EQUALITIES = "limits exceeded", "equalities missed"
 KINDS = mujoco.mjtConstraint
 LIMIT_KINDS = (KINDS.mjCNSTR_LIMIT_JOINT, KINDS.mjCNSTR_LIMIT_TENDON)
 DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
-
-
-def touching(model: Any, looks: Iterable[Any]) -> Touching:
-    """Which pairs of geoms touch along a motion, given the mjData after the steps that one looks
-    at, whose contacts are those at the beginning of the step."""
-    times: list[float] = []
-    looks_by_pair: dict[tuple[int, ...], list[int]] = {}  # at which looks
-    for k, data in enumerate(looks):
-        times.append(data.time - model.opt.timestep)
-        for pair in {tuple(p) for p in data.contact.geom[data.contact.dist <= 0.0].tolist()}:
-            looks_by_pair.setdefault(pair, []).append(k)
-    pairs: dict[str, Array] = {}
-    for pair, at in looks_by_pair.items():
-        on = pairs.setdefault(pair_name(model, pair), np.zeros(len(times), bool))
-        on[at] = True
-    return Touching(np.array(times), pairs)
 
 
 def pair_name(model: Any, pair: Any) -> str:
