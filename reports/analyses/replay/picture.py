@@ -17,6 +17,7 @@ from plumbob.reports.view import notation
 
 Box = tuple[float, float, float, float]  # left, right, bottom, top
 MARGIN = 1.16  # of a chart's range
+STILL = 1e-9  # [m] or [rad]: beside another size, a smaller one is not mentioned
 MOST = 3  # observables that are drawn of a system without a picture
 # Where the camera stands: its direction round the vertical and above the horizontal.
 AZIMUTH, ELEVATION = math.radians(25.0), math.radians(20.0)
@@ -60,6 +61,7 @@ class Picture:
         return ", ".join(
             notation.metres(size) if unit == "m" else f"{notation.number(size)} {unit}".strip()
             for unit, size in sizes.items()
+            if size > STILL or len(sizes) == 1
         )
 
 

@@ -16,7 +16,6 @@ from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT
 from plumbob.reports.judge.verdict import Verdict
 from plumbob.reports.view import hard_cases, notation, scene_tables, top_tables
 from plumbob.reports.view.about import described
-from plumbob.reports.view.content import Table
 from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import error_against_cost, scene_figures
 from plumbob.reports.view.records import (
@@ -28,7 +27,7 @@ from plumbob.reports.view.records import (
 )
 from plumbob.reports.view.site import matrix, scene_answer
 from plumbob.reports.view.site.claims import formed, galleries
-from plumbob.reports.view.step_ranges import StepRange, finite_limits, step_ranges
+from plumbob.reports.view.step_ranges import finite_limits, step_ranges
 from plumbob.reports.view.tables import table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
@@ -79,6 +78,7 @@ def scene_view(
     ran = [c.method for c in convergence if any(m.status == "done" for m in c.measurements)]
     at_first = _at_first(record, [methods[name] for name in ran])
     observables, ranges = study.observables(scene.name), step_ranges(study, scene)
+    digits = hard_cases.table(study, [(scene, ranges)])
     cells = {name: of for (where, name), of in every.items() if where == scene.name}
     tables_below = (
         top_tables.scene_recommendations(record.recommendations),
@@ -109,19 +109,11 @@ def scene_view(
             observables, convergence, methods, looks, exact.motion, speed, ranges
         ),
         replay=exact.replay,
-        hard=_hard(study, scene, ranges),
+        hard=digits if scene.hard or any(of.limit for of in ranges) else None,
         ranges=ranges,  # of its methods
         rest=tuple(t for t in tables_below if t),
         commands=_commands(scene, typical),
     )
-
-
-def _hard(study: Study, scene: Scene, ranges: Sequence[StepRange]) -> tuple[Table, ...]:
-    """Digits that a hard scene costs, and limits of the step."""
-    if not scene.hard and not any(of.limit for of in ranges):
-        return ()
-    digits = hard_cases.table(study, [(scene, ranges)])
-    return (digits,) if digits else ()
 
 
 def _derivatives(study: Study, scene: str) -> list[Any]:
