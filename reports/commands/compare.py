@@ -8,7 +8,6 @@ import os
 import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
@@ -22,10 +21,6 @@ from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
-COSTS_MORE = 1.25  # of a cost in reference step times
-# Of a method that is timed on fewer than SEVERAL scenes: between two studies on a machine that did
-# nothing else, and ten other things, costs on single scenes differed by up to 1.9 times.
-SEVERAL, ALONE_MORE = 3, 2.0
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -37,7 +32,6 @@ def command(chosen: argparse.Namespace) -> int:
         "verdicts": _verdicts(old, new),
         "presence": _presence(old, new),  # pairs, or steps of pairs, of one study alone
         "errors": list(_errors(old, new)),  # beyond rounding, and runs that ended otherwise
-        "costs": _costs(old, new),
     }
     made = old.provenance, new.provenance
     rows = [row for part in moved.values() for row in part]
@@ -150,32 +144,6 @@ def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:
             if not abs(grown) <= MOVED * past + rounded:
                 growth = grown / past if past > 0.0 else math.inf
                 yield _row(pair, f"{name} error at {now.step:g}", past, error.largest, growth)
-
-
-def _costs(old: Study, new: Study) -> list[dict[str, Any]]:
-    """The costs that moved, of methods that moved the same way on most scenes: by what else a
-    machine does, costs on single scenes move too."""
-    by_method: dict[str, dict[Key, float]] = {}
-    for pair, cost in new.costs.items():
-        if pair in old.costs:
-            by_method.setdefault(pair[1], {})[pair] = cost.ratio / old.costs[pair].ratio
-    rows = []
-    for times in by_method.values():
-        more = COSTS_MORE if len(times) >= SEVERAL else ALONE_MORE
-        if median(times.values()) < 1.0:
-            times = {pair: 1.0 / shift for pair, shift in times.items()}
-        if median(times.values()) > more:
-            rows += [
-                _row(
-                    pair,
-                    "cost of a step [reference step times]",
-                    old.costs[pair].ratio,
-                    new.costs[pair].ratio,
-                )
-                for pair, shift in times.items()
-                if shift > more
-            ]
-    return rows
 
 
 def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) -> dict[str, Any]:

@@ -7,7 +7,6 @@ import pytest
 
 from plumbob.engines.registry import methods
 from plumbob.engines.study import store
-from plumbob.engines.study.cost import Cost
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
@@ -89,44 +88,6 @@ def test_growth_beyond_the_limit_is_exit_code_1(factor, above, code, study, comp
 @pytest.mark.parametrize(("factor", "listed"), [(1 + 1e-7, True), (1 + 1e-12, False)])
 def test_a_small_change_is_listed_beyond_rounding(factor, listed, study, compare):
     assert ("theta error at 0.001" in compare(changed(study, errors_times(factor)))[1]) == listed
-
-
-def with_costs(study, factors):
-    """What the study has of mujoco/euler on the cone, as if on so many scenes, with costs that are
-    so many times the usual ones."""
-    (c,) = [c for c in study.convergence if f"{c.scene} {c.method}" == EULER]
-    names = {f"cone-pendulum/{k}": f for k, f in enumerate(factors)}
-    return replace(
-        study,
-        scenes=tuple(replace(scenes(c.scene)[0], name=name) for name in names),
-        observed=dict.fromkeys(names, study.observed[c.scene]),
-        interest=dict.fromkeys(names, study.interest[c.scene]),
-        convergence=tuple(replace(c, scene=name, measurements=()) for name in names),
-        costs={
-            (name, c.method): Cost(100.0 * f, 99.0 * f, 101.0 * f, 2.0 * f, 0.0, 5)
-            for name, f in names.items()
-        },
-    )
-
-
-@pytest.mark.parametrize(
-    ("factors", "moved"),
-    [
-        ((1.5, 1.5, 1.5), 3),
-        ((1 / 1.5, 1 / 1.5, 1 / 1.5), 3),
-        ((1.1, 1.1, 1.1), 0),
-        ((1.9, 1.0, 1.1), 0),  # a machine did something else for a while
-        ((1.4, 1.4, 1.1), 2),
-        ((1.4, 0.7, 1.0), 0),
-        ((1.9,), 0),
-        ((2.1,), 1),
-        ((0.45, 0.45), 2),
-    ],
-)
-def test_a_cost_that_moved_is_listed(factors, moved, study, compare):
-    code, out = compare(with_costs(study, factors), old=with_costs(study, (1.0,) * len(factors)))
-    assert (code, out.count("cost of a step")) == (0, moved)
-    assert moved == 0 or f"2 -> {2 * factors[0]:.6g}" in out
 
 
 def test_what_vanished_and_what_is_new_is_said(study, compare):

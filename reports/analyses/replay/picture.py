@@ -61,7 +61,7 @@ class Picture:
         return ", ".join(
             notation.metres(size) if unit == "m" else f"{notation.number(size)} {unit}".strip()
             for unit, size in sizes.items()
-            if size > STILL or len(sizes) == 1
+            if unit != "rad" or size > STILL or len(sizes) == 1
         )
 
 

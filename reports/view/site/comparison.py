@@ -37,7 +37,6 @@ def write_comparison(of: Comparison, file: Path, command: str) -> Path:
         _changes("Verdicts that changed", of.verdicts),
         _changes("What vanished, and what is new", of.presence),
         _errors(of.errors),
-        _changes("Costs that moved, in reference step times", of.costs),
     )
     text = filled(
         "compare.html.jinja",
