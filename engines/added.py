@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import UnionType
@@ -146,5 +147,6 @@ class _Guarded:
 
 
 def one_line(error: BaseException) -> str:
-    """An error of another package, in one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())[:160]
+    """An error of another package, in one line: one without words says where it was raised."""
+    words = str(error) or f"raised in {traceback.extract_tb(error.__traceback__)[-1].name}"
+    return " ".join(f"{type(error).__name__}: {words}".split())[:160]

@@ -15,7 +15,8 @@ Terms = Mapping[str, Any]
 """Of a state, in generalised coordinates: "mass matrix", and the forces "gravity", "bias" (which
 the others act against), "passive" and "actuator" [N or N m]; "contacts", pairs of names of bodies
 that touch; beside them, where an engine has it, "damping", what an implicit step adds to the
-diagonal of the mass matrix, per step, and "causes", why a term is what it is."""
+diagonal of the mass matrix, per step, "causes", why a term is what it is, and "axes", the first
+axis of friction of pairs within their margin, where friction's cone is a pyramid on them."""
 FREE, BALL = 6, 3  # velocities of these joints
 
 

@@ -19,6 +19,7 @@ from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import Certificate, moved
 from plumbob.engines.audit.term_differences import (
+    AXES,
     CONTACTS,
     SAME_STEP,
     SINGLE,
@@ -48,6 +49,7 @@ DIVERGED = 1e10  # above it MuJoCo calls a number huge
 NOT_RIGHT = MappingProxyType(
     {
         CONTACTS: "contacts are its solver's: none is added or taken away",
+        AXES: "contacts are its solver's, their axes too",
         STEP: "constraints are its solver's: no force stands for another law",
         SINGLE: "no force undoes rounding",
     }

@@ -3,6 +3,7 @@ certified motion: which differ, and why."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
@@ -18,11 +19,12 @@ from plumbob.engines.study.model_reading import fields_of
 
 # In the order in which they are compared: each may make those after it differ.
 TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
-CONTACTS = "contact set"
+CONTACTS, AXES = "contact set", "friction axes"
 STEP, SINGLE = "acceleration", "single precision"
 SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as much
 ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
 SAME_STEP = 0.02  # relative, of the acceleration in a step: schemes of first order leave as much
+TURNED = 1e-3  # [rad] of axes, a reader in single precision leaves less
 RECOGNISED = 1e-4  # relative: a model without something has the engine's term
 MASS = "mass"
 NAMELESS = frozenset(["a body without a name"])
@@ -119,7 +121,7 @@ def differences(
         scale = max(look.size(x) for look, *both in pairs for x in both)
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
             apart.append(Difference(term, off / scale, _cause(term, looks, held, numbers)))
-    apart += _of_contacts(looks, held)
+    apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
     return apart or list(of_step(looks))
 
 
@@ -134,6 +136,23 @@ def _of_contacts(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
         cause = (f"{what}: {_pairs(pairs)}" for pairs, what in parts if pairs)
         size = len(touching ^ others) / len(touching | others)
         yield Difference(CONTACTS, size, "; ".join(cause))
+
+
+def _of_axes(looks: Sequence[Look], held: Held) -> Iterator[Difference]:
+    """Pyramids of friction that are turned about the normal, which four edges repeat."""
+    turned = dict[frozenset[str], float]()
+    for look in looks:
+        here, there = (
+            {_moving(pair, held): axis for pair, axis in terms.get("axes", ())}
+            for terms in (look.of_file, look.of_engine)
+        )
+        for pair in here.keys() & there.keys():
+            angle = math.acos(min(1.0, abs(float(here[pair] @ there[pair]))))
+            turned[pair] = max(turned.get(pair, 0.0), min(angle, 0.5 * math.pi - angle))
+    if turned and (most := max(turned.values())) > TURNED:
+        pairs = _pairs([pair for pair in turned if turned[pair] > TURNED])
+        cause = f"the pyramid of friction is turned by up to {math.degrees(most):.0f}°: {pairs}"
+        yield Difference(AXES, most / (0.25 * math.pi), f"{cause}; an elliptic cone has no axes")
 
 
 def of_step(looks: Sequence[Look]) -> Iterator[Difference]:

@@ -138,6 +138,7 @@ def test_a_broken_engine_costs_a_line(kind, site, capfd):
 BAD = "return type('Bad', (), {'run': lambda self: %s, 'stepped': lambda self, part: 3})()"
 WRONG_RUNS = {
     "prepare raises RuntimeError: no licence": "raise RuntimeError('no licence')",
+    "prepare raises AssertionError: raised in prepare": "raise AssertionError",
     "what it prepares has no run()": "return None",
     "run raises ZeroDivisionError: division by zero": BAD % "1 / 0",
     "a run returns int in place of a Trajectory": BAD % "3",

@@ -75,6 +75,41 @@ def test_rounding_is_all_that_tells_ports_of_mujoco_from_it(engine, model):
     assert low < result.apart < high
 
 
+@pytest.mark.parametrize(
+    ("engine", "model", "why"),
+    [
+        ("dart", "free_body", "it has 0 of 6 degrees of freedom"),
+        ("dart", "cone_pendulum", "no world is made of it"),
+        ("pybullet", "n_pendulum", "it has 0 of 3 degrees of freedom"),
+        ("pinocchio", "cone_pendulum", "it refuses the file: ValueError"),
+    ],
+)
+def test_a_file_that_an_engine_does_not_read_costs_a_line(engine, model, why):
+    result = _on(engine, model)
+    assert result.why.startswith(why)
+    assert "\n" not in result.why
+    assert result.errors.size == 0
+
+
+LEANING = """<mujoco><option timestep="2e-3" cone="{cone}"/><worldbody>
+<geom type="plane" size="1 1 1"/><body name="capsule" pos="0 0 0.3" euler="10 10 0"><freejoint/>
+<geom type="capsule" size="0.05 0.25"/></body></worldbody><keyframe>
+<key qpos="0 0 0.296 0.99239 0.0868 0.0868 0" qvel="1 0 0 0 0 0"/>
+</keyframe></mujoco>"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_ports_turn_the_pyramid_of_friction_of_a_capsule_that_is_nearly_upright(cone, tmp_path):
+    """MuJoCo turns it with the capsule at any angle, its ports above 30 degrees from the normal."""
+    if not installed(find_engine("mjwarp")):
+        pytest.skip("mjwarp is not installed")
+    (file := tmp_path / "leaning.xml").write_text(LEANING.format(cone=cone), "utf-8")
+    result = engine_error("mjwarp", held(file, 0, duration=0.1))
+    terms = [difference.term for difference in result.differences]
+    assert ("friction axes" in terms) == (cone == "pyramidal"), result
+
+
 TUMBLING = """<mujoco model="tumbling"><option timestep="1e-3"/><worldbody>
 <body name="hub" pos="0.1 0.2 0.9"><joint name="free" type="free"/>
 <inertial pos="0.02 0.01 0" mass="2" diaginertia="0.03 0.02 0.04"/><geom size="0.1"/>

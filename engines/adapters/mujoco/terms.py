@@ -48,17 +48,22 @@ class MujocoTerms:
         inertia = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, inertia)
         explicit = model.opt.disableflags & EXPLICIT
-        touching = [
-            tuple(model.body(model.geom_bodyid[g]).name for g in contact.geom)
+        felt = [
+            (tuple(model.body(model.geom_bodyid[g]).name for g in contact.geom), contact)
             for contact in data.contact
-            if contact.dist <= 0.0 and contact.exclude == 0 and contact.geom.min() >= 0
+            if contact.dist <= contact.includemargin
+            and contact.exclude == 0
+            and contact.geom.min() >= 0
         ]
         terms = {
             "mass matrix": inertia,
             "passive": data.qfrc_passive.copy(),
             "actuator": data.qfrc_actuator.copy(),
             "damping": 0.0 * model.dof_damping if explicit else model.dof_damping,
-            "contacts": touching,
+            "contacts": [pair for pair, contact in felt if contact.dist <= 0.0],
+            "axes": [(pair, contact.frame[3:6].copy()) for pair, contact in felt]
+            if not model.opt.cone
+            else [],
             "acting": [
                 name
                 for name, kinds in ACTING
