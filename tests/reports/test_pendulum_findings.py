@@ -133,6 +133,7 @@ def test_every_case_has_its_plots():
     assert max(galleries[3].figures[0].traces[0]["y"]) > 360.0 * 50.0
 
 
+@pytest.mark.long
 def test_a_held_control_costs_orders():
     ran = measured(orders.FORCED_LARGE, orders.READ, 2e-2, 1e-2, 5e-3, 2.5e-3)
     found = orders.held_control(ran).by_method

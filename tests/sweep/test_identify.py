@@ -67,6 +67,7 @@ def test_a_falsified_truth_is_found(capsys):
     assert beyond.residual > 0.01
 
 
+@pytest.mark.long
 def test_noise_moves_a_fit_by_its_deviation():
     true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
     fits = [

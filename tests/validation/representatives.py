@@ -1,12 +1,13 @@
 """What stands for the rest in the short suite of tests. Of pairs of scenes and methods a third:
-every scene is among them, and of each system every method and every declared expectation. Of tests
-that take seconds as many cases as their mark keeps."""
+every scene is among them, of each family of systems every method, and of each system every
+declared expectation. Of tests that take seconds as many cases as their mark keeps."""
 
 from collections import Counter
 
 import pytest
 
 from plumbob.engines.study.runner import predicted_work
+from plumbob.models.registry import system_of
 from plumbob.reports.judge.expectations import expected
 
 
@@ -24,11 +25,11 @@ def representatives(chosen):
 
 
 def mechanisms(scene, method):
-    """What a pair has in common with others: the scene; the system, with a method and with an
-    expectation."""
+    """What a pair has in common with others: the scene; the family of its system, with a method;
+    and the system with an expectation."""
     wanted = expected(scene.name, method.name)
     yield scene.name
-    yield scene.system, method.name
+    yield system_of(scene).family, method.name
     yield scene.system, wanted.verdict, wanted.other, wanted.reason
 
 
