@@ -1,7 +1,6 @@
 """What an audit says when its time runs out: all that was certified by then, and its own step."""
 
 import time
-from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -13,7 +12,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import audited
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.step_errors import compared, halved, unlike
+from plumbob.engines.audit.step_errors import halved
 from plumbob.engines.own_motion import Start
 from plumbob.tests.audit.scenes_as_models import ball, compiled, pendulum
 
@@ -46,19 +45,6 @@ def test_the_own_step_is_run_whatever_the_time():
     found = audited(own, motion, "rest", Allowance(1e-9, clock()))
     assert found.found is None
     assert "the time given for it ended" in found.reference.why
-
-
-def test_steps_that_do_not_tend_to_a_reference_are_said_to():
-    own = own_model(pendulum(), "rod")
-    motion = script(own, duration=0.1)
-    known = certified(own, motion, Allowance(20.0, time.process_time))
-    found = compared(own, motion, known, Allowance(20.0, time.process_time))
-    gone = [replace(s, errors=np.full(6, np.inf)) for s in found.steps]
-    why = unlike(replace(found, steps=tuple(gone)), known, motion)
-    assert why == "every step that was run diverges, down to 7.81e-05 s"
-    best = replace(gone[3], errors=np.full(6, 0.25))
-    why = unlike(replace(found, steps=(*gone, best)), known, motion)
-    assert f"{best.integrator} at {best.step:.3g} s comes nearest, 0.25 m at 0.1 s" in why
 
 
 def test_a_candidate_that_diverges_is_dropped_at_once():

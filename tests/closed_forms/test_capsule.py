@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import (
     Arc,
-    Segment,
-    lowest_normal_forces,
     normal_force_uncertainty,
     normal_forces,
     source_assumption,
@@ -43,24 +41,6 @@ def test_friction_balances_about_every_line_through_c(capsule, heading, along, a
     slack = 3 * normal_force_uncertainty(capsule, math.hypot(along, across))
     reach = 2.0 * capsule.friction  # the longest arm [m], and f
     np.testing.assert_allclose(moments, [0.0, friction_limit * across], rtol=0, atol=slack * reach)
-
-
-@given(capsules(), st.floats(0.1, 5.0), angles, angles)
-def test_lowest_normal_forces_are_exact(capsule, radius, start, end):
-    """Nowhere on the path is a force lower, and the path does pass where it is lowest."""
-    part = np.linspace(0.0, 1.0, 501)[:, None]
-    turned = start + (end - start) * part
-    chord = Segment((radius, start), (end, -radius))
-    slack = normal_force_uncertainty(capsule, radius + 7.0)
-    for piece, spots in (
-        (Arc(radius, start, end), radius * np.hstack([np.cos(turned), np.sin(turned)])),
-        (chord, np.array(chord.start) * (1 - part) + np.array(chord.end) * part),
-    ):
-        lowest, where = lowest_normal_forces(capsule, (piece,))
-        assert np.all(lowest <= normal_forces(capsule, spots).min(axis=0) + slack)
-        assert np.all(np.abs(np.diag(normal_forces(capsule, where)) - lowest) <= slack)
-        gaps = np.linalg.norm(where[:, None] - spots, axis=2).min(axis=1)
-        assert gaps.max() <= np.linalg.norm(spots[1] - spots[0]) + 1e-14
 
 
 def test_validity_names_the_support_that_lifts():

@@ -1,4 +1,4 @@
-"""Random command lines and damaged studies: one line and the right code, never a defect.
+"""Random command lines: one line and the right code, never a defect.
 
 A few examples here; HYPOTHESIS_PROFILE=search runs thousands.
 """
@@ -7,9 +7,8 @@ import argparse
 import os
 import random
 import signal
-import sqlite3
 import tomllib
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -17,7 +16,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from plumbob.engines.study import store
 from plumbob.reports.cli import COMMANDS, main, parser
 
 SEARCH = os.environ.get("HYPOTHESIS_PROFILE", "") == "search"
@@ -142,49 +140,3 @@ def test_no_command_line_is_a_defect(command, seed, folder, monkeypatch, capsys)
     assert code in (0, 1, 2, 3), f"{words}: {said.err}"
     if code == 2:
         assert len(said.err.strip().splitlines()) == 1, f"{words}: {said.err}"
-
-
-def _damage(file, chosen):
-    """Change a stored study: bytes of the file, or a text in one of its tables."""
-    if chosen.random() < 0.3:
-        data = bytearray(file.read_bytes())
-        for _ in range(chosen.randint(1, 40)):
-            data[chosen.randrange(len(data))] = chosen.randrange(256)
-        file.write_bytes(data[: chosen.choice((None, None, chosen.randrange(len(data))))])
-        return
-    with closing(sqlite3.connect(file)) as opened, opened:
-        tables = opened.execute("select name from sqlite_master where type = 'table'").fetchall()
-        table = chosen.choice(sorted(name for (name,) in tables))
-        columns = opened.execute(f"pragma table_info({table})").fetchall()
-        column = chosen.choice([row[1] for row in columns])
-        (before,) = opened.execute(f"select {column} from {table}").fetchone() or ("",)
-        text = str(before)
-        at = chosen.randrange(len(text) + 1)
-        changed = (text[:at], text[:at] + "9" + text[at:])
-        swapped = (text.replace(*pair, 1) for pair in (("0", "NaN"), (":", ":-"), ('"', "")))
-        after = chosen.choice([None, 0, "", "{}", "[]", "null", b"\xff\xfe", *changed, *swapped])
-        try:
-            opened.execute(f"update {table} set {column} = ?", (after,))
-        except sqlite3.IntegrityError:
-            opened.execute(f"delete from {table}")
-
-
-READERS = (
-    ("report", "."),
-    ("recommend", STORED, "--error", "1e-3", "--stored", "--out", "."),
-    ("compare", ".", "."),
-    ("report", ".", "--single", "one.html"),
-)
-
-
-@settings(max_examples=EXAMPLES, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(reader=st.sampled_from(READERS), seed=st.integers(0, 2**32))
-def test_no_damaged_study_is_a_defect(reader, seed, folder, tmp_path, monkeypatch, capsys):
-    file = tmp_path / store.FILE
-    file.write_bytes((folder / "out" / store.FILE).read_bytes())
-    _damage(file, random.Random(seed))
-    before = file.read_bytes()
-    monkeypatch.chdir(tmp_path)
-    code = _code(list(reader))
-    assert code in (0, 1, 2, 3), f"{reader}, {seed}: {capsys.readouterr().err}"
-    assert file.read_bytes() == before

@@ -1,6 +1,5 @@
 """The certified reference of smooth systems: 40 digits, closed forms, conditioning, refusals."""
 
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +10,6 @@ import pytest
 
 from plumbob.analytic.numerics.smooth import certified_motion
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.support.extrapolation import recorded
@@ -104,21 +102,3 @@ def test_chaos_beyond_double_precision_is_refused():
     assert 3e-4 < stated.max() / np.abs(seen).max() < 1e-3
     with pytest.raises(ParameterError):
         motion.uncertainty(np.array([1000.0]))
-
-
-def particle(force, parameters, start, **about):
-    """A particle of mass 1 on a line."""
-    one = ((1.0,),)
-    return SmoothSystem(
-        ("x",), ("v",), lambda p, q: one, force, parameters, start[:1], start[1:], **about
-    )
-
-
-def test_a_collapse_is_refused_where_it_is():
-    falling = particle(lambda p, t, q, v: (-p.k / q[0] ** 2,), {"k": 1.0}, (1.0, 0.0))
-    motion = CertifiedMotion(falling)
-    assert motion.observe(np.array([1.0]))["x"][0] == pytest.approx(0.3506816, rel=1e-6)
-    ends = math.pi / math.sqrt(8.0)
-    with pytest.raises(ParameterError) as why:
-        motion.observe(np.array([2.0]))
-    assert float(re.findall(r"[\d.]+", str(why.value))[1]) == pytest.approx(ends, rel=1e-3)

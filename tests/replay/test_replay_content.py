@@ -17,7 +17,7 @@ from plumbob.reports.analyses.replay.capsule import motion
 from plumbob.reports.analyses.replay.runs import (
     shown_runs,
 )
-from plumbob.reports.analyses.replay.samples import COUNTS, coded, sampled
+from plumbob.reports.analyses.replay.samples import COUNTS, sampled
 from plumbob.tests.replay.all_replays import decoded, plan, replay_of
 
 KILOBYTES = 160.0  # of a scene's data, in 24 bits a number
@@ -71,13 +71,6 @@ def test_fewer_samples_would_not_do():
     enough = [40.0**2 / 8.0 / (n - 1) ** 2 <= 1e-3 for n in COUNTS]
     assert enough == [False, False, True, True, True]
     assert len(found.times) == COUNTS[2]
-
-
-@pytest.mark.parametrize("span", [1e-12, 1e-3, 1.0, 6.0, 500.0])
-def test_numbers_survive_their_packing(span):
-    values = span * np.sin(np.linspace(0.0, 20.0, 501)) + 0.3 * span
-    assert np.abs(decoded(coded(values), 501) - values).max() <= 1e-7 * span
-    assert coded(np.full(5, span)) == span
 
 
 def test_a_replay_is_of_runs_of_the_study():

@@ -53,19 +53,6 @@ def test_convex_curve(c4, c5, wanted):
     assert choice.step == finer[0]
 
 
-@given(phase=st.floats(0, 1), wanted=st.floats(-5, -2).map(lambda x: 10.0**x))
-def test_a_step_on_a_sawtooth_is_covered(phase, wanted):
-    # A switch inside a step: the error is the step times the part of it that is missed.
-    def error(h):
-        return h * ((phase / h) % 1.0)
-
-    found = cheapest(one(FIRST, error), wanted)
-    if found.choice is not None:
-        finer = [error(h) for h in STEPS if h <= found.choice.step]
-        assert max(finer) <= wanted
-        assert found.choice.error >= max(finer)
-
-
 def test_a_run_that_diverged_bounds_the_step():
     study = one(FOURTH, lambda h: math.inf if h > 1e-3 else 1e6 * h**4)
     choice = cheapest(study, 1e3).choice

@@ -4,13 +4,6 @@ import re
 
 import pytest
 
-from plumbob.reports.view.drawing import drawing, shown
-from plumbob.reports.view.plotly_figure import (
-    FRONT,
-    curve,
-    figure,
-    logarithmic,
-)
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
@@ -83,16 +76,3 @@ def _pressed(visit, place):
     visit.page.keyboard.press("Enter")
     plot.locator(".main-svg").first.wait_for()
     assert not plot.locator("img").is_visible()
-
-
-def test_a_picture_has_the_methods_that_are_chosen_and_their_front():
-    fast = curve([1.0, 10.0], [1e-3, 1e-2], method="a/fast", marks=True)
-    slow = curve([1.0, 2.0], [1e-6, 1e-4], method="b/slow", marks=True)
-    edge = {**curve([1.0], [1.0], name="Pareto front"), "meta": FRONT}
-    both = figure("", "", [edge, fast, slow], logarithmic("speed [1]"), logarithmic("error [1]"))
-    assert [t["name"] for t in shown(both, ["a/fast"])] == ["Pareto front", "a/fast"]
-    assert list(shown(both, ["a/fast"])[0]["x"]) == [10.0, 1.0]
-    assert list(shown(both, ["a/fast", "b/slow"])[0]["x"]) == [10.0, 2.0, 1.0]
-    for chosen, names in ((["a/fast"], {"a/fast"}), ([], {"a/fast", "b/slow"})):
-        drawn = drawing(both, chosen)
-        assert {name for name, _, _ in drawn.names} == {"Pareto front", *names}

@@ -81,15 +81,6 @@ def test_the_stability_function_by_its_definition_in_40_digits(tableau, z):
     assert found == pytest.approx(wanted, rel=1e-13)  # 12 stages, 4.8 at most a weight: 100 ulp
 
 
-def test_the_fastest_mode_of_a_coupled_system_sets_the_limit():
-    mass = np.array([[2.0, 0.3], [0.3, 1.0]])
-    stiffness = np.array([[50.0, -20.0], [-20.0, 400.0]])
-    system = LinearSystem(mass, np.zeros((2, 2)), stiffness)
-    fastest = math.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max())
-    assert limit(Scheme(EULER), system) * fastest == pytest.approx(2.0, rel=1e-6)
-    assert limit(Scheme(RK4), system) * fastest == pytest.approx(2.0 * 2.0**0.5, rel=1e-6)
-
-
 def test_a_stiff_mode_is_seen_beside_a_growing_one():
     stiffness = np.diag([-9.8, 1e4])
     system = LinearSystem(np.eye(2), np.zeros((2, 2)), stiffness)
