@@ -1,4 +1,4 @@
-"""Arithmetic with 34 digits, for the set-up of a reference; its use over time stays in double.
+"""Arithmetic with 34 digits, for the set-up of a reference, and for closed forms that lose digits.
 
 A period that is used 10^10 times, or a barrier that an energy misses by 10^-12, needs more digits
 than a double has. Everything here is elementwise: scalars and arrays alike.
@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy_quaddtype as quaddtype
-
-from plumbob.analytic.reference import Array
 
 Quad = Any  # a QuadPrecision scalar or an array of dtype QuadPrecDType: one elementwise arithmetic
 _DTYPE = quaddtype.QuadPrecDType()
@@ -35,14 +33,6 @@ def double(value: Quad) -> Any:
     if isinstance(value, (float, quaddtype.QuadPrecision)):
         return float(value)
     return np.asarray(value).astype(np.float64)
-
-
-def split(value: Quad, bits: int) -> tuple[Array, Array]:
-    """Return two doubles that add up to `value`, the first with at most `bits` leading bits, so
-    that its products with integers below 2^(53 - bits) are exact."""
-    mantissa, exponent = np.frexp(double(value))
-    first = np.ldexp(np.trunc(np.ldexp(mantissa, bits)), exponent - bits)
-    return first, double(value - quad(first))
 
 
 def everywhere(condition: Any) -> bool:

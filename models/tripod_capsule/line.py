@@ -16,8 +16,10 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import printed_body_velocity
-from plumbob.analytic.systems.manoeuvres.line_reference import LineReference, condition_number
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import (
+    condition_number,
+    printed_body_velocity,
+)
 from plumbob.analytic.theory import StepErrors
 from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
@@ -52,7 +54,7 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     x, y = line.segment.start
     return CapsuleProblem(
         line,
-        LineReference(line),
+        line,
         CapsuleSetup(
             line.capsule,
             (x, y),

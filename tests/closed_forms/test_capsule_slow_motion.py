@@ -8,7 +8,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import normal_forces, validity
-from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
@@ -84,7 +83,7 @@ def test_a_repeated_motion_repeats_itself():
     times = np.linspace(0.0, repeated.period, 500, endpoint=False)
     late, early = times + 999 * repeated.period, times < LINE.t2
     first, last, slack = repeated.observe(times), repeated.observe(late), repeated.uncertainty(late)
-    for name, alone in LineReference(LINE).observe(times).items():
+    for name, alone in LINE.observe(times).items():
         np.testing.assert_array_equal(first[name][early], alone[early])
         shift = 999 * LINE.displacement if name == "displacement" else 0.0
         assert np.all(np.abs(last[name] - first[name] - shift) <= slack[name] + 1e-300), name
@@ -117,7 +116,7 @@ def test_rounding_allowances_are_small(motion):
     times = np.linspace(0.0, 0.5, 200)
     observed = motion.observe(times)
     for name, slack in motion.uncertainty(times).items():
-        assert slack.max() <= 4e-14 * np.abs(observed[name]).max(), name
+        assert slack.max() <= 6e-14 * np.abs(observed[name]).max(), name
 
 
 @pytest.mark.parametrize("number", range(6))

@@ -8,7 +8,6 @@ import pytest
 
 from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors, line_errors
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.analytic.systems.manoeuvres.residual_motion import translation
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
@@ -71,7 +70,7 @@ def left(motion, reference, step, scheme, end, wrong=None):
 @pytest.mark.parametrize("step", [1e-3, 3.7e-4, 1e-4])
 @pytest.mark.parametrize("line", [LINE, OFF_GRID, replace(LINE, w2=0.3 * LIMIT)])
 def test_line(line, step, scheme):
-    unexplained = left(line, LineReference(line), step, scheme, line.t2 + 0.01)
+    unexplained = left(line, line, step, scheme, line.t2 + 0.01)
     assert max(unexplained.values()) < ROUNDING, unexplained
     assert {"friction_force", "driving_force"} <= set(unexplained)
 
@@ -115,5 +114,5 @@ def test_coasting(speed, scheme):
 )
 def test_a_small_change_is_not_predicted(perturb):
     wrong = perturb(LINE)
-    unexplained = left(LINE, LineReference(wrong), 1e-3, EULER, 0.15, wrong)
+    unexplained = left(LINE, wrong, 1e-3, EULER, 0.15, wrong)
     assert unexplained["displacement"] > 1e3 * ROUNDING

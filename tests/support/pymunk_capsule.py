@@ -3,7 +3,6 @@
 import math
 
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.engines.adapters.pymunk import ENGINE, capsule
 from plumbob.models.registry import scene as find_scene
 from plumbob.tests.support.cases import run_of, verdict_of
@@ -35,7 +34,7 @@ def problem_of(line):
         press=line.capsule.gravity,
         relative_velocity=line.relative_velocity,
     )
-    return CapsuleProblem(line, LineReference(line), setup)
+    return CapsuleProblem(line, line, setup)
 
 
 def ended(problem, model, step, steps):

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
-from plumbob.analytic.systems.manoeuvres.line_reference import LineReference
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
 from plumbob.analytic.systems.three_points.balance import actuator_force
 from plumbob.analytic.systems.three_points.drive import plane_demand
@@ -33,8 +32,7 @@ def test_on_a_line_against_rational_arithmetic(line):
     ends = [line.t1, closed.t_star, closed.t2]
     middles = 0.5 * (np.array([0.0, line.t1, closed.t_star]) + np.array(ends))
     found, doubt = (
-        getattr(LineReference(line), name)(middles)["driving_force"]
-        for name in ("observe", "uncertainty")
+        getattr(line, name)(middles)["driving_force"] for name in ("observe", "uncertainty")
     )
     for value, force, off, first, last in zip(
         found, exact, doubt, edges[:-1], edges[1:], strict=True

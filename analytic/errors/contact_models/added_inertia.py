@@ -16,8 +16,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, ROUNDOFF, load_slopes
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
-from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.line_reference import condition_number
+from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre, condition_number
 
 DRIVE_ROUNDINGS = 16  # of what drives the slider's joint
 TIME_ROUNDINGS = 4  # of the times at which its velocity is evaluated, at most the duration

@@ -1,43 +1,112 @@
-"""Motion in V = -a sin^2 - b sin - c cos in closed form: every regime is one amplitude equation.
+"""Motion in V = -a sin^2 - b sin - c cos in closed form, by Weierstrass' function, in every regime.
 
-On the circle n = (cos phi, sin phi, 1), phi measured from a saddle of V, the kinetic energy is a
-quadratic form Q(n) = E n3^2 + (n3 - n1)(l.n), with E the energy above the saddle. A Moebius map of
-tan(phi/2), chosen by an eigenvector of Q, turns Q into g4 z^4 + g2 z^2 + g0, and z(t) is
+With w = tan((theta - theta_0)/2) the energy is w'^2 = A0 w^4 + 4 A1 w^3 + 6 A2 w^2 + 4 A3 w + A4,
+and the motion is a rational function of P(t) and P'(t) (Biermann 1865; Whittaker and Watson,
+A Course of Modern Analysis, 20.6, example 2):
 
-    rotation     z = rho sn/cn
-    one_pair     z = zmax cn          (libration between the only two turning points)
-    two_pairs    z = +-r1 dn          (libration in one well of two)
-    between      z = z0 exp(A tau)    (from one of two equally high saddles to the other)
+    w = [-w'_0 P' + 2 A3 (P - A2/2) + A1 A4]/[2 (P - A2/2)^2 - A0 A4/2].
 
-of A tau with 1 - m = B^2/A^2 and tau = t/s: equivalent to a simple pendulum. Sudakov 2015 gives the
-integral (16) and says that no special function inverts it; these do. E enters directly, never as a
-difference, so that the period keeps its digits next to a separatrix.
+P follows from Jacobi's functions of A t, modulus 1 - B^2/A^2 (DLMF 23.6). Sudakov 2015 gives
+the integral (16) and says that no special function inverts it; this one does. Everything has 34
+digits, which differences may lose. Next to a separatrix those would not suffice for A and B: there
+the energy above the saddle enters the cubic of P as a factor, and the period keeps its digits.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.elliptic.jacobi_functions import jacobi, time_of_point
-from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad, split
+from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, jacobi
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
+    TrigonometricPotential,
+    critical_points,
+)
+from plumbob.analytic.numerics.quad import PI, Quad, choose, double, everywhere, quad
 from plumbob.analytic.reference import Array
 
-_ONE = quad(1.0)
-_BACK = 1e-14  # of a half turn: how far round-off may put an angle before the start
-# Two parts of 2 pi: n times the first, 201/32, is exact.
-TURN = (201 / 32, double(2 * PI - 201 / 32))
+_NEAR = 1e-10  # of the potential: the energy from a saddle below which it is made a factor
+_FADED = 20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
+_Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
+_REACHED = 1e-13  # of an angle, and of what it passes in the time: a time that has it
+_ROUNDED = 4e-16  # of an angle to reach
+
+
+@dataclass(frozen=True)
+class _Weierstrass:
+    """P(t): its `g2`, a root `e` of 4 e^3 - g2 e - g3 with `real` others or not, and A and B."""
+
+    g2: Quad
+    e: Quad
+    real: Any
+    a: Quad
+    b: Quad
+
+    @classmethod
+    def of(cls, shift: Quad, c1: Quad, c0: Quad) -> _Weierstrass:
+        """From the cubic 4 y^3 + 6 p y^2 - c1 y - c0 in y = e - p/2, p the `shift`."""
+        y = _isolated_root(shift, c1, c0)
+        product = c0 / (4 * y)
+        total = -(c1 / 4 + product) / y
+        gap = total * total - 4 * product
+        real, root = gap >= 0, np.sqrt(abs(gap))
+        upper, lower = (total + root) / 2, (total - root) / 2
+        first = y > upper
+        size = np.sqrt(y * y - total * y + product)
+        triple = 2 * y - total
+        narrow = choose(triple < 0, -gap / (2 * size - triple), 2 * size + triple)
+        a = choose(real, choose(first, y - lower, upper - y), 4 * size)
+        b = choose(real, choose(first, y - upper, root), narrow)
+        e = choose(real & first, lower, y) + shift / 2
+        return cls(3 * shift * shift + c1, e, real, np.sqrt(a), np.sqrt(b))
+
+    @property
+    def period(self) -> Quad:
+        """The real period [s]; infinite where B = 0."""
+        return half_turn(self.a, self.b) * choose(self.real, 1.0, 2.0)
+
+    def at(self, times: Quad) -> _Point:
+        """P and P' at `times` [s] within half a period."""
+        sn, cn, dn = jacobi(times, self.a, self.b)
+        s, ones = sn / self.a, 1 + 0 * sn
+        r = choose(self.real, s * s, 2 * (1 - cn) / self.a**2)
+        h = choose(self.real, ones, (1 + cn) / 2)
+        return _Point(s, r, h, -2 * dn * choose(self.real, cn, ones), self.e * r + h)
+
+
+class _Point(NamedTuple):
+    """P = p/r and P' = s p_dot/r^2 with h = s^2/r, at one time t: s is about t, r about t^2."""
+
+    s: Quad
+    r: Quad
+    h: Quad
+    p_dot: Quad
+    p: Quad
+
+
+def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
+    """The root of the cubic that is farthest from the others, by Newton's method from outside."""
+    g2, g3 = double(3 * shift * shift + c1), double(c0 - shift * c1 / 2 - shift**3)
+    bound = np.maximum(np.sqrt(np.maximum(g2, 0.0) / 2), np.cbrt(np.abs(g3) / 2))
+    y = quad(choose(g3 < 0, -bound, bound) * (1 + 1e-12)) - shift / 2
+    for _ in range(100):
+        value = ((4 * y + 6 * shift) * y - c1) * y - c0
+        slope = (12 * y + 12 * shift) * y - c1
+        step = value / choose(slope == 0, quad(1.0), slope)
+        y = y - step
+        if everywhere(abs(step) <= 1e-22 * abs(y)):  # convergence is quadratic
+            break
+    return choose(y == 0, quad(1.0), y)  # 0 at rest without forces
 
 
 @dataclass(frozen=True)
 class EllipticMotion:
     """The closed form for one start, or for an array of starts, in 34-digit constants.
 
-    All fields but the potential have the shape of the start; see `reduction.solve`.
+    All fields but the potential have the shape of the start; see `solve`.
     """
 
     potential: TrigonometricPotential  # [J], 34 digits
@@ -45,148 +114,253 @@ class EllipticMotion:
     theta0: Quad  # [rad]
     kinetic: Quad  # [J], energy of the start
     forward: Any  # bool: theta_dot >= 0 at the start
-    excess: Quad  # E [J], energy above the saddle that is nearest to it
     rest: Any  # bool
     rotation: Any  # bool; a separatrix over the highest barrier counts as one of infinite period
-    two_pairs: Any  # bool
-    between: Any  # bool
-    across: Quad  # sine of half the angle from q, where z is 0, to p, where it is infinite
-    along: Quad  # its cosine
-    origin: Quad  # theta [rad] of q
-    scale: Quad  # rho, zmax, +-r1 or z0
-    modulus: Quad  # m
-    a: Quad  # A
-    b: Quad  # B
-    s: Quad  # [s sqrt(J)], time scale
-    half: Any  # tau in which chi advances by pi, in double; infinite on a separatrix
-    tau0: Any  # amplitude time of the start, in double
-    period: Quad  # [s]: of one turn, or of a full libration; infinite on a separatrix
+    top: Quad  # theta [rad] of the highest barrier
+    quartic: _Quartic
+    function: _Weierstrass
+
+    @property
+    def period(self) -> Quad:
+        """Period [s] of one turn, or of a full libration; infinite on a separatrix."""
+        return self.function.period
+
+    @property
+    def two_pairs(self) -> Any:
+        """Whether the motion swings in one well while another one has its energy, too."""
+        return self.function.real & np.logical_not(self.rotation)
 
     @property
     def sense(self) -> Any:
-        """-1.0 for a backward rotation, whose tau falls with time, else 1.0."""
-        return choose(self.rotation & np.logical_not(self.forward), -1.0, 1.0)
+        """-1.0 for a motion that starts backward, else 1.0."""
+        return choose(self.forward, 1.0, -1.0)
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s] after the start, which broadcast with
         the shape of the starts."""
-        period = double(self.period)
-        finite = np.isfinite(period)
-        high, low = split(choose(finite, self.period, _ONE), 20)
-        turns = choose(finite, np.rint(times / period), 0.0)
-        tau = self.tau0 + (times - turns * high - turns * low) * (self.sense / double(self.s))
-        around = self.sense * turns
-        if np.any(self.rotation):
-            half = choose(finite, self.half, 1.0)
-            halves = choose(self.rotation & finite, np.rint(tau / half), 0.0)
-            tau, around = tau - halves * half, around + halves
-        angle, rate = self._angle(tau)
-        theta = 2 * angle + double(self.origin)
-        for part in reversed(TURN):
-            theta = theta + choose(self.rotation, part, 0.0) * around
-        still = np.zeros(theta.shape)
-        return (
-            choose(self.rest, double(self.theta0) + still, theta),
-            choose(self.rest, still, self.sense * rate),
-        )
+        with np.errstate(all="ignore"):  # infinite periods, branches not taken
+            times = quad(np.asarray(times, dtype=float))
+            finite = np.isfinite(double(self.period))
+            cycle = choose(finite, self.period, quad(1.0))
+            turns = choose(finite, np.rint(double(times / cycle)), 0.0)
+            faded = choose(finite, quad(np.inf), _FADED / self.function.a)
+            spent = np.minimum(np.maximum(times - turns * cycle, -faded), faded)
+            half, rate = self._swept(spent)
+            sense = self.sense * np.sign(double(spent))
+            around = half + choose(sense * half < 0, sense * PI, 0 * half)
+            ahead = (self.top - self.theta0) / (2 * PI)
+            ahead = PI * (ahead - np.floor(ahead))  # half the angle to the barrier above the start
+            within = half - PI * (np.floor((half - ahead) / PI) + 1)
+            moved = 2 * choose(self.rotation, around + PI * self.sense * turns, within)
+            still = 0 * times
+            theta = self.theta0 + choose(self.rest, still, moved)
+            return double(theta), double(choose(self.rest, still, rate))
 
-    def _angle(self, tau: Array) -> tuple[Array, Array]:
-        """phi/2 from the direction of q on, and |dphi/dt|; |chi| <= pi/2 when rotating."""
-        scale = double(self.scale)
-        # where x is dn less the 1 in the constants below
-        narrow = self.two_pairs & (double(self.modulus) < 0.5)
-        x, y, slope = self._quotient(tau, narrow)
-        across, along = double(self.across), double(self.along)
-        sideways, ahead = (scale * across) * x, (scale * along) * x + y
-        if np.any(narrow):
-            sideways = sideways + choose(narrow, scale * across, 0.0)
-            ahead = ahead + choose(narrow, double(self.scale * self.along + _ONE), 0.0)
-        unit = sideways * sideways + ahead * ahead
-        rate = slope / unit * (2 * across * scale * double(self.a) / double(self.s))
-        return np.arctan2(sideways, ahead), rate
-
-    def _quotient(self, tau: Array, narrow: Any) -> tuple[Array, Array, Array]:
-        """x and y, of which z is scale x / y, and y dx/dchi - x dy/dchi, with dn for dchi/dt."""
-        a, modulus = double(self.a), double(self.modulus)
-        sn, cn, dn = jacobi(tau, a, double(self.b))
-        x = choose(self.rotation, sn, choose(self.two_pairs, dn, cn))
-        x = choose(narrow, -modulus * sn * sn / (1.0 + dn), x)
-        y = choose(self.rotation, cn, choose(narrow, 0.0, 1.0))
-        slope = choose(self.two_pairs, -modulus * cn, -dn) * sn
-        slope = choose(self.rotation, dn, slope)
-        if np.any(self.between):
-            growth = np.clip(choose(self.between, a * tau, 0.0), -300.0, 300.0)
-            x = choose(self.between, np.exp(growth), x)
-            slope = choose(self.between, x, slope)
-        return x, y, slope
+    def _swept(self, times: Quad) -> tuple[Quad, Quad]:
+        """Half the angle from the start, up to half turns, and its rate [rad/s], after `times` [s]
+        within half a period of the start."""
+        a0, a1, a2, a3, a4 = self.quartic
+        t, speed = self.function.at(times), self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
+        bend = 6 * t.p * t.p - self.function.g2 / 2 * t.r * t.r
+        centred, lift = t.p - a2 / 2 * t.r, 2 * a3 * t.s * t.p_dot
+        push, odd = 2 * a3 * centred + a1 * a4 * t.r, speed * t.s * t.p_dot
+        x, y = t.r * push - odd, 2 * centred**2 - a0 * a4 / 2 * t.r * t.r
+        first = y * (lift - speed * bend)
+        first = first - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h)
+        # x and y vanish together where w was infinite as long before the start: there w is u/v.
+        u, v = 2 * t.r * ((a3**2 - a2 * a4) * t.r - a4 * t.p), t.r * push + odd
+        second = -2 * a4 * t.s * t.p_dot * v - u * (lift + speed * bend)
+        return _larger((x, y, first), (u, v, second))
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape
-        (n,); NaN where it never does."""
+        (n,); NaN where it never does. Of the times at which P is as it has to be those count that
+        have the angle."""
+        away = double(quad(theta) - self.theta0)
         if self.rest:
-            return np.where(double(quad(theta) - self.theta0) == 0.0, 0.0, np.nan)
+            return np.where(away == 0.0, 0.0, np.nan)
         with np.errstate(all="ignore"):
-            target = _Target.of(self, theta)
-            if self.between:
-                wait = self._wait_between(target)
-            elif self.rotation:
-                wait = self._wait_rotating(target)
-            else:
-                wait = self._wait_librating(target)
-            scale = self.half if np.isfinite(self.half) else 1.0 / abs(double(self.a))
-            reached = np.isfinite(wait) & (wait >= -_BACK * scale)
-            return np.where(reached, double(self.s) * np.maximum(wait, 0.0), np.nan)
+            times, turns = self._candidates(theta), np.floor(away * self.sense / (2 * np.pi))
+            if self.rotation and np.any(turns > 0.0):
+                times = times + np.maximum(turns, 0.0) * double(self.period)
+            reached, rate = self.state(np.where(np.isfinite(times), times, np.nan))
+            near = _REACHED * (1 + np.abs(theta) + np.abs(rate * times))
+            times = np.where(np.abs(reached - theta) <= near, times, np.inf)
+            times = np.where(away == 0.0, 0.0, times.min(axis=0))
+            return np.where(np.isfinite(times), times, np.nan)
 
-    def _wait_between(self, target: _Target) -> Array:
-        """Amplitude time to a target from one saddle to the other."""
-        wait = np.log(double(target.x / (target.y * self.scale))) / double(self.a)
-        return np.where(target.halves == 0.0, wait, np.nan)
+    def _candidates(self, theta: Array) -> Array:
+        """Times [s] of the first period, shape (4, n), with the P of `theta` [rad], which follows
+        from both ends, by Carlson's R_F (DLMF 19.25.35)."""
+        import scipy.special
 
-    def _wait_rotating(self, target: _Target) -> Array:
-        """Amplitude time to a target of a rotation, negative where it lies behind the start."""
-        x, y = target.x / self.scale, target.y
-        length = np.sqrt(x**2 + y**2) * choose(y < 0, -1.0, 1.0)
-        wait = time_of_point(x / length, y / length, self.a, self.b)
-        half_turns = np.where(target.halves == 0.0, 0.0, target.halves * self.half)
-        return np.asarray(self.sense * (half_turns + wait - self.tau0))
+        a0, a1, a2, a3, a4 = self.quartic
+        w, waits = np.tan((quad(theta) - self.theta0) / 2), []
+        square = (((a0 * w + 4 * a1) * w + 6 * a2) * w + 4 * a3) * w + a4
+        slope = ((4 * a0 * w + 12 * a1) * w + 12 * a2) * w + 4 * a3
+        slack = abs(slope) * (1 + w * w) * (1 + abs(quad(theta))) * _ROUNDED
+        both = np.sqrt(np.where(abs(square) <= slack, abs(square), square) * a4)
+        polar = (a2 * w + 2 * a3) * w + a4
+        for product in (both, -both):
+            value = (polar + product) / (2 * w * w) - self.function.e
+            wait = scipy.special.elliprf(*self._above_roots(value)).real
+            waits += [wait, double(self.period) - wait]
+        return np.stack(waits)
 
-    def _wait_librating(self, target: _Target) -> Array:
-        """Amplitude time to a target of a libration; NaN where it is out of reach."""
-        z = target.x / (target.y * self.scale)
-        square = z * z
-        slack = abs(2 * z / (self.across * self.scale * target.y * target.y)) * target.size
-        if self.two_pairs:
-            square = (square - (1 - self.modulus)) / self.modulus
-            slack = slack / self.modulus
-        # An angle is within reach when one that rounds to it is.
-        inside = abs(square - quad(0.5)) <= 0.5 + 1e-15 + slack * ULP
-        inside &= (target.halves == 0.0) & ((z > 0) | (not self.two_pairs))
-        square = np.minimum(np.maximum(square, quad(0.0)), quad(1.0))
-        tau = time_of_point(np.sqrt(1 - square), np.sqrt(square), self.a, self.b)
-        if not self.two_pairs:
-            tau = np.where(z < 0, self.half - tau, tau)
-        cycle = self.half if self.two_pairs else 2 * self.half
-        waits = np.stack([np.mod(t - self.tau0, cycle) for t in (tau, -tau)])
-        waits = np.where(waits > cycle * (1 - _BACK), 0.0, waits)
-        return np.where(inside, waits.min(axis=0), np.nan)
+    def _above_roots(self, value: Quad) -> tuple[Array, Array, Array]:
+        """P less its three roots, of `value` P - e, in double."""
+        f = self.function
+        if f.real:
+            parts = value, value - (f.a**2 - f.b**2), value - f.a**2
+            return tuple(np.maximum(double(part), 0.0) + 0j for part in parts)
+        middle, size = 3 * f.e / 2, f.a**2 / 4
+        apart = 1j * double(np.sqrt(abs(size * size - middle * middle)))
+        value = np.where(value > 0, value, 0 * value)
+        beside = double(value + middle)
+        return double(value) + 0j, beside + apart, beside - apart
 
 
-@dataclass(frozen=True)
-class _Target:
-    """Angles to reach, shape (n,), as z = x/y in 34 digits, the half turns of phi/2 from the
-    direction of q to them, and 1 + |theta|."""
+def _larger(one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]) -> tuple[Quad, Quad]:
+    """Half the angle and its rate from the larger of two pairs of a sine and a cosine, each with
+    what its rate has over the sum of squares."""
+    sizes = [x * x + y * y for x, y, _ in (one, other)]
+    x, y, swept = (choose(sizes[1] > sizes[0], b, a) for a, b in zip(one, other, strict=True))
+    return np.arctan2(x, y), 2 * swept / np.maximum(*sizes)
 
-    x: Quad
-    y: Quad
-    halves: Array
-    size: Quad
 
-    @classmethod
-    def of(cls, motion: EllipticMotion, theta: Array) -> _Target:
-        half_angle = (quad(theta) - motion.origin) / 2
-        sine, cosine = np.sin(half_angle), np.cos(half_angle)
-        x, y = sine / motion.across, cosine - motion.along * sine / motion.across
-        side = choose(y < 0, -1.0, 1.0)
-        near = np.arctan2(double(sine * side), double(cosine * side))
-        halves = np.rint((double(half_angle) - near) / np.pi)
-        return cls(x, y, halves, 1 + abs(quad(theta)))
+def solve(
+    potential: TrigonometricPotential,
+    inertia: Any,
+    theta: Any,
+    theta_dot: Any,
+    excess: Any = None,
+    theta_from_top: Any = None,
+) -> EllipticMotion:
+    """Solve I theta'' = -V'(theta) from theta [rad] and theta_dot [rad/s]; all arguments broadcast.
+
+    `excess` [J], where given, is the energy above the highest barrier, in place of the magnitude
+    of theta_dot, whose sign it keeps; `theta_from_top` [rad] is the start's angle from that
+    barrier, on the turn that `theta` is nearest to. Source: Sudakov 2015, eqs. 15 and 16, inverted.
+    """
+    *coefficients, inertia, theta, theta_dot, rise, from_top = _broadcast(
+        *(potential.a, potential.b, potential.c),
+        *(inertia, theta, theta_dot, excess, theta_from_top),
+    )
+    potential = TrigonometricPotential(*coefficients)
+    with np.errstate(all="ignore"):  # branches not taken, and infinite periods
+        top, other = _crests(potential)
+        between = _height(potential, top, other - top)
+        if theta_from_top is not None:
+            theta = _nearest_top(potential, top, other, between, theta) + from_top
+        reach = _height(potential, top, theta - top)
+        kinetic = inertia * theta_dot * theta_dot / 2 if excess is None else rise + reach
+        above = kinetic - reach if excess is None else rise
+        quartic = _quartic(potential, theta, kinetic, inertia)
+        return EllipticMotion(
+            potential=potential,
+            inertia=inertia,
+            theta0=theta,
+            kinetic=kinetic,
+            forward=np.logical_not(theta_dot < 0),
+            rest=(abs(kinetic) <= 1e-60 * potential.scale)
+            & (abs(potential.slope(theta)) <= 1e-30 * potential.scale),
+            rotation=above >= 0,
+            top=top,
+            quartic=quartic,
+            function=_function(quartic, potential, inertia, (top, other), (above, above + between)),
+        )
+
+
+def _function(
+    start: _Quartic,
+    potential: TrigonometricPotential,
+    inertia: Quad,
+    crests: tuple[Quad, Quad],
+    above: tuple[Quad, Quad],
+) -> _Weierstrass:
+    """P from the coefficients at the start, or at a crest that the energy is close to."""
+    closer = abs(above[1]) < abs(above[0])  # false where there is no other crest
+    energy, crest = choose(closer, above[1], above[0]), choose(closer, crests[1], crests[0])
+    near = abs(energy) <= _NEAR * potential.scale
+    a0, a1, a2, a3, a4 = (
+        choose(near, there, here)
+        for there, here in zip(_quartic(potential, crest, energy, inertia), start, strict=True)
+    )
+    # At a crest a3 = 0, and g2 = 3 a2^2 + a0 a4, g3 = a2 (a0 a4 - a2^2) - a1^2 a4, with a root near
+    # a2/2: in the distance from that, a4 is a factor of what has to be small.
+    twist = choose(near, 0 * a3, a3)
+    product = a0 * a4 - 4 * a1 * twist
+    shift = choose(near, a2, 0 * a2)
+    c0 = a2 * (a0 * a4 + 2 * a1 * twist - a2**2) - a0 * twist**2 - a1**2 * a4
+    return _Weierstrass.of(
+        shift,
+        product + choose(near, 0 * a2, 3 * a2**2),
+        choose(near, a4 * (3 * a0 * a2 / 2 - a1**2), c0),
+    )
+
+
+def _broadcast(*values: Any) -> Sequence[Quad]:
+    """The values in 34 digits and of one shape; 0 where there is none."""
+    numbers = [quad(0.0 if value is None else value) for value in values]
+    return np.broadcast_arrays(*numbers) if any(np.ndim(v) for v in numbers) else numbers
+
+
+def _quartic(
+    potential: TrigonometricPotential, angle: Quad, energy: Quad, inertia: Quad
+) -> _Quartic:
+    """A0 ... A4 with w from `angle` [rad], where the kinetic energy is `energy` [J]."""
+    fourth, third, second, first = _fall(potential, angle)
+    return (
+        (energy + fourth) / (2 * inertia),
+        third / (8 * inertia),
+        (2 * energy + second) / (12 * inertia),
+        first / (8 * inertia),
+        energy / (2 * inertia),
+    )
+
+
+def _fall(potential: TrigonometricPotential, angle: Quad) -> tuple[Quad, Quad, Quad, Quad]:
+    """Coefficients of w^4 to w^1 in (1 + w^2)^2 (V(angle) - V(angle + x)), w = tan(x/2)."""
+    sine, cosine = np.sin(angle), np.cos(angle)
+    twist = 4 * potential.a * sine * cosine
+    force = 2 * (potential.b * cosine - potential.c * sine)
+    level = 2 * (potential.b * sine + potential.c * cosine)
+    well = 4 * potential.a * (cosine - sine) * (cosine + sine)
+    return -level, force - twist, well - level, force + twist
+
+
+def _height(potential: TrigonometricPotential, crest: Quad, x: Quad) -> Quad:
+    """V(crest) - V(crest + x), without the difference of two potentials."""
+    fourth, third, second, _ = _fall(potential, crest)
+    sine, cosine = np.sin(x / 2), np.cos(x / 2)
+    return sine**2 * (fourth * sine**2 + third * sine * cosine + second * cosine**2)
+
+
+def _crests(potential: TrigonometricPotential) -> tuple[Quad, Quad]:
+    """Angles of the highest maximum of V (0 for a constant V), and of the other one or NaN."""
+    points = critical_points(potential)
+    coefficients = (potential.a, potential.b, potential.c)
+    rough = TrigonometricPotential(*(np.asarray(double(v))[..., None] for v in coefficients))
+    angles = double(points)
+    crests = rough.curvature(angles) < 0.0
+    height = np.where(crests, rough.value(angles), -np.inf)
+    ranked = np.take_along_axis(points, np.argsort(-height, axis=-1, kind="stable"), -1)
+    count = crests.sum(axis=-1)
+    return (
+        choose(count > 0, ranked[..., 0], quad(0.0)),
+        choose(count > 1, ranked[..., 1], quad(np.nan)),
+    )
+
+
+def _nearest_top(
+    potential: TrigonometricPotential, top: Quad, other: Quad, between: Quad, theta: Quad
+) -> Quad:
+    """Angle of the highest barrier, on the turn nearest to theta; of two equal ones the nearer."""
+    equal = abs(between) <= 1e-28 * potential.scale
+    gap, other_gap = _turned(top - theta), _turned(other - theta)
+    return theta + choose(equal & (abs(other_gap) < abs(gap)), other_gap, gap)
+
+
+def _turned(angle: Quad) -> Quad:
+    """The angle less the whole turns that are nearest to it."""
+    return angle - 2 * PI * quad(np.rint(double(angle) / (2 * np.pi)))

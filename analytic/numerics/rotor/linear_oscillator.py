@@ -1,7 +1,8 @@
-"""The linear oscillator theta'' = -k theta - xi theta' + A sin(Omega t + phi) in closed form.
+"""The linear oscillator theta'' = -k theta - xi theta' + A sin(Omega t + phi), exactly.
 
-Written with divided differences of exp(z t) over the characteristic roots z1, z2 and i Omega, which
-are smooth where roots meet: nothing cancels near critical damping, near resonance or at small t.
+Power series give the free motions and those from rest under cos(Omega t) and sin(Omega t) after a
+time so short that 34 digits are exact, and each doubling of the time composes them: the roots of
+the equation may lie anywhere, as at critical damping or at resonance.
 """
 
 from __future__ import annotations
@@ -9,17 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from plumbob.analytic.numerics.arithmetic import two_product, two_sum
+from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import finite, non_negative
 from plumbob.analytic.reference import Array
 
-Complex = npt.NDArray[np.complex128]
-TERMS = 24  # of a series in |z t| <= 1: the next one is below 1e-22
+TERMS = 22  # of a series in |z t| <= 1/8: the next one is below 1e-38
+State = tuple[Any, Any]  # angle and rate, in 34 digits
 
 
 @dataclass(frozen=True)
@@ -46,17 +47,55 @@ class LinearOscillator:
     def motion(self, theta: float, theta_dot: float, times: Array) -> tuple[Array, Array]:
         """Theta [rad] and theta_dot [rad/s] at `times` [s], any shape, not negative, from `theta`
         [rad] and `theta_dot` [rad/s]."""
-        t = np.asarray(times, dtype=float)
-        from_angle, swing, swing_dot = _free(_Roots.of(self), t)
-        x = theta * from_angle + theta_dot * swing
-        v = theta_dot * swing_dot - self.stiffness * theta * swing
-        if self.forcing_amplitude == 0.0:
-            return x, v
-        # a negative frequency is a positive one with the signs of amplitude and phase changed
-        sign = math.copysign(1.0, self.forcing_frequency)
-        answer, answer_dot = _forced(self, abs(self.forcing_frequency), t)
-        turn = sign * self.forcing_amplitude * np.exp(1j * sign * self.forcing_phase)
-        return x + (turn * answer).imag, v + (turn * answer_dot).imag
+        rate = math.sqrt(abs(self.stiffness)) + self.damping_rate + abs(self.forcing_frequency)
+        longest = rate * float(np.max(times, initial=0.0))
+        doublings = max(0, math.ceil(math.log2(8 * longest or 1.0)))
+        time = quad(np.asarray(times, dtype=float)) / quad(2.0**doublings)
+        free = self._series(time, (1, 0), 0, 0), self._series(time, (0, 1), 0, 0)
+        forced = self._series(time, (0, 0), 1, 0), self._series(time, (0, 0), 0, 1)
+        for _ in range(doublings):
+            if self.forcing_amplitude:
+                angle = quad(self.forcing_frequency) * time
+                forced = _both(free, forced, np.cos(angle), np.sin(angle))
+            free, time = (_sum(free, *free[0]), _sum(free, *free[1])), 2 * time
+        push, phase = quad(self.forcing_amplitude), quad(self.forcing_phase)
+        x, v = _sum(
+            (_sum(free, quad(theta), quad(theta_dot)), *forced),
+            1,
+            push * np.sin(phase),
+            push * np.cos(phase),
+        )
+        return np.asarray(double(x)), np.asarray(double(v))
+
+    def _series(self, time: Quad, start: tuple[int, int], cosine: int, sine: int) -> State:
+        """Angle and rate after a short `time` [s] from `start`, under the sum of `cosine` times
+        cos(Omega t) and `sine` times sin(Omega t)."""
+        stiffness, damping = quad(self.stiffness), quad(self.damping_rate)
+        frequency = quad(self.forcing_frequency)
+        terms = [quad(number) for number in start]
+        wave = quad(cosine), quad(sine) * frequency  # the n-th term, and the next one times n + 1
+        for n in range(TERMS):
+            bend = wave[0] - stiffness * terms[n] - damping * (n + 1) * terms[n + 1]
+            terms.append(bend / ((n + 1) * (n + 2)))
+            wave = wave[1] / (n + 1), -wave[0] * frequency * frequency / (n + 1)
+        x = v = 0 * time
+        for n in reversed(range(TERMS + 1)):
+            x, v = x * time + terms[n], v * time + (n + 1) * terms[n + 1]
+        return x, v
+
+
+def _both(
+    free: tuple[State, State], forced: tuple[State, State], cosine: Quad, sine: Quad
+) -> tuple[State, State]:
+    """The motions from rest under cos(Omega t) and sin(Omega t) after twice the time, at which
+    Omega t has `cosine` and `sine`."""
+    by_cosine, by_sine = ((_sum(free, *state), *forced) for state in forced)
+    return _sum(by_cosine, 1, cosine, -sine), _sum(by_sine, 1, sine, cosine)
+
+
+def _sum(states: Sequence[State], *factors: Any) -> State:
+    pairs = list(zip(states, factors, strict=True))
+    return sum(f * x for (x, _), f in pairs), sum(f * v for (_, v), f in pairs)
 
 
 def linear_oscillator(rotor: DrivenRotor) -> LinearOscillator | None:
@@ -65,124 +104,3 @@ def linear_oscillator(rotor: DrivenRotor) -> LinearOscillator | None:
         return None
     names = (field.name for field in fields(LinearOscillator))
     return LinearOscillator(**{name: getattr(rotor, name) for name in names})
-
-
-@dataclass(frozen=True)
-class _Roots:
-    """Roots of z^2 + xi z + k: middle +- split, split real or imaginary, with their roundings."""
-
-    middle: float  # -xi / 2
-    split: float  # sqrt|xi^2/4 - k|
-    split_low: float
-    oscillating: bool
-    slow: float  # the larger real root, formed without cancellation; overdamped only
-
-    @classmethod
-    def of(cls, oscillator: LinearOscillator) -> _Roots:
-        half, k = oscillator.damping_rate / 2, oscillator.stiffness
-        square, square_low = two_product(half, half)
-        discriminant, carry = two_sum(square, -k)
-        discriminant, low = two_sum(discriminant, carry + square_low)
-        split = math.sqrt(abs(discriminant))
-        split_low = 0.0
-        if split > 0.0:
-            again, again_low = two_product(split, split)
-            remainder = (
-                math.copysign(1.0, discriminant) * low + (abs(discriminant) - again) - again_low
-            )
-            split_low = remainder / (2 * split)
-        slow = -k / (half + split) if discriminant > 0.0 else -half
-        return cls(-half, split, split_low, discriminant <= 0.0, slow)
-
-    @property
-    def near(self) -> tuple[complex, complex]:
-        """The root nearest to positive imaginary frequencies, and its rounding."""
-        if self.oscillating:
-            return complex(self.middle, self.split), complex(0.0, self.split_low)
-        return complex(self.slow), 0j
-
-    @property
-    def far(self) -> complex:
-        """The other root."""
-        return complex(self.middle, -self.split) if self.oscillating else self.middle - self.split
-
-
-def _free(roots: _Roots, t: Array) -> tuple[Array, Array, Array]:
-    """Free motion from (1, 0); free motion from (0, 1) and its rate."""
-    half = -roots.middle
-    if roots.oscillating:
-        envelope = np.exp(roots.middle * t)
-        phase, low = two_product(np.full_like(t, roots.split), t)
-        low = low + roots.split_low * t
-        sine = np.sin(phase) + low * np.cos(phase)
-        cosine = np.cos(phase) - low * np.sin(phase)
-        swing = sine / (roots.split + roots.split_low) if roots.split > 0.0 else t
-        return (
-            envelope * (cosine + half * swing),
-            envelope * swing,
-            envelope * (cosine - half * swing),
-        )
-    fast = np.exp((roots.middle - roots.split) * t)
-    slow = np.exp(roots.slow * t)
-    swing = -slow * np.expm1(-2 * roots.split * t) / (2 * roots.split)
-    return slow - roots.slow * swing, swing, fast + roots.slow * swing
-
-
-def _forced(oscillator: LinearOscillator, frequency: float, t: Array) -> tuple[Complex, Complex]:
-    """Motion from rest under exp(i frequency t), and its rate: the divided differences of exp(z t)
-    and z exp(z t) over both roots and i frequency."""
-    roots, drive = _Roots.of(oscillator), 1j * frequency
-    _, swing, swing_dot = _free(roots, t)
-    at_near, pair = _pair(roots, drive, t)
-    spread = drive - roots.far
-    early = abs(spread) * t < 1.0  # every root times t is then below one
-    with np.errstate(divide="ignore", invalid="ignore"):
-        answer = (pair - swing) / spread
-        answer_dot = (drive * pair + at_near - swing_dot) / spread
-    series, series_dot = _early(oscillator, drive, np.where(early, t, 0.0))
-    return np.where(early, series, answer), np.where(early, series_dot, answer_dot)
-
-
-def _pair(roots: _Roots, drive: complex, t: Array) -> tuple[Complex, Complex]:
-    """exp(z t) at the near root, and its divided difference with that at `drive`."""
-    near, near_low = roots.near
-    at_drive = _exponential(drive, 0j, t)
-    at_near = _exponential(near, near_low, t)
-    gap = (near - drive) + near_low
-    close = np.abs(gap * t) < 1.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        apart = (at_near - at_drive) / gap
-        pair = np.where(close, t * at_drive * _phi1(np.where(close, gap * t, 0)), apart)
-    return at_near, pair
-
-
-def _exponential(rate: complex, rate_low: complex, t: Array) -> Complex:
-    """exp((rate + rate_low) t) without the rounding of the phase."""
-    phase, low = two_product(np.full_like(t, rate.imag), t)
-    total = np.exp(rate.real * t + 1j * phase)
-    return total * (1 + 1j * low + rate_low * t)
-
-
-def _phi1(z: Complex) -> Complex:
-    """(exp(z) - 1) / z for |z| <= 1."""
-    return _polynomial([1.0 / math.factorial(n) for n in range(1, TERMS)], z)
-
-
-def _polynomial(terms: Sequence[complex], z: Array | Complex) -> Complex:
-    total = np.zeros(np.shape(z), dtype=complex)
-    for term in reversed(terms):
-        total = total * z + term
-    return total
-
-
-def _early(oscillator: LinearOscillator, drive: complex, t: Array) -> tuple[Complex, Complex]:
-    """The forced motion by its Taylor series, for |z t| <= 1."""
-    terms = [0j, 0j]
-    source = 1 + 0j
-    for n in range(TERMS):
-        a = source - oscillator.stiffness * terms[n]
-        a -= oscillator.damping_rate * (n + 1) * terms[n + 1]
-        terms.append(a / ((n + 1) * (n + 2)))
-        source *= drive / (n + 1)
-    slopes = [n * term for n, term in enumerate(terms)][1:]
-    return _polynomial(terms, t), _polynomial(slopes, t)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -12,16 +11,14 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Segment, normal_forces, validity
+from plumbob.analytic.systems.capsule import Capsule, validity
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
-from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
+from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
 # w2 = f g/mu is allowed and w1 = f g/mu is not; a product of doubles has an error of a few
 # roundings.
 THRESHOLD_ROUNDING = 4 * Fraction(2) ** -52
-# A time within round-off of a switch counts as the switch, for a step that begins there.
-SNAP = 2.0**-48
 
 
 @dataclass(frozen=True)
@@ -70,15 +67,13 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
 
 
 @dataclass(frozen=True)
-class LineManoeuvre(SingleMotion):
+class LineManoeuvre(SingleMotion, LineMotion):
     """Body and slider from rest to rest along one line through C (Chernousko 2020, eqs. 11-22).
 
     The slider's acceleration relative to the body is w1 until t1, then -w2 until t2 [m/s^2, s],
     along `direction` [rad, from the body's x axis]; it starts at `start` along that line, from C
-    [m]. Displacements, velocities and forces are signed along `direction`. A time at which
-    something switches belongs to the interval that begins there. Friction has no moment on lines
-    through C, for sum N_i CA_i = m g r, so the heading is constant. Raises ParameterError
-    for parameters outside eq. 15, and when a normal force is not positive along the whole path.
+    [m]. Raises ParameterError for parameters outside eq. 15, and when a normal force is not
+    positive along the whole path.
 
     >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
     >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
@@ -130,11 +125,6 @@ class LineManoeuvre(SingleMotion):
         return self.closed.displacement
 
     @property
-    def unit(self) -> Array:
-        """Unit vector of `direction`, shape (2,)."""
-        return np.array([math.cos(self.direction), math.sin(self.direction)])
-
-    @property
     def sliding_time(self) -> float:
         """Time for which the body slides [s]."""
         return self.t_star
@@ -144,65 +134,21 @@ class LineManoeuvre(SingleMotion):
         """The slider's path in the body."""
         return line_stroke(self.segment.start, self.direction, self.w1, self.w2, self.t1)
 
-    @property
-    def segment(self) -> Segment:
-        """The places that the slider covers, relative to C."""
-        x, y = (float(c) for c in self.unit)
-        end = self.start + self.stroke
-        return Segment((self.start * x, self.start * y), (end * x, end * y))
-
-    def relative_acceleration(self, times: Array) -> Array:
-        """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,) (eq. 14)."""
-        late = times * (1.0 + SNAP)
-        return np.select([late < self.t1, late < self.t2], [self.w1, -self.w2], 0.0)
-
-    def relative_velocity(self, times: Array) -> Array:
-        """Slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
-        braked = self.w1 * self.t1 - self.w2 * (times - self.t1)
-        return np.select([times < self.t1, times < self.t2], [self.w1 * times, braked], 0.0)
-
-    def strokes(self, times: Array) -> Array:
-        """Slider's displacement in the body xi [m] at `times` [s], shape (n,) (eq. 12)."""
-        late = np.maximum(times - self.t1, 0.0)
-        braked = self.w1 * self.t1 * (0.5 * self.t1 + late) - 0.5 * self.w2 * late**2
-        choices = [0.5 * self.w1 * times**2, braked]
-        return np.select([times < self.t1, times < self.t2], choices, self.stroke)
-
-    def body_velocity(self, times: Array) -> Array:
-        """Velocity of C [m/s] at `times` [s], shape (n,) (eq. 19 as it follows from eq. 11)."""
-        left = np.maximum(self.closed.braking_time - (times - self.t1), 0.0)
-        pushed = 0.0 - self.closed.backward * times
-        return np.where(times < self.t1, pushed, 0.0 - self.closed.braking * left)
-
-    def body_displacement(self, times: Array) -> Array:
-        """Displacement of C [m] at `times` [s], shape (n,) (eq. 12)."""
-        late = np.maximum(times - self.t1, 0.0)
-        pushed, braked = 0.5 * self.closed.backward, 0.5 * self.closed.braking
-        sliding = braked * late**2 - 2 * pushed * self.t1 * (0.5 * self.t1 + late)
-        choices = [0.0 - pushed * times**2, sliding]
-        return np.select([times < self.t1, times < self.t_star], choices, self.displacement)
-
-    @property
-    def stops(self) -> tuple[float, ...]:
-        """When the body comes to rest [s]: the only switch that is not one of the path."""
-        return (self.t_star,)
-
-    def driving_force(self, times: Array) -> Array:
-        """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
-        friction, slid = self.friction_force(times), self.relative_acceleration(times)
-        return driving_force(self.capsule, friction, slid)
-
-    def friction_force(self, times: Array) -> Array:
-        """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
-        slides backward, and static friction m w at rest (eqs. 1, 8)."""
-        sticking = self.capsule.slider_mass * self.relative_acceleration(times)
-        sliding = times * (1.0 + SNAP) < self.t_star
-        return np.where(sliding, self.capsule.friction * self.capsule.weight, sticking)
-
-    def normal_forces(self, times: Array) -> Array:
-        """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
-        places = (self.start + self.strokes(times))[:, None] * self.unit
-        return normal_forces(self.capsule, places)
+    @cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """Push, brake until the body stops, brake, and rest."""
+        w1, w2, t1, t_star, t2 = self.w1, self.w2, self.t1, self.t_star, self.t2
+        back, spent, end = self.closed.backward, self.closed.braking_time, self.displacement
+        pushed, speed = 0.5 * w1 * t1**2, w1 * t1
+        fall, brake = -0.5 * back * t1**2, self.closed.braking
+        return (
+            Phase(0.0, 0.0, 0.0, w1, acceleration=-back, slides=True),
+            Phase(t1, pushed, speed, -w2, fall, -back * t1, brake, slides=True),
+            Phase(
+                t_star, pushed + spent * (speed - 0.5 * w2 * spent), speed - w2 * spent, -w2, end
+            ),
+            Phase(t2, self.stroke, 0.0, 0.0, end),
+        )
 
 
 def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
@@ -214,3 +160,16 @@ def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:
     closed = manoeuvre.closed
     late = np.maximum(times - manoeuvre.t1, 0.0)
     return -closed.backward * times + closed.braking * late
+
+
+def condition_number(manoeuvre: LineManoeuvre) -> float:
+    """Relative change of the displacement (22) over the largest relative change of M, m, f, g,
+    w1, w2 and t1; grows as f g/(mu w1 - f g) when w1 nears its threshold."""
+    capsule, closed = manoeuvre.capsule, manoeuvre.closed
+    mu, limit = capsule.mass_ratio, capsule.friction * capsule.gravity
+    push, pull = mu * manoeuvre.w1, mu * manoeuvre.w2
+    by_w1 = push / (push + pull) + push / closed.backward
+    by_w2 = pull / (push + pull) - pull / closed.braking
+    by_friction = limit / closed.backward + limit / closed.braking
+    by_mass = (1.0 - mu) * abs(by_w1 + by_w2)
+    return abs(by_w1) + abs(by_w2) + 2 * by_mass + 2 * by_friction + 2.0

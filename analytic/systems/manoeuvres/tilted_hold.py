@@ -23,7 +23,8 @@ from plumbob.analytic.systems.capsule import (
     validity,
 )
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
-from plumbob.analytic.systems.manoeuvres.slow_motion import ROUNDINGS, proper_fraction
+from plumbob.analytic.systems.manoeuvres.residual_motion import ROUNDINGS
+from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 

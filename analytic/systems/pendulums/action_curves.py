@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.elliptic.reduction import solve
+from plumbob.analytic.numerics.elliptic.motion import solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     critical_points,

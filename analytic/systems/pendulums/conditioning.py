@@ -9,8 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
-from plumbob.analytic.numerics.elliptic.reduction import solve
+from plumbob.analytic.numerics.elliptic.motion import EllipticMotion, solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor

@@ -14,8 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.elliptic.motion import EllipticMotion
-from plumbob.analytic.numerics.elliptic.reduction import solve
+from plumbob.analytic.numerics.elliptic.motion import EllipticMotion, solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     critical_points,

@@ -1,0 +1,215 @@
+"""A motion of body and slider along a line through C, in phases of constant acceleration, once or
+again and again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF
+from plumbob.analytic.reference import Array, LinearResponse
+from plumbob.analytic.systems.capsule import (
+    NORMAL_FORCES,
+    Capsule,
+    Segment,
+    by_support,
+    normal_force_uncertainty,
+    normal_forces,
+    steepest_load,
+)
+from plumbob.analytic.systems.manoeuvres import driving_force
+
+# A time within round-off of a switch counts as the switch, for a step that begins there.
+SNAP = 2.0**-48
+FEW = 27 * ROUNDOFF  # of each term: three parameters with three roundings each, and nine on the way
+SHIFTED = 8  # roundings of a time, of the switches before it and of a period
+
+
+class Phase(NamedTuple):
+    """From local time `start` [s] on: the slider in the body and C on the ground at that time, [m]
+    and [m/s], their accelerations [m/s^2], and whether the body slides (backward)."""
+
+    start: float
+    stroke: float
+    stroke_rate: float
+    pull: float
+    displacement: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    slides: bool = False
+
+    def later(self, time: float, stroke: float, displacement: float) -> Phase:
+        """The phase `time` [s] later, with so much more [m] behind it."""
+        return self._replace(
+            start=self.start + time,
+            stroke=self.stroke + stroke,
+            displacement=self.displacement + displacement,
+        )
+
+
+class LineMotion(LinearResponse):
+    """Observables of a motion with a `capsule`, the `direction` of its line [rad, from the body's x
+    axis], the slider's `start` on it and the end of its `stroke` [m, from C], and its `phases`,
+    `count` times, each after a `period` [s]. All is signed along `direction`; a time at which
+    something switches belongs to the interval that begins there. Friction has no moment on lines
+    through C, for sum N_i CA_i = m g r, so the heading is constant."""
+
+    if TYPE_CHECKING:  # fields of some motions, properties of others
+
+        @property
+        def capsule(self) -> Capsule: ...
+        @property
+        def direction(self) -> float: ...
+        @property
+        def start(self) -> float: ...
+        @property
+        def stroke(self) -> float: ...
+        @property
+        def phases(self) -> tuple[Phase, ...]: ...
+        @property
+        def count(self) -> int: ...
+        @property
+        def period(self) -> float: ...
+
+    @property
+    def unit(self) -> Array:
+        """Unit vector of `direction`, shape (2,)."""
+        return np.array([math.cos(self.direction), math.sin(self.direction)])
+
+    @property
+    def segment(self) -> Segment:
+        """The places that the slider covers, relative to C."""
+        x, y = (float(c) for c in self.unit)
+        end = self.start + self.stroke
+        return Segment((self.start * x, self.start * y), (end * x, end * y))
+
+    @cached_property
+    def _table(self) -> Array:
+        """The phases, a column each, shape (8, phases)."""
+        return np.array(self.phases, dtype=float).T
+
+    def _now(self, times: Array) -> tuple[Array, Array, Array]:
+        """Repetitions before `times` [s], shape (n,), the time spent in the present phase [s], and
+        that phase, shape (8, n)."""
+        times = np.asarray(times, dtype=float)
+        late, done = times * (1.0 + SNAP), np.zeros_like(times)
+        if self.count > 1:
+            done = np.clip(np.floor(late / self.period), 0, self.count - 1)
+            times, late = times - done * self.period, late - done * self.period
+        which = np.searchsorted(self._table[0], np.maximum(late, 0.0), side="right") - 1
+        phase = self._table[:, which]
+        return done, np.maximum(times - phase[0], 0.0), phase
+
+    def relative_acceleration(self, times: Array) -> Array:
+        """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,) (eq. 14)."""
+        return np.asarray(self._now(times)[2][3])
+
+    def relative_velocity(self, times: Array) -> Array:
+        """Slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
+        _, spent, phase = self._now(times)
+        return np.asarray(phase[2] + phase[3] * spent)
+
+    def strokes(self, times: Array) -> Array:
+        """Slider's displacement in the body xi [m] at `times` [s], shape (n,) (eq. 12)."""
+        _, spent, phase = self._now(times)
+        return np.asarray(phase[1] + spent * (phase[2] + 0.5 * phase[3] * spent))
+
+    def body_velocity(self, times: Array) -> Array:
+        """Velocity of C [m/s] at `times` [s], shape (n,) (eq. 19 as it follows from eq. 11)."""
+        _, spent, phase = self._now(times)
+        return np.asarray(phase[5] + phase[6] * spent)
+
+    def body_displacement(self, times: Array) -> Array:
+        """Displacement of C [m] at `times` [s], shape (n,) (eq. 12)."""
+        done, spent, phase = self._now(times)
+        here = phase[4] + spent * (phase[5] + 0.5 * phase[6] * spent)
+        return np.asarray(here + done * self.phases[-1].displacement)
+
+    def friction_force(self, times: Array) -> Array:
+        """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
+        slides backward, and static friction m w at rest (eqs. 1, 8)."""
+        _, _, phase = self._now(times)
+        sliding = self.capsule.friction * self.capsule.weight
+        return np.where(phase[7] > 0.0, sliding, self.capsule.slider_mass * phase[3])
+
+    def driving_force(self, times: Array) -> Array:
+        """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
+        friction, slid = self.friction_force(times), self.relative_acceleration(times)
+        return driving_force.driving_force(self.capsule, friction, slid)
+
+    def normal_forces(self, times: Array) -> Array:
+        """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
+        places = (self.start + self.strokes(times))[:, None] * self.unit
+        return normal_forces(self.capsule, places)
+
+    @property
+    def stops(self) -> tuple[float, ...]:
+        """When the body comes to rest [s]: the switches that are not those of the path."""
+        ends = [b.start for a, b in pairwise(self.phases) if a.slides and not b.slides]
+        return tuple((n and n * self.period) + end for n in range(self.count) for end in ends)
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22):
+        displacement, velocity of C [m, m/s]; stroke, stroke_rate of the slider in the body [m,
+        m/s]; heading [rad]; sideways, of C across the line [m]; normal_force_1..3, friction_force
+        (resultant on the body) and driving_force (of the actuator on the slider) [N]."""
+        times = np.asarray(times, dtype=np.float64)
+        return {
+            "displacement": self.body_displacement(times),
+            "velocity": self.body_velocity(times),
+            "stroke": self.strokes(times),
+            "stroke_rate": self.relative_velocity(times),
+            "heading": np.zeros_like(times),
+            "sideways": np.zeros_like(times),
+            **by_support(self.normal_forces(times)),
+            "friction_force": self.friction_force(times),
+            "driving_force": self.driving_force(times),
+        }
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
+        double, and the arithmetic, may have caused: first order, term by term, in magnitude; it
+        adds up over the repetitions."""
+        capsule, (done, spent, phase) = self.capsule, self._now(times)
+        late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
+        late = ROUNDOFF * (late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start))
+        pulls = np.abs(self._table[3])
+        pushes = capsule.mass_ratio * pulls + capsule.friction * capsule.gravity
+        slid, slid_rate, _ = self._magnitudes(pulls, phase, spent)
+        moved, rate, at_end = self._magnitudes(pushes * self._table[7], phase, spent)
+        slack = normal_force_uncertainty(capsule, abs(self.start) + abs(self.stroke))
+        slack = slack + steepest_load(capsule) * late * slid_rate * (self.count > 1)
+        still = np.zeros_like(spent)
+        return {
+            "displacement": FEW * (moved + done * at_end) + late * rate,
+            "velocity": FEW * rate + 2 * late * float((pushes * self._table[7]).max()),
+            "stroke": FEW * slid + late * slid_rate,
+            "stroke_rate": FEW * slid_rate + 2 * late * float(pulls.max()),
+            "heading": still,
+            "sideways": still,
+            **dict.fromkeys(NORMAL_FORCES, still + slack),
+            "friction_force": still + FEW * capsule.friction * capsule.weight,
+            "driving_force": driving_force.uncertainty(
+                capsule, self.friction_force(times), self.relative_acceleration(times)
+            ),
+        }
+
+    def _magnitudes(
+        self, accelerations: Array, phase: Array, spent: Array
+    ) -> tuple[Array, Array, float]:
+        """Way [m] and rate [m/s] of which every term counts with its size, `spent` [s] after the
+        start of each `phase`, and the way after all."""
+        starts = self._table[0]
+        spans = np.diff(starts)
+        rates = np.append(0.0, np.cumsum(accelerations[:-1] * spans))
+        ways = rates[:-1] * spans + 0.5 * accelerations[:-1] * spans**2
+        ways = np.append(0.0, np.cumsum(ways))
+        which = np.searchsorted(starts, phase[0], side="right") - 1
+        rate, pull = rates[which], accelerations[which]
+        way = ways[which] + spent * (rate + 0.5 * pull * spent)
+        return way, rate + pull * spent, float(ways[-1])
