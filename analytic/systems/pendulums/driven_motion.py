@@ -12,7 +12,6 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator, linear_oscillator
 from plumbob.analytic.numerics.rotor.orbit import smooth_system, steps_until
-from plumbob.analytic.numerics.rotor.variational import tangent_flow
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
@@ -85,18 +84,9 @@ class DrivenMotion:
         ]
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """The second-order response to errors of theta and theta_dot, shape (n,), over the errors:
-        w'' = J w + a_theta_theta theta_error^2 / 2 along the motion, from rest."""
-        largest = float(np.abs(errors["theta"]).max())
-        if largest == 0.0 or self.closed_form is not None:
+        """Of the rates' response to errors of theta and theta_dot, shape (n,), over the linear one
+        (see `CertifiedMotion`)."""
+        if self.closed_form is not None or not np.abs(errors["theta"]).max():
             return 0.0
-        rotor = self.rotor
-        flow = tangent_flow(rotor, self.theta, self.theta_dot, float(times.max()) or 1.0)
-        theta = flow.states[0]
-        bend = rotor.sin * np.sin(theta) - rotor.cos * np.cos(theta)
-        bend -= 4 * rotor.sin2 * np.sin(2 * theta)
-        error = np.interp(flow.times, times, errors["theta"])
-        forcing = np.zeros((*theta.shape, 2, 1))
-        forcing[..., 1, 0] = bend * error**2 / 2
-        second = flow.respond(np.zeros((2, 1)), forcing).at(times)[:, 0, 0]
-        return float(np.abs(second).max()) / largest
+        known = self._known(times)
+        return self.certified.nonlinearity(np.minimum(times, known), errors)

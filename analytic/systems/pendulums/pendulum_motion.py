@@ -23,7 +23,6 @@ from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.pendulums.conditioning import nonlinearity, uncertainty
 
 Regime = Literal["rest", "libration", "rotation", "separatrix"]
 
@@ -193,12 +192,55 @@ class PendulumMotion:
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Effect of double precision, see `plumbob.analytic.systems.pendulums.conditioning`."""
-        return uncertainty(self, times)
+        """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for one unit in
+        the last place of every input, the times included, and of the state where the motion is
+        fastest: a start next to a saddle is small and so are its roundings, but later ones are
+        not."""
+        times = np.asarray(times, dtype=float)
+        theta, rate = self.state(times)
+        finite = np.isfinite(self.period)
+        # time is rounded four times in the closed form
+        late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
+        bend = np.asarray(self.rotor.acceleration(times, theta, rate))
+        moved = [ULP * np.abs(x) + ULP + late * np.abs(v) for x, v in ((theta, rate), (rate, bend))]
+        near = [self.neighbours.state(times[None, :])]
+        if finite:
+            # The rounding of an angle grows with the number of turns, and the force's with it; late
+            # roundings have less time to act, so that half of the last angle represents them all.
+            time, fastest, _ = self._fastest
+            wound = max(abs(fastest), 0.5 * float(np.abs(theta).max(initial=0.0)))
+            near.append(self._rounded(wound).state(np.maximum(times - time, 0.0)[None, :]))
+        for states in near:
+            for i, values in enumerate(states):
+                moved[i] += np.abs(values[1:] - values[:1]).sum(axis=0)
+        return {"theta": moved[0], "theta_dot": moved[1]}
+
+    @cached_property
+    def _fastest(self) -> tuple[float, float, float]:
+        """When in its first period it is fastest [s], with theta [rad] and theta_dot [rad/s]."""
+        first = np.linspace(0.0, self.period, 128)
+        angles, rates = self.state(first)
+        at = int(np.abs(rates).argmax())
+        return float(first[at]), float(angles[at]), float(rates[at])
+
+    def _rounded(self, wound: float) -> EllipticMotion:
+        """The motion from where it is fastest, then with theta changed by the rounding of an angle
+        `wound` [rad], then with theta_dot by that of its own."""
+        (_, theta, rate), ulp = self._fastest, quad(ULP)
+        starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
+        speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
+        return solve(self.exact_potential, self.inertia, starts, speeds)
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """Nonlinearity of the response to errors, see `pendulums.conditioning`."""
-        return nonlinearity(self, times, errors)
+        """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
+        larger of the angle's error, and of the energy's error over the kinetic energy plus the
+        distance from the nearest barrier."""
+        theta, rate = self.state(times)
+        torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
+        drift = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
+        gaps = double(np.abs(self.energy - self.barriers))
+        ratio = np.abs(drift) / (self.inertia * rate**2 / 2 + gaps.min(initial=np.inf))
+        return float(max(np.abs(errors["theta"]).max(), ratio.max()))
 
     @property
     def rotor(self) -> DrivenRotor:

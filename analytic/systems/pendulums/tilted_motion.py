@@ -54,5 +54,5 @@ class TiltedMotion:
         return {**known, "theta": known["theta"] + 2 * ULP * abs(self.tilt)}
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """Nonlinearity of the response to errors, see `pendulums.conditioning`."""
+        """That of phi."""
         return self.principal.nonlinearity(times, errors)

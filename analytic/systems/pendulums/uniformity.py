@@ -46,31 +46,37 @@ class Uniformity:
 
 
 def of_motion(motion: PendulumMotion) -> Uniformity:
-    """Measures of an exact rotation that starts at its `theta`: mean speed 2 pi/T and mean square
-    2 pi I/(inertia T) from the closed form's period T and action I; the rest by sampling."""
+    """Measures of an exact rotation that starts at its `theta`, by sampling: the means converge
+    geometrically."""
     times = (np.arange(SAMPLES) + 0.5) * motion.period / SAMPLES
-    rates = motion.state(times)[1]
-    mean = 2 * np.pi / motion.period
-    square = 2 * np.pi * motion.action / (motion.inertia * motion.period)
-    return Uniformity(
-        np.asarray(np.ptp(rates) / abs(motion.theta_dot)),
-        np.sqrt(np.asarray(square) - mean**2) / mean,
-        np.asarray(np.mean(np.abs(rates / motion.theta_dot - 1.0) <= NEAR)),
-    )
+    return _measures(motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(SAMPLES))
+
+
+def of_samples(times: Array, rates: Array) -> Uniformity:
+    """Measures of a recorded turn from `times` [s] and `rates` [rad/s], shape (n,), the first of
+    which is the start's."""
+    dense = np.interp(np.linspace(times[0], times[-1], SAMPLES), times, rates)
+    return _measures(dense, rates[0], np.ones(SAMPLES))
 
 
 def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
     """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
     coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""
     rates = _rates(potential, np.asarray(inertia), speeds)
-    # time-weighted: dt = dtheta/theta_dot; the means are ratios of sums over theta
-    weight = 1.0 / rates
-    spent = weight.sum(axis=-1)
-    mean, square = ANGLES / spent, rates.sum(axis=-1) / spent
-    close = np.abs(rates / speeds[..., None] - 1.0) <= NEAR
-    near = np.where(close, weight, 0.0).sum(axis=-1) / spent
-    deviation = np.sqrt(np.maximum(square - mean**2, 0.0)) / mean
-    return Uniformity(np.ptp(rates, axis=-1) / speeds, deviation, near)
+    return _measures(rates, speeds, 1.0 / rates)  # dt = dtheta/theta_dot
+
+
+def _measures(rates: Array, first: Array, spans: Array) -> Uniformity:
+    """Of a turn at `rates` [rad/s], the last axis, each for its part of the time, in proportion to
+    `spans`, that starts with the `first`."""
+    parts = spans / spans.sum(axis=-1, keepdims=True)
+    mean, square = ((parts * rates**power).sum(axis=-1) for power in (1, 2))
+    close = np.abs(rates / first[..., None] - 1.0) <= NEAR
+    return Uniformity(
+        np.ptp(rates, axis=-1) / np.abs(first),
+        np.sqrt(np.maximum(square - mean**2, 0.0)) / np.abs(mean),
+        (parts * close).sum(axis=-1),
+    )
 
 
 def periods_from_below(potential: TrigonometricPotential, inertia: Array, speed: Array) -> Array:

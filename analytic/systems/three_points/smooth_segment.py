@@ -72,29 +72,14 @@ def states_of(segments: Sequence[SmoothSegment], which: Indices, times: Array) -
 
 def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
     """Places in [0, last], shape (n,), where an increasing Legendre `series`, shape (k,), takes
-    `values`, shape (n,), by Newton's method, bisecting where it would leave its bracket."""
-    slope = 2.0 * np.polynomial.legendre.legder(series)
-    grid = np.linspace(0.0, last, BRACKETS + 1)
-    heights = np.maximum.accumulate(evaluate(series[:, None], grid)[:, 0])
-    where = np.clip(np.searchsorted(heights, values), 1, BRACKETS)
-    low, high = grid[where - 1], grid[where]
-    rise = heights[where] - heights[where - 1]
-    ratio = (values - heights[where - 1]) / np.where(rise > 0.0, rise, 1.0)
-    x = low + np.clip(ratio, 0.0, 1.0) * (high - low)
-    for _ in range(NEWTON_STEPS):
-        excess = np.polynomial.legendre.legval(2.0 * x - 1.0, series) - values
-        low, high = np.where(excess < 0.0, x, low), np.where(excess > 0.0, x, high)
-        rate = np.polynomial.legendre.legval(2.0 * x - 1.0, slope)
-        step = x - excess / np.where(rate > 0.0, rate, np.inf)
-        last_x, x = x, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
-        if np.abs(x - last_x).max(initial=0.0) <= CLOSE * last:
-            break
-    return x
+    `values`, shape (n,)."""
+    return _roots(series[None], np.zeros(len(values), dtype=np.int64), values, np.array([last]))
 
 
 def _roots(series: Array, which: Indices, values: Array, last: Array) -> Array:
-    """As `monotone_root`, of many `series`, shape (m, k), and `last`, shape (m,), at once: each of
-    `values` is of the series with the number in `which`, both of shape (n,)."""
+    """Places in [0, last] where increasing Legendre `series`, shape (m, k), `last` of shape (m,),
+    take `values`, each of the series with the number in `which`, both of shape (n,), by Newton's
+    method, bisecting where it would leave its bracket."""
     slopes = 2.0 * np.polynomial.legendre.legder(series, axis=1)
     low, high, ratio = _brackets(series, which, values, last)
     x = low + np.clip(ratio, 0.0, 1.0) * (high - low)
