@@ -37,9 +37,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 
 
 @dataclass(frozen=True)
@@ -171,13 +169,6 @@ class ConePendulum:
         """V(theta) less `potential` of theta + tilt [J], a constant."""
         return float(double(self._terms[2]))
 
-    def potential_at(self, theta: Array) -> Array:
-        """V(theta) [J] in double precision, shape (n,), the product of inertia included."""
-        a, b, c = (float(double(x)) for x in (self.potential.a, self.potential.b, self.potential.c))
-        angle = np.asarray(theta, dtype=float) + self.tilt
-        value = TrigonometricPotential(a, b, c).value(angle) + self.potential_offset
-        return np.asarray(value)
-
     @property
     def printed_potential(self) -> TrigonometricPotential:
         """V as printed in Sudakov 2015, eq. 9, which has no product of inertia: the centrifugal
@@ -197,9 +188,9 @@ class ConePendulum:
         )
 
     @property
-    def reference(self) -> PendulumMotion | TiltedMotion:
+    def reference(self) -> PendulumMotion:
         """The exact motion of theta."""
-        return TiltedMotion(self.motion, self.tilt) if self.tilt else self.motion
+        return replace(self.motion, tilt=self.tilt) if self.tilt else self.motion
 
     def printed_motion(self, theta_dot: float | None = None) -> PendulumMotion:
         """The motion that the printed eqs. 9, 15 and 16 describe, from the same start or from

@@ -11,7 +11,7 @@ SIMPLE, LINEAR = "simple-pendulum/", "linear-pendulum/"
 
 
 def test_an_error_that_is_not_small_is_reported():
-    # the nonlinear response over the linear one grows with the error: ten times the error, ten times as nonlinear
+    # the response is nonlinear in proportion to the error
     case, linear = (case_of(find_scene(f"{name}damped-rotating")) for name in (SIMPLE, LINEAR))
     times = np.linspace(0.0, 20.0, 400)
     errors = case.errors.series(Scheme(RK4), times)[4]

@@ -33,7 +33,9 @@ class PendulumMotion:
     [kg m^2] in a potential [J]. Next to a separatrix, where a double has too few digits, the
     start may be given by `excess` [J], the energy above the highest barrier, in place of the
     magnitude of theta_dot; or by `theta_from_top` [rad], its angle from that barrier, in place of
-    theta, which then only selects the turn. Raises ParameterError."""
+    theta, which then only selects the turn. What is observed is the angle less `tilt` [rad]: a
+    product of inertia turns the principal axes out of the plane in which it is measured. Raises
+    ParameterError."""
 
     potential: TrigonometricPotential  # floats, or 34 digits
     inertia: float
@@ -41,6 +43,7 @@ class PendulumMotion:
     theta_dot: float
     excess: float | None = None
     theta_from_top: float | None = None
+    tilt: float = 0.0
 
     def __post_init__(self) -> None:
         positive("inertia", self.inertia)
@@ -167,7 +170,8 @@ class PendulumMotion:
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
-        return self.closed_form.state(np.asarray(times, dtype=float))
+        theta, rate = self.closed_form.state(np.asarray(times, dtype=float))
+        return theta - self.tilt, rate
 
     def phase(self, times: Array) -> Array:
         """Phase Phi = Omega t [rad], Sudakov 2015, eqs. 11 and 13, of `times` [s]."""
@@ -176,15 +180,16 @@ class PendulumMotion:
     def momentum(self, theta: Array) -> Array:
         """p(H, theta) = sqrt(2 I (H - V)) [kg m^2 rad/s], Sudakov 2015, eq. 15, with the sign of
         the start; NaN where the motion does not reach."""
+        angle = quad(np.asarray(theta) + self.tilt)
         with np.errstate(invalid="ignore"):
-            kinetic = double(self.energy - self.exact_potential.value(quad(np.asarray(theta))))
+            kinetic = double(self.energy - self.exact_potential.value(angle))
             size: Array = np.sqrt(2 * self.inertia * kinetic)
             return np.copysign(size, self.theta_dot)
 
     def time_at(self, theta: Array) -> Array:
         """t(H, theta) [s], Sudakov 2015, eq. 16: when the motion first reaches `theta` [rad] after
         the start; NaN where it never does."""
-        return self.closed_form.time_at(np.asarray(theta, dtype=float))
+        return self.closed_form.time_at(np.asarray(theta, dtype=float) + self.tilt)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
@@ -197,7 +202,7 @@ class PendulumMotion:
         fastest: a start next to a saddle is small and so are its roundings, but later ones are
         not."""
         times = np.asarray(times, dtype=float)
-        theta, rate = self.state(times)
+        theta, rate = self.closed_form.state(times)
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
@@ -213,13 +218,13 @@ class PendulumMotion:
         for states in near:
             for i, values in enumerate(states):
                 moved[i] += np.abs(values[1:] - values[:1]).sum(axis=0)
-        return {"theta": moved[0], "theta_dot": moved[1]}
+        return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
 
     @cached_property
     def _fastest(self) -> tuple[float, float, float]:
         """When in its first period it is fastest [s], with theta [rad] and theta_dot [rad/s]."""
         first = np.linspace(0.0, self.period, 128)
-        angles, rates = self.state(first)
+        angles, rates = self.closed_form.state(first)
         at = int(np.abs(rates).argmax())
         return float(first[at]), float(angles[at]), float(rates[at])
 
@@ -235,7 +240,7 @@ class PendulumMotion:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
         larger of the angle's error, and of the energy's error over the kinetic energy plus the
         distance from the nearest barrier."""
-        theta, rate = self.state(times)
+        theta, rate = self.closed_form.state(times)
         torque = np.asarray(self.rotor.acceleration(times, theta, rate)) * self.inertia
         drift = self.inertia * rate * errors["theta_dot"] - torque * errors["theta"]
         gaps = double(np.abs(self.energy - self.barriers))

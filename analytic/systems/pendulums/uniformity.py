@@ -52,13 +52,6 @@ def of_motion(motion: PendulumMotion) -> Uniformity:
     return _measures(motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(SAMPLES))
 
 
-def of_samples(times: Array, rates: Array) -> Uniformity:
-    """Measures of a recorded turn from `times` [s] and `rates` [rad/s], shape (n,), the first of
-    which is the start's."""
-    dense = np.interp(np.linspace(times[0], times[-1], SAMPLES), times, rates)
-    return _measures(dense, rates[0], np.ones(SAMPLES))
-
-
 def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
     """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
     coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""

@@ -10,7 +10,6 @@ import numpy as np
 
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.tilted_motion import TiltedMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
@@ -81,7 +80,7 @@ def claims(numbers: Record) -> Claims:
     return (clear(text, numbers.off, numbers.worst, "rad"),)
 
 
-def end_of(motion: PendulumMotion | TiltedMotion) -> float:
+def end_of(motion: PendulumMotion) -> float:
     """theta [rad] of an exact motion at END."""
     return float(motion.state(np.array([END]))[0][0])
 

@@ -75,7 +75,7 @@ def _times(resting: PendulumMotion, turning: PendulumMotion) -> Record:
         # largest distance of t/T from θ/2π, in Figs. 2 b and 3 b
         off_line=[np.abs(one).max() for one in off],
         # how often t/T crosses θ/2π within a turn
-        crossings=[int(np.count_nonzero(np.diff(np.sign(one[1:-1])))) for one in off],
+        crossings=[int(np.count_nonzero(np.diff(one[1:-1] > 0.0))) for one in off],
         long=rotation(forms(HARDLY).correct),  # hardly above the barrier, on a turning platform
     )
 
