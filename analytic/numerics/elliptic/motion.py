@@ -74,7 +74,8 @@ class _Weierstrass:
         s, ones = sn / self.a, 1 + 0 * sn
         r = choose(self.real, s * s, 2 * (1 - cn) / self.a**2)
         h = choose(self.real, ones, (1 + cn) / 2)
-        return _Point(s, r, h, -2 * dn * choose(self.real, cn, ones), self.e * r + h)
+        p_dot, p = -2 * dn * choose(self.real, cn, ones), self.e * r + h
+        return _Point(s, r, h, p_dot, p, 6 * p * p - self.g2 / 2 * r * r)
 
 
 class _Point(NamedTuple):
@@ -85,6 +86,7 @@ class _Point(NamedTuple):
     h: Quad
     p_dot: Quad
     p: Quad
+    bend: Quad  # P'' r^2
 
 
 def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
@@ -159,18 +161,22 @@ class EllipticMotion:
     def _swept(self, times: Quad) -> tuple[Quad, Quad]:
         """Half the angle from the start, up to half turns, and its rate [rad/s], after `times` [s]
         within half a period of the start."""
-        a0, a1, a2, a3, a4 = self.quartic
-        t, speed = self.function.at(times), self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
-        bend = 6 * t.p * t.p - self.function.g2 / 2 * t.r * t.r
+        (a0, a1, a2, a3, a4), t = self.quartic, self.function.at(times)
+        speed = self.sense * np.sqrt(choose(a4 > 0, a4, 0 * a4))
         centred, lift = t.p - a2 / 2 * t.r, 2 * a3 * t.s * t.p_dot
         push, odd = 2 * a3 * centred + a1 * a4 * t.r, speed * t.s * t.p_dot
         x, y = t.r * push - odd, 2 * centred**2 - a0 * a4 / 2 * t.r * t.r
-        first = y * (lift - speed * bend)
-        first = first - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h)
         # x and y vanish together where w was infinite as long before the start: there w is u/v.
         u, v = 2 * t.r * ((a3**2 - a2 * a4) * t.r - a4 * t.p), t.r * push + odd
-        second = -2 * a4 * t.s * t.p_dot * v - u * (lift + speed * bend)
-        return _larger((x, y, first), (u, v, second))
+        return _larger(
+            (
+                x,
+                y,
+                y * (lift - speed * t.bend)
+                - 4 * centred * t.p_dot * (t.s * push - speed * t.p_dot * t.h),
+            ),
+            (u, v, -u * (lift + speed * t.bend) - 2 * a4 * t.s * t.p_dot * v),
+        )
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape

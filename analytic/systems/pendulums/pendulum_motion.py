@@ -210,11 +210,7 @@ class PendulumMotion:
         moved = [ULP * np.abs(x) + ULP + late * np.abs(v) for x, v in ((theta, rate), (rate, bend))]
         near = [self.neighbours.state(times[None, :])]
         if finite:
-            # The rounding of an angle grows with the number of turns, and the force's with it; late
-            # roundings have less time to act, so that half of the last angle represents them all.
-            time, fastest, _ = self._fastest
-            wound = max(abs(fastest), 0.5 * float(np.abs(theta).max(initial=0.0)))
-            near.append(self._rounded(wound).state(np.maximum(times - time, 0.0)[None, :]))
+            near.append(self._rounded(times, theta))
         for states in near:
             for i, values in enumerate(states):
                 moved[i] += np.abs(values[1:] - values[:1]).sum(axis=0)
@@ -228,13 +224,17 @@ class PendulumMotion:
         at = int(np.abs(rates).argmax())
         return float(first[at]), float(angles[at]), float(rates[at])
 
-    def _rounded(self, wound: float) -> EllipticMotion:
-        """The motion from where it is fastest, then with theta changed by the rounding of an angle
-        `wound` [rad], then with theta_dot by that of its own."""
-        (_, theta, rate), ulp = self._fastest, quad(ULP)
+    def _rounded(self, times: Array, angles: Array) -> tuple[Array, Array]:
+        """States of the motion, which is at `angles` [rad] at `times` [s], shape (n,), then with
+        theta rounded where it is fastest, then with theta_dot."""
+        (time, theta, rate), ulp = self._fastest, quad(ULP)
+        # The rounding of an angle grows with the number of turns, and the force's with it; late
+        # roundings have less time to act, so that half of the last angle represents all of them.
+        wound = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
         starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
         speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
-        return solve(self.exact_potential, self.inertia, starts, speeds)
+        later = solve(self.exact_potential, self.inertia, starts, speeds)
+        return later.state(np.maximum(times - time, 0.0)[None, :])
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,) each: the
