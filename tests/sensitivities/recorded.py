@@ -2,23 +2,33 @@
 
 `python -m plumbob.tests.sensitivities.recorded` writes recorded.json anew, for the parameters
 in it, which were drawn at random: an independent method, from the equations of motion in other
-variables, with neither a variational equation nor a chain rule.
+variables, with neither a variational equation nor a chain rule. Turns, coasts and plans go through
+stops and pivots, of which smoothed friction knows none: to some 1e-8 of scale.
 """
 
 import json
 from pathlib import Path
 
 import gmpy2
+import numpy as np
 from gmpy2 import mpfr
 
+from plumbob.models.gradient import numbers
+from plumbob.models.registry import case_of, scene
 from plumbob.tests.smooth_systems.recorded_chains import slope
-from plumbob.tests.support.extrapolation import states
+from plumbob.tests.support.extrapolation import states, tuples
+from plumbob.tests.support.smoothed_friction import smoothed_pose
 
 FILE = Path(__file__).with_suffix(".json")
 STEP = mpfr("1e-12")  # of a parameter: a difference's error is its square
 DIGITS = 17
 ANGLE = ("theta", "theta_dot")
 LONGEST = {"cone-pendulum": 0.02, "four-bar": 0.02, "n-pendulum": 0.02}  # step [s]; else 0.1
+POSE = ("x", "y", "heading")
+STENCIL = {1: 45, 2: -9, 3: 1}  # of order 6
+# From one pose to the next, of a parameter; width of the friction [m/s] and order of its error: all
+# of these, and of turns with a gradual start.
+SHARP, GRADUAL = (3e-3, 1e-9, 1.0), (1e-3, 1e-10, 0.8)
 NUDGE = mpfr("1e-18")  # [rad] of a crank: its energies' differences have an error of the square
 
 
@@ -157,15 +167,36 @@ EQUATIONS = {
 }
 
 
-def _derived(scene, parameters, times):
+def _through_events(case, by, times):
+    """Each parameter in `by` with the derivatives of the pose at all times."""
+    apart, *accuracy = (
+        GRADUAL if case.scene.name in ("capsule-turn/held", "capsule-turn/pivot") else SHARP
+    )
+
+    def poses(problem):
+        setup, path = problem.setup, problem.motion.path
+        start = np.array([0.0, 0.0, 0.0, *setup.velocity, setup.heading_rate])
+        return np.array(
+            [smoothed_pose(setup.capsule, path, start, t, *accuracy).pose for t in times]
+        )
+
+    for name in by:
+        number = next(numbers(case, name))
+        ends = [poses(number.problem(number.value + k * apart * number.size)) for k in range(-3, 4)]
+        slopes = sum(w * (ends[3 + k] - ends[3 - k]) for k, w in STENCIL.items())
+        slopes /= 60 * apart * number.size
+        yield name, {n: [f"{x:.11g}" for x in s] for n, s in zip(POSE, slopes.T, strict=True)}
+
+
+def _derived(system, parameters, times):
     """Each parameter with the derivatives of every observable at all times."""
-    longest = LONGEST.get(scene, 0.1)
+    longest = LONGEST.get(system, 0.1)
     exact = {name: mpfr(value) for name, value in parameters.items()}
     for name, value in exact.items():
         step = STEP * (abs(value) or 1)
         ends = []
         for sign in (1, -1):
-            rates, start, read = EQUATIONS[scene]({**exact, name: value + sign * step})
+            rates, start, read = EQUATIONS[system]({**exact, name: value + sign * step})
             ends.append([read(state) for state in states((rates, start, times), longest)])
         yield (
             name,
@@ -184,7 +215,11 @@ def write():
     table = json.loads(FILE.read_text("utf-8"))
     with gmpy2.context(gmpy2.get_context(), precision=200):
         for of in table:
-            of["by"] = dict(_derived(of["scene"], of["numbers"], of["times"]))
+            if of["scene"] in EQUATIONS:
+                of["by"] = dict(_derived(of["scene"], of["numbers"], of["times"]))
+            else:
+                case = case_of(scene(of["scene"], tuples(of["parameters"])))
+                of["by"] = dict(_through_events(case, of["by"], of["times"]))
             print(of["scene"], flush=True)
     FILE.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
 
