@@ -225,9 +225,8 @@ def _row(
     if chosen.out is not None:
         from plumbob.reports.analyses.replay.geoms import audited
 
-        drawn = result.model.picture() if result.model else None
         shown = audited(result) if isinstance(result, Audit) else None
-        text = page(answer, result, _command(chosen, [path] * (chosen.gym is None)), drawn, shown)
+        text = page(answer, result, _command(chosen, [path] * (chosen.gym is None)), shown)
     return Row(
         path,
         None if math.isnan(error) else error,

@@ -8,7 +8,6 @@ which it tilts at 12^(1/2) times one contact's frequency, are stable up to 14.3^
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 
 from plumbob.analytic.errors.contact_models.contact_stability import largest_ratio
 from plumbob.analytic.errors.contact_models.soft_friction import impedance, rates
@@ -32,11 +31,11 @@ from plumbob.engines.method import Method
 
 OWN_STIFFNESS = 0.2  # natural frequency of one contact times the step, in a user's model
 SOFTEST = 1e-6  # of these: static penetration goes as its inverse square
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 SLIDING = (
     "for bodies that slide and stop under dry friction, at this fixed step; tried on a four-footed "
     "box, a four-legged stand and a wheeled base with locked wheels"
 )
+POWERS = MappingProxyType({"solref": (-2, -1), "solreffriction": (0, -1)})  # of the step
 PAIRS = (
     '<contact>\n  <!-- one line for each geom that touches the floor -->\n  <pair geom1="floor" '
     'geom2="foot_1"/>\n</contact>'
@@ -248,25 +247,18 @@ def _short(value: float) -> str:
 def rewritten(text: str, step: float) -> str:
     """The text of one of plumbob's own model files with its contacts for `step` [s]; its first
     line says so. Direct `solref` goes as 1/dt^2 and 1/dt, a rest position on contacts as dt^2."""
-    if (timestep := re.search(rf'timestep="({NUMBER})"', text)) is None:
+    if (timestep := re.search(r'timestep="([^"]+)"', text)) is None:
         return text
-    before = float(timestep[1])
-    ratio = before / step
+    ratio = step / float(timestep[1])
 
-    def scaled(name: str, powers: tuple[int, int]) -> Callable[[re.Match[str]], str]:
-        def replacement(match: re.Match[str]) -> str:
-            new = [float(match[i + 1]) * ratio**p for i, p in enumerate(powers)]
-            return f'{name}="{_short(new[0])} {_short(new[1])}"'
+    def scaled(match: re.Match[str]) -> str:
+        powers = POWERS[match[1]]
+        pair = zip(match[2].split(), powers, strict=True)
+        return f'{match[1]}="{" ".join(_short(float(n) * ratio**power) for n, power in pair)}"'
 
-        return replacement
-
-    pair = rf'"({NUMBER}) ({NUMBER})"'
-    text = re.sub(rf"\bsolref={pair}", scaled("solref", (2, 1)), text)
-    text = re.sub(rf"\bsolreffriction={pair}", scaled("solreffriction", (0, 1)), text)
+    text = re.sub(r'(solref|solreffriction)="([^"]+)"', scaled, text)
     text = re.sub(
-        rf'qpos="0 0 ({NUMBER}) ',
-        lambda match: f'qpos="0 0 {_short(float(match[1]) / ratio**2)} ',
-        text,
+        r'(qpos="0 0 )(\S+)', lambda match: match[1] + _short(float(match[2]) * ratio**2), text
     )
     text = text.replace(timestep[0], f'timestep="{_short(step)}"')
     text = re.sub(r"time step 1e-4\b", f"time step {_short(step)}", text)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pymunk
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+from plumbob.engines.adapters.three_feet import Pose
 
 SETTLING_ITERATIONS = 1000  # of the solver, which starts without impulses of a step before
 NO_TURNING = float("inf")  # moment of inertia of a body that does not turn
@@ -57,6 +58,15 @@ class Assembly:
         arm = complex(*self.slider.position) - place
         carried = velocity + 1j * self.body.angular_velocity * later * arm
         return arm / turned, (complex(*self.slider.velocity) - carried) / (turned * later)
+
+    def pose(self, setup: CapsuleSetup) -> Pose:
+        """As rigid-body engines tell it."""
+        place, velocity = map(vector, self.motion_of_centre)
+        inside, sliding = self.motion_of_slider
+        unit = cmath.rect(1.0, setup.direction)
+        slid, pace = (inside - complex(*setup.slider)) / unit, sliding / unit
+        heading, rate = self.body.angle, self.body.angular_velocity
+        return Pose(place, velocity, heading, rate, 0.0, slid.real, pace.real)
 
     @property
     def opening_rate(self) -> float:

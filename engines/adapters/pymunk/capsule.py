@@ -122,11 +122,7 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         targets = slider_drive.plane_targets(problem.motion.path, setup, step)
         act = slider_drive.driven(assembly, targets, step, set_limits)
     settle(assembly, step)
-    readings: Readings
-    if setup.in_plane:
-        readings = capsule_above.in_the_plane(setup, assembly), None
-    else:
-        readings = capsule_above.on_the_line(setup, assembly)
+    readings = capsule_above.readings(setup, assembly)
     return _translated(assembly, act, readings, frozenset({"opening_rate"}))
 
 

@@ -27,7 +27,6 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import CORNERS, NORMAL_FORCES, Capsule, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import (
@@ -38,6 +37,7 @@ from plumbob.engines.adapters.pymunk.assembly import (
     place_part,
     vector,
 )
+from plumbob.engines.adapters.three_feet import observed
 
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
 LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
@@ -116,73 +116,49 @@ def _body_and_slider(
     return Assembly(space, body, -centre_of_mass, slider, joint)
 
 
-def static_normal_forces(setup: CapsuleSetup, places: Array) -> Array:
-    """Normal forces N_i [N], shape (n, 3), with the slider at `places` from C [m], shape (n, 2):
-    this view has no contacts, so they are those of statics."""
-    return normal_forces(setup.capsule, places) * (setup.press / setup.capsule.gravity)
-
-
-def _affine(values: Array) -> list[list[float]]:
-    """Constant, and slopes along x and y, of three affine functions of the slider's place, a row
-    each, from their `values` at C, 1 m along x and 1 m along y from it, shape (3, 3)."""
-    coefficients: list[list[float]] = np.stack(
-        [values[0], values[1] - values[0], values[2] - values[0]], axis=1
-    ).tolist()
-    return coefficients
-
-
-def _static_loads(setup: CapsuleSetup) -> Callable[[complex], Mapping[str, float]]:
-    """The N_i of statics [N] by name, for the slider's place from C [m, body axes]."""
-    forces = _affine(static_normal_forces(setup, CORNERS))
-    return lambda place: {
-        name: c + cx * place.real + cy * place.imag
-        for name, (c, cx, cy) in zip(NORMAL_FORCES, forces, strict=True)
-    }
+def static_loads(setup: CapsuleSetup) -> Callable[[float, float], list[float]]:
+    """The N_i of statics [N] for a slider at (x, y) from C [m, body axes], in which they are
+    affine: this view has no contacts."""
+    at_centre, *ahead = normal_forces(setup.capsule, CORNERS) * (
+        setup.press / setup.capsule.gravity
+    )
+    rows = np.stack([at_centre, *(forces - at_centre for forces in ahead)], axis=1).tolist()
+    return lambda x, y: [c + cx * x + cy * y for c, cx, cy in rows]
 
 
 def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) -> SetLimits:
     """Function of the slider's place from C [m, body axes] that sets the largest force of each
     support's joint, f N_i; called once for the start."""
-    limits = setup.capsule.friction * static_normal_forces(setup, CORNERS)
-    (a, ax, ay), (b, bx, by), (c, cx, cy) = _affine(limits)
-    first, second, third = joints
+    loads, friction = static_loads(setup), setup.capsule.friction
 
     def set_limits(x: float, y: float) -> None:
-        first.max_force = max(a + ax * x + ay * y, 0.0)
-        second.max_force = max(b + bx * x + by * y, 0.0)
-        third.max_force = max(c + cx * x + cy * y, 0.0)
+        for joint, load in zip(joints, loads(x, y), strict=True):
+            joint.max_force = max(friction * load, 0.0)
 
     set_limits(*setup.slider)
     return set_limits
 
 
-def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
-    """Readings signed along the line, with the N_i of statics for the slider's place and the
-    opening rate of the pins; and, once the step that follows is done, the friction in it and the
-    force on the slider.
+def readings(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read | None]:
+    """The observables that a pose shows, with the opening rate of the pins; along a line the N_i of
+    statics too, and, once the step that follows is done, the friction in it and the force on the
+    slider.
 
     pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
     momentum gains beyond gravity, and the driving force what the slider's gains.
     """
-    slider, unit = assembly.slider, cmath.rect(1.0, setup.direction)
-    back, loads = cmath.exp(-1j * setup.heading) / unit, _static_loads(setup)
-    pulled, before, slid = sum(part.mass for part in assembly.parts) * setup.pull, 0j, 0j
+    slider, back = assembly.slider, cmath.exp(-1j * (setup.heading + setup.direction))
+    loads, before, slid = static_loads(setup), 0j, 0j
+    pulled = sum(part.mass for part in assembly.parts) * setup.pull
 
     def read() -> Mapping[str, float]:
         nonlocal before, slid
         before, slid = assembly.momentum, complex(*slider.velocity)
-        place, velocity = assembly.motion_of_centre
-        inside, sliding = assembly.motion_of_slider
-        return {
-            "displacement": (place * back).real,
-            "velocity": (velocity * back).real,
-            "stroke": ((inside - complex(*setup.slider)) / unit).real,
-            "stroke_rate": (sliding / unit).real,
-            "heading": assembly.body.angle,
-            "sideways": (place * back).imag,
-            **loads(inside),
-            "opening_rate": assembly.opening_rate,
-        }
+        shown = observed(setup, assembly.pose(setup)) | {"opening_rate": assembly.opening_rate}
+        if not setup.in_plane:
+            place = vector(assembly.motion_of_slider[0])
+            shown |= zip(NORMAL_FORCES, loads(*place), strict=True)
+        return shown
 
     def following() -> Mapping[str, float]:
         step, gained = assembly.space.current_time_step, (assembly.momentum - before) * back
@@ -192,24 +168,4 @@ def on_the_line(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read]:
             "driving_force": pushed.real / step - slider.mass * setup.pull,
         }
 
-    return read, following
-
-
-def in_the_plane(setup: CapsuleSetup, assembly: Assembly) -> Read:
-    """Position of C in the axes of the start, heading, and the opening rate of the pins."""
-    body, back = assembly.body, cmath.exp(-1j * setup.heading)
-
-    def read() -> Mapping[str, float]:
-        place, velocity = (value * back for value in assembly.motion_of_centre)
-        return {
-            "x": place.real,
-            "y": place.imag,
-            "velocity_x": velocity.real,
-            "velocity_y": velocity.imag,
-            "heading": body.angle,
-            "body_angle": body.angle - setup.heading,
-            "heading_rate": body.angular_velocity,
-            "opening_rate": assembly.opening_rate,
-        }
-
-    return read
+    return read, None if setup.in_plane else following

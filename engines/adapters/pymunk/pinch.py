@@ -35,17 +35,22 @@ def build(problem: Any, method: Method, step: float) -> Translation:
         for body, force in fingers:
             body.apply_force_at_local_point(force)
 
-    places = {body: body.position for body in space.bodies}
     press(0.0)
-    ratio = problem.mass / problem.finger_mass
-    space.iterations = min(round(SETTLING * max(ratio, 1.0 / ratio)) + ITERATIONS, MOST)
-    space.step(step)  # and undone: the solver begins with the impulses of a step before
-    space.iterations = ITERATIONS
-    for body, place in places.items():
-        body.position, body.velocity = place, (0.0, 0.0)
+    settle(space, step, max(problem.mass / problem.finger_mass, problem.finger_mass / problem.mass))
     return Translation(
         space, lambda: {"slip": cube.position.x, "speed": cube.velocity.x}, act=press
     )
+
+
+def settle(space: pymunk.Space, step: float, uneven: float) -> None:
+    """Take a step of as many iterations as masses that differ so much need, and undo it: the solver
+    begins with the impulses of a step before."""
+    places = {body: body.position for body in space.bodies}
+    space.iterations = min(round(SETTLING * uneven) + ITERATIONS, MOST)
+    space.step(step)
+    space.iterations = ITERATIONS
+    for body, place in places.items():
+        body.position, body.velocity = place, (0.0, 0.0)
 
 
 def finger(problem: Any, space: pymunk.Space, side: float) -> pymunk.Body:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from dataclasses import replace
 from importlib import metadata
@@ -56,10 +55,9 @@ def page(
     answer: Finding,
     audit: Audit | ContactAudit,
     command: str,
-    drawn: bytes | None = None,
     replay: Replay | None = None,
 ) -> str:
-    """The page of an audit as HTML; `drawn` is a PNG of the model, `replay` its motion."""
+    """The page of an audit as HTML; `replay` is its motion."""
     table = answer.tables[0]
     cells = tuple((name, Cell(text.text, "text")) for name, text in table.rows)
     return page_of(
@@ -67,7 +65,6 @@ def page(
         command,
         audit.seconds,
         mark=mark_of(audit.name),
-        picture="" if drawn is None else base64.b64encode(drawn).decode("ascii"),
         versions=", ".join(f"{name} {version}" for name, version in versions().items()),
         seconds=notation.seconds,
         replay=replay,
@@ -78,7 +75,7 @@ def page(
 
 def page_of(finding: Finding, command: str, lasted: float, **about: Any) -> str:
     """The page of audits that took `lasted` [s]; with nothing but what is given `about` them."""
-    nothing = {"mark": "", "picture": "", "versions": "", "replay": None, "code": "", "card": ()}
+    nothing = {"mark": "", "versions": "", "replay": None, "code": "", "card": ()}
     values = {"finding": finding, "command": command, "lasted": f"{lasted:.3g}", **nothing}
     return filled("audit.html.jinja", **{**values, **about})
 

@@ -20,7 +20,6 @@ from plumbob.engines.adapters.mujoco.options import collected, needless_stages
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
-from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.readings import readings, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
@@ -323,10 +322,6 @@ class MujocoModel:
         """Energy [J] and violations of contacts, limits and equalities [m or rad] of states, by
         name, each of shape (len(states),); what the model cannot have is left out."""
         return readings(self.effective, self._begun(self.effective), states)
-
-    def picture(self) -> bytes | None:
-        """A PNG of it at the start; None where this machine draws none."""
-        return picture(self.effective, self.start.qpos)
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:

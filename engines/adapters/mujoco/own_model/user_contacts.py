@@ -23,7 +23,6 @@ from plumbob.engines.adapters.mujoco.own_model.model import (
     own_model,
     started,
 )
-from plumbob.engines.adapters.mujoco.own_model.picture import picture
 from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     FLOOR,
     RigidPiece,
@@ -158,7 +157,7 @@ def own_contacts(
     with collected():
         data = started(model, start)
         piece = rigid_piece(model, data, body, friction)
-        return MujocoContacts(name, piece, model, np.array(data.qpos), start, friction)
+        return MujocoContacts(name, piece, model, start, friction)
 
 
 @dataclass(frozen=True)
@@ -168,7 +167,6 @@ class MujocoContacts:
     name: str
     piece: RigidPiece
     whole: Any  # mjModel that the piece is of
-    posture: Array  # its generalised coordinates
     start: Start
     friction: float | None  # in place of the model's own
 
@@ -323,10 +321,6 @@ class MujocoContacts:
         """Largest change of a load on the pasted contacts after a sudden force, over the change at
         which it settles; of one contact; the body's modes are damped more."""
         return 1.0 + math.exp(-math.pi * DAMPING / math.sqrt(1.0 - DAMPING**2))
-
-    def picture(self) -> bytes | None:
-        """A PNG of the model in its posture; None where this machine draws none."""
-        return picture(self.whole, self.posture)
 
     def snippet(self) -> str:
         """Contact settings to paste for the model's own step, its feet by their names."""
