@@ -184,22 +184,16 @@ def confirming(method: Method) -> tuple[Method, float]:
 
 
 def _equations(rotor: DrivenRotor) -> list[tuple[Any, Any]]:
-    """The rotor's equation in heyoka's terms, without what is zero in it."""
+    """The rotor's equation in heyoka's terms, which drops what is zero in it."""
     import heyoka
 
     terms: Any = heyoka
     theta, theta_dot = terms.make_vars("theta", "theta_dot")
     phase = rotor.forcing_frequency * terms.time + rotor.forcing_phase
-    parts: tuple[tuple[float, Callable[[], Any]], ...] = (
-        (rotor.sin2, lambda: terms.sin(2.0 * theta)),
-        (rotor.cos, lambda: terms.cos(theta)),
-        (-rotor.sin, lambda: terms.sin(theta)),
-        (-rotor.stiffness, lambda: theta),
-        (-rotor.damping_rate, lambda: theta_dot),
-        (rotor.forcing_amplitude, lambda: terms.sin(phase)),
-    )
-    total = sum((factor * part() for factor, part in parts if factor), terms.expression(0.0))
-    return [(theta, theta_dot), (theta_dot, total)]
+    pull = rotor.sin2 * terms.sin(2.0 * theta) + rotor.cos * terms.cos(theta)
+    pull += -rotor.sin * terms.sin(theta) - rotor.stiffness * theta
+    pull += rotor.forcing_amplitude * terms.sin(phase) - rotor.damping_rate * theta_dot
+    return [(theta, theta_dot), (theta_dot, pull)]
 
 
 ENGINE = Engine(

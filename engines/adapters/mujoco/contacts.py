@@ -12,13 +12,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.answer_cache import Same
 from plumbob.analytic.errors.contact_models.soft_contact import (
     NormalContact,
     SoftContact,
@@ -275,12 +273,6 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     the vertical one, whatever the triangle and wherever the slider is; and J/2 at least, or no such
     body could exist.
     """
-    return _tilt_inertia(Same(problem))
-
-
-@lru_cache(maxsize=16)  # the same for every method and step of a scene
-def _tilt_inertia(of: Same) -> float:
-    problem: CapsuleProblem = of.value
     capsule = problem.setup.capsule
     centres = capsule.mass_ratio * slider_places(problem)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]

@@ -8,6 +8,7 @@ which it tilts at 12^(1/2) times one contact's frequency, are stable up to 14.3^
 from __future__ import annotations
 
 import re
+from types import MappingProxyType
 
 from plumbob.analytic.errors.contact_models.contact_stability import largest_ratio
 from plumbob.analytic.errors.contact_models.soft_friction import impedance, rates

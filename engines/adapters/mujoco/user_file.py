@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
+from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import USER_METHOD, Method, time_step
 from plumbob.engines.own_motion import Start
@@ -44,14 +46,10 @@ def user_method(path: str | Path) -> Method:
     """The method whose settings are those of the model file `path`: its integrator, solver and
     other options, under "contact" its default contact parameters; its step_sizes begins with the
     file's own step. Raises ParameterError for a file that holds no MJCF model."""
-    import mujoco
-
-    from plumbob.engines.adapters.mujoco.options import CHOICES
-
     spec = _read(path, "like")
     settings: dict[str, Any] = {
         option: kind(int(getattr(spec.option, option))).name.removeprefix(prefix).lower()
-        for option, kind, prefix in CHOICES
+        for option, kind, prefix in options.CHOICES
     }
     for name in NUMBERS:
         if hasattr(spec.option, name):
@@ -77,8 +75,6 @@ def user_method(path: str | Path) -> Method:
 def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The compiled model of the file `path`, which the argument `name` gave; raises
     ParameterError."""
-    from plumbob.engines.adapters.mujoco import options
-
     spec = _read(path, name, roots)
     try:
         with options.collected(), warnings.catch_warnings():
@@ -91,8 +87,6 @@ def compiled_model(path: Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
 def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
     """A user's model, from a file, compiled or with its data, as a compiled one; what it is called;
     and where it starts, which an mjData says too. Raises ParameterError."""
-    import mujoco
-
     if isinstance(model, (str, Path)):
         return _of_file(Path(model)), str(model), start
     if isinstance(model, mujoco.MjData):
@@ -115,10 +109,6 @@ def user_model(model: Any, start: Start) -> tuple[Any, str, Start]:
 
 def _of_file(path: Path) -> Any:
     """The compiled model of an MJCF, URDF or compiled file; raises ParameterError."""
-    import mujoco
-
-    from plumbob.engines.adapters.mujoco import options
-
     if path.suffix in USD:
         what = "an MJCF, URDF or compiled (.mjb) file: no reader of USD is there"
         raise ParameterError("model", str(path), what)
@@ -135,10 +125,6 @@ def _of_file(path: Path) -> Any:
 def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     """The `MjSpec` of the model file `path`, which the argument `name` gave; raises
     ParameterError."""
-    import mujoco
-
-    from plumbob.engines.adapters.mujoco import options
-
     # A pipe or a huge file is not read; a missing file is the reader's error.
     file = Path(path)
     if file.exists() and not (file.is_file() and file.stat().st_size <= LARGEST_FILE):

@@ -13,9 +13,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import NotCertifiable
 
-TRANSMISSION = mujoco.mjtTrn
-LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal
-EQUALITY = mujoco.mjtEq
+LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal; [m/s^2] of forces
 PAIR = ("margin", "gap", "friction", "solref", "solreffriction", "solimp")
 CONTACT = (
     *("condim", "priority", "solmix", "margin", "gap", "contype", "conaffinity"),
@@ -82,7 +80,7 @@ def rigid_piece(
         plane,
         int(model.body_jntnum[inside].sum()) - 1,
         float(inertia[2, 2]),
-        tuple(dict.fromkeys(_left_out(model, data, inside, plane))),
+        tuple(_left_out(model, data, root, plane)),
     )
 
 
@@ -118,37 +116,25 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
     return compiled
 
 
-def _left_out(model: Any, data: Any, inside: Any, plane: int) -> Iterator[str]:
-    """Names of all that acts on the bodies `inside` at the start and is not copied."""
-
-    def crosses(bodies: Any) -> bool:
-        return len(set(np.isin(bodies, inside).tolist())) == 2
-
+def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
+    """What acts on the free joint of the body at the start, and is not copied."""
     if model.opt.density or model.opt.viscosity:
         yield "the medium"
-    if model.body_gravcomp[inside].any():
-        yield "gravity compensation"
-    for i in np.flatnonzero(data.eq_active & (model.eq_type <= int(EQUALITY.mjEQ_WELD))):
-        bodies = np.array([model.eq_obj1id[i], model.eq_obj2id[i]])
-        if model.eq_objtype[i] == mujoco.mjtObj.mjOBJ_SITE:
-            bodies = model.site_bodyid[bodies]
-        if crosses(bodies):
-            kind = EQUALITY(model.eq_type[i]).name.removeprefix("mjEQ_").lower()
-            yield f"the {kind} of {' and '.join(_body(model, b) for b in bodies)}"
-    for t in range(model.ntendon):
-        path = slice(model.tendon_adr[t], model.tendon_adr[t] + model.tendon_num[t])
-        sites = model.wrap_objid[path][model.wrap_type[path] == mujoco.mjtWrap.mjWRAP_SITE]
-        if crosses(model.site_bodyid[sites]):
-            yield f"tendon {model.tendon(t).name or t}"
-    for i in np.flatnonzero(data.actuator_force):
-        on = model.actuator_trnid[i, 0]
-        if (kind := TRANSMISSION(model.actuator_trntype[i])) == TRANSMISSION.mjTRN_SITE:
-            on = model.site_bodyid[on]
-        if kind in (TRANSMISSION.mjTRN_SITE, TRANSMISSION.mjTRN_BODY) and on in inside:
-            yield f"actuator {model.actuator(i).name or i}"
-    for geoms in data.contact.geom[data.contact.dist <= 0.0]:
-        if plane not in geoms and geoms.min() >= 0 and crosses(model.geom_bodyid[geoms]):
-            yield f"the contact of {' and '.join(_geom(model, g) for g in geoms)}"
+    first, floor = model.body_dofadr[root], (data.contact.geom == plane).any(axis=1)
+    own = [
+        kind >= int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS) and floor[i]
+        for kind, i in zip(data.efc_type, data.efc_id, strict=True)
+    ]
+    constrained = np.zeros(model.nv)
+    mujoco.mj_mulJacTVec(model, data, constrained, np.where(own, 0.0, 1.0))
+    acting = {
+        "passive forces": data.qfrc_passive,
+        "forces of actuators": data.qfrc_actuator,
+        "other constraints and contacts": constrained,
+    }
+    for name, forces in acting.items():
+        if abs(forces[first : first + 6]).max() > LEVEL * model.body_subtreemass[root]:
+            yield name
 
 
 def _free_body(model: Any, name: str | None) -> int:
