@@ -257,7 +257,7 @@ def rewritten(text: str, step: float) -> str:
         pair = zip(match[2].split(), powers, strict=True)
         return f'{match[1]}="{" ".join(_short(float(n) * ratio**power) for n, power in pair)}"'
 
-    text = re.sub(r'(solref|solreffriction)="([^"]+)"', scaled, text)
+    text = re.sub(r'\b(solref|solreffriction)="([^"]+)"', scaled, text)
     text = re.sub(
         r'(qpos="0 0 )(\S+)', lambda match: match[1] + _short(float(match[2]) * ratio**2), text
     )
