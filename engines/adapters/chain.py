@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from plumbob.analytic.reference import Array
 
 Vector = tuple[float, float, float]
@@ -32,9 +34,9 @@ class Link:
     or [kg]; 0 of others."""
 
 
-def by_step(block: Callable[[int, int, float], Array], step: float) -> Iterator[list[float]]:
-    """The rows of `block(first, last, step)` one by one from the first step on, without end."""
-    first = 0
+def by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[list[float]]:
+    """The rows of steps of `step` [s], given their indices, one by one, without end."""
+    steps = np.arange(float(BLOCK))
     while True:
-        yield from block(first, first + BLOCK, step).tolist()
-        first += BLOCK
+        yield from rows(steps, step).tolist()
+        steps += BLOCK

@@ -41,12 +41,10 @@ class HingedBody:
     limits: Mapping[str, float]
     """Magnitudes of observables that only a diverged run exceeds."""
 
-    def torques(self, first: int, last: int, step: float) -> Array:
-        """Of the forcing [N m] as the steps `first` to `last` - 1 of `step` [s] begin, shape
-        (last - first, 1)."""
+    def torques(self, steps: Array, step: float) -> Array:
+        """Of the forcing [N m] as steps of `step` [s] with these indices begin, shape (n, 1)."""
         amplitude, frequency = self.forcing or (0.0, 0.0)
-        times = np.arange(first, last, dtype=np.float64)[:, None] * step
-        return np.asarray(amplitude * np.sin(frequency * times))
+        return np.asarray(amplitude * np.sin(frequency * (step * steps[:, None])))
 
     @property
     def links(self) -> tuple[Link, ...]:

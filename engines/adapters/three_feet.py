@@ -86,18 +86,19 @@ class ThreeFeet:
         assert self.setup.plane_velocity is not None
         return self.setup.plane_velocity(times)
 
-    def accelerations(self, first: int, last: int, step: float) -> Array:
-        """Mean acceleration of the slider along its tracks [m/s^2] over the steps `first` to
-        `last` - 1 of length `step` [s], shape (last - first, tracks): with it the slider's velocity
-        is right at every grid time, wherever the acceleration jumps."""
+    def accelerations(self, steps: Array, step: float) -> Array:
+        """Mean acceleration of the slider along its tracks [m/s^2] over the steps of `step` [s]
+        with these indices, shape (n, tracks): with it the slider's velocity is right at every grid
+        time, wherever the acceleration jumps."""
         # By index: the velocity that one step ends with is the one that the next begins with.
-        rates = self.slider_velocity(np.arange(first, last + 1, dtype=np.float64) * step)
-        return np.diff(rates, axis=0) / step
+        times = np.concatenate([steps, steps + 1.0]) * step
+        begun, ended = np.split(self.slider_velocity(times), 2)
+        return (ended - begun) / step
 
-    def velocities(self, first: int, last: int, step: float) -> Array:
+    def velocities(self, steps: Array, step: float) -> Array:
         """Velocity of the slider along its tracks [m/s] at the end of each of these steps, shape
-        (last - first, tracks)."""
-        return self.slider_velocity(np.arange(first + 1, last + 1, dtype=np.float64) * step)
+        (n, tracks)."""
+        return self.slider_velocity((steps + 1.0) * step)
 
     def built(self, advance: Callable[[int, int], None], pose: Callable[[], Pose]) -> Built:
         """The capsule at its start in an engine which tells the `pose`, its heading to a turn."""
@@ -157,9 +158,13 @@ def scheme(case: Case, method: Method) -> Scheme:
 
 def three_feet(case: Case) -> ThreeFeet:
     """The bodies of a capsule's case; raises Unsupported for other systems."""
-    if not isinstance(problem := case.problem, CapsuleProblem):
+    if not isinstance(case.problem, CapsuleProblem):
         raise Unsupported(f"{case.scene.name} is no capsule")
-    setup = problem.setup
+    return on_three_feet(case.problem.setup)
+
+
+def on_three_feet(setup: CapsuleSetup) -> ThreeFeet:
+    """The bodies of a capsule."""
     tracks: tuple[tuple[float, float], ...] = ()
     if setup.relative_velocity is not None:
         tracks = ((math.cos(setup.direction), math.sin(setup.direction)),)

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
-from plumbob.engines.adapters.mujoco.translation import Translation, read
+from plumbob.engines.adapters.mujoco.translation import Translation, at_start, read
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
@@ -19,9 +18,8 @@ model_error = no_error  # the contact is part of the step
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a BouncingBall; z counts from the height at which the ball touches."""
     spec = whole(mjcf, problem, step)
-    radius, start = spec.geom("ball").size[0], spec.key("start")
-    start_at = np.array(start.qpos), np.array(start.qvel)
-    return Translation(spec, *start_at, lambda qpos, qvel: ({"z": qpos[:, 0] - radius}, {}))
+    radius = spec.geom("ball").size[0]
+    return at_start(spec, lambda qpos, qvel: ({"z": qpos[:, 0] - radius}, {}))
 
 
 def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:

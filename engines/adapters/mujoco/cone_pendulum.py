@@ -14,7 +14,7 @@ from plumbob.analytic.errors.contact_models.driven_platform import platform_erro
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits_on_platform
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, at_start, bare, read
 from plumbob.engines.method import Method, ModelError
 
 # Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
@@ -34,13 +34,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec.joint("theta").damping[:] = 0.0
         spec.joint("theta").damping[0] = settings["axle_damping_rate"] * problem.body.inertia_x
         spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
-    for shown in (*spec.geoms, *spec.meshes):  # without effect: cheaper steps
-        spec.delete(shown)
-    return Translation(
-        spec,
-        qpos=np.array([0.0, finite("theta", problem.theta)]),
-        qvel=np.array([problem.platform_rate, finite("theta_dot", problem.theta_dot)]),
-        observe=_observe,
+    return at_start(
+        bare(spec),
+        _observe,
         limits=limits_on_platform(problem),
         control=control,
         sensors=_named_energies if settings.get("reads_energy") else None,
@@ -83,8 +79,8 @@ def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> m
     else:
         hung.inertia = moments
     start = spec.key("start")
-    start.qpos = [0.0, problem.theta]
-    start.qvel = [problem.platform_rate, problem.theta_dot]
+    start.qpos = [0.0, finite("theta", problem.theta)]
+    start.qvel = [problem.platform_rate, finite("theta_dot", problem.theta_dot)]
     return spec
 
 

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.divergence import BEYOND
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, at_start, bare, read
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method, Unsupported
 
@@ -34,16 +33,8 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a free body; `problem` is a FreeBody. Raises Unsupported."""
     if min(problem.inertia) < SMALLEST:
         raise Unsupported(f"MuJoCo takes moments of inertia from {SMALLEST:g} kg m^2 on")
-    spec = whole(mjcf, problem)
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
-    return Translation(
-        spec,
-        qpos=np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
-        qvel=np.array([0.0, 0.0, 0.0, *problem.angular_velocity]),
-        observe=_observe,
-        limits=dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0),
-    )
+    limits = dict.fromkeys(RATES, BEYOND * problem.fastest or 1.0)
+    return at_start(bare(whole(mjcf, problem)), _observe, limits=limits)
 
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
+from plumbob.engines.adapters.mujoco.translation import Translation, at_start, read, with_contacts
 from plumbob.engines.method import Method
 
 scheme = contacts.scheme
@@ -31,10 +31,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
     for pair, solref in own:
         pair.solref = solref * profile.softening * (1 - contacts.IMPEDANCE * profile.convergent)
-    state = np.array(spec.key("start").qpos), np.array(spec.key("start").qvel)
-    return Translation(
-        spec, *state, lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}), tune=tune
-    )
+    return at_start(spec, lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}), tune=tune)
 
 
 def model_error(

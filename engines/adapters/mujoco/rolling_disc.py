@@ -13,7 +13,13 @@ from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, rolling
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read, with_contacts
+from plumbob.engines.adapters.mujoco.translation import (
+    Named,
+    Translation,
+    at_start,
+    read,
+    with_contacts,
+)
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
@@ -29,16 +35,16 @@ def scheme(method: Method) -> Scheme:
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingDisc at about the depth that its weight makes."""
     spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
-    tune, start = with_contacts(spec, profile, step), spec.key("start")
+    tune = with_contacts(spec, profile, step)
     if profile.convergent:
         spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)
-        start.qpos[2] -= problem.gravity * (step / contacts.STIFFNESS) ** 2
+        spec.key("start").qpos[2] -= problem.gravity * (step / contacts.STIFFNESS) ** 2
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         states = np.concatenate([qpos[:, 3:], qvel[:, 3:]], axis=1)
         return problem.motion.system.observed(states.T), {}
 
-    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe, tune=tune)
+    return at_start(spec, observe, tune=tune)
 
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:

@@ -7,11 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
-from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.simple_pendulum import first_coefficient
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.simple_pendulum import first_coefficient, of_hinge
+from plumbob.engines.adapters.mujoco.translation import Translation, at_start, bare, read
 from plumbob.engines.method import Method, ModelError
 
 DROPPED = math.sqrt(mujoco.mjMINVAL)  # [N m]: `discrete` leaves out forces of a smaller norm
@@ -19,17 +17,10 @@ DROPPED = math.sqrt(mujoco.mjMINVAL)  # [N m]: `discrete` leaves out forces of a
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Servo; the hinge's angle is that from the target."""
-    spec = whole(mjcf, problem)
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
-
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
-        return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}
-
+    spec = bare(whole(mjcf, problem))
     # A run that reaches a limit which the motion does not has too large a step, and is to diverge.
     spec.actuator("motor").forcelimited = int(problem.saturates)
-    start = spec.key("start")
-    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
+    return at_start(spec, of_hinge)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:

@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.hinged_body import bob_errors
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Named, Translation, at_start, bare, read
 from plumbob.engines.method import Method, ModelError
 
 
@@ -22,9 +22,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a pendulum; `problem` is a SimplePendulum. The setting `reads_acceleration` puts an
     accelerometer at the bob of one with a rod."""
     problem = problem.started
-    spec = whole(mjcf, problem)
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
+    spec = bare(whole(mjcf, problem))
     driven = problem.forcing_amplitude != 0.0
     if not driven:
         spec.delete(spec.actuator("forcing"))
@@ -32,11 +30,9 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec.delete(spec.sensor("rod"))
     elif method.settings.get("reads_acceleration"):
         _add_accelerometer(spec, problem.length)
-    return Translation(
+    return at_start(
         spec,
-        qpos=np.array([problem.theta]),
-        qvel=np.array([problem.theta_dot]),
-        observe=_observe,
+        of_hinge,
         limits=limits(problem),
         control=(lambda times: problem.rotor.forcing(times)[:, None]) if driven else None,
         control_at=float(method.settings.get("control_at", 0.0)),
@@ -92,7 +88,8 @@ def _readings(sensors: Array) -> tuple[Named, Named]:
     return {"tension": sensors[:, 2]}, readings
 
 
-def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+def of_hinge(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    """The observables of one hinge."""
     return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}
 
 

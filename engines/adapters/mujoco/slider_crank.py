@@ -7,11 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme, SoftLoop
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read, solved_loop
+from plumbob.engines.adapters.mujoco.translation import (
+    Named,
+    Translation,
+    at_start,
+    bare,
+    read,
+    solved_loop,
+)
 from plumbob.engines.method import Method, ModelError
 
 LOOP = SoftLoop(2e-3, 0.9999)  # of the file's solref and solimp: the stiffest for a step of 1 ms
@@ -24,16 +30,13 @@ def scheme(method: Method) -> Scheme:
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a SliderCrank."""
-    spec = whole(mjcf, problem)
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
-    start, stretched = spec.key("start"), problem.crank + problem.rod
+    stretched = problem.crank + problem.rod
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         state = {"angle": qpos[:, 0], "angle_dot": qvel[:, 0], "slider": stretched + qpos[:, 2]}
         return state, {}
 
-    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
+    return at_start(bare(whole(mjcf, problem)), observe)
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:

@@ -39,11 +39,3 @@ class TimedPeriods:
                 begin = time.thread_time()
             mujoco.mj_step(model, data, self.steps)
         return Stepping(count * self.steps, spent + time.thread_time() - begin)
-
-    def end(self) -> Array:
-        """Positions and velocities that the steps from the first state end with."""
-        mujoco.mj_resetData(self.model, self.data)
-        put(self.data, self.starts[0])
-        self.data.ctrl[:] = self.controls[0]
-        mujoco.mj_step(self.model, self.data, self.steps)
-        return np.concatenate([self.data.qpos, self.data.qvel])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -52,6 +53,21 @@ class Translation:
     """Changes that only the compiled model takes."""
 
 
+def at_start(
+    spec: mujoco.MjSpec, observe: Callable[[Array, Array], tuple[Named, Named]], **more: Any
+) -> Translation:
+    """The translation of a model from its keyframe."""
+    start = spec.key("start")
+    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe, **more)
+
+
+def bare(spec: mujoco.MjSpec) -> mujoco.MjSpec:
+    """A model without its shapes, which have no effect, so that a step costs less; in place."""
+    for shown in (*spec.geoms, *spec.meshes):
+        spec.delete(shown)
+    return spec
+
+
 def of_system(
     spec: mujoco.MjSpec,
     system: SmoothSystem,
@@ -59,15 +75,12 @@ def of_system(
 ) -> Translation:
     """The translation of a smooth system's model from its keyframe, without what is only shown;
     `coordinates` are the system's, shape (n, nq), by those of the joints."""
-    for shown in tuple(spec.geoms):  # without effect, and a step costs less without them
-        spec.delete(shown)
 
     def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
         states = np.concatenate([coordinates(qpos), coordinates(qvel)], axis=1)
         return system.observed(states.T), {}
 
-    start = spec.key("start")
-    return Translation(spec, np.array(start.qpos), np.array(start.qvel), observe)
+    return at_start(bare(spec), observe)
 
 
 def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> Mapping[str, float]:

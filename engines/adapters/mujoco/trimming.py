@@ -10,8 +10,7 @@ import numpy as np
 
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.simulation import compiled
-from plumbob.engines.adapters.mujoco.timed import TimedPeriods
+from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
@@ -31,10 +30,10 @@ def trimming(
     complete = find_builder("mujoco", case.system).whole(case.system.mjcf, case.problem)
     parts = tuple(_parts_left_out(complete, translation.spec))
     models = _versions(translation, translation.whole or complete, trimmed, method, step)
-    timed = [_from_the_start(model, translation, steps) for model in models]
-    pieces: dict[Key, TimedSteps] = {(str(k), ""): TimedSteps(t, 1.0) for k, t in enumerate(timed)}
+    runs = [MujocoSimulation(translation, model, steps, step) for model in models]
+    pieces: dict[Key, TimedSteps] = {(str(k), ""): TimedSteps(r, 1.0) for k, r in enumerate(runs)}
     costs = [cost.ns_per_step for cost in in_turns(pieces, repeats)[0].values()]
-    ends = np.array([each.end() for each in timed])
+    ends = np.array([np.concatenate([run.data.qpos, run.data.qvel]) for run in runs])
     return Trimming(
         costs[0],
         costs[1],
@@ -43,15 +42,6 @@ def trimming(
         tuple(_stages_off(trimmed)),
         parts,
     )
-
-
-def _from_the_start(model: mujoco.MjModel, translation: Translation, steps: int) -> TimedPeriods:
-    """So many steps of a model from the scene's start."""
-    start, control = np.concatenate([translation.qpos, translation.qvel]), np.zeros(model.nu)
-    if translation.control is not None:
-        values = translation.control(np.zeros(1))[0]
-        control[: values.size] = values
-    return TimedPeriods(model, mujoco.MjData(model), start[None], control[None], steps)
 
 
 def _versions(

@@ -13,7 +13,7 @@ from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Named
-from plumbob.engines.adapters.three_feet import Pose, observed, start_velocity
+from plumbob.engines.adapters.three_feet import Pose, observed, on_three_feet, start_velocity
 
 Observe = Callable[[Array, Array], tuple[Named, Named]]
 BODY = mujoco.mjtObj.mjOBJ_BODY
@@ -66,23 +66,8 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
     time, whether or not the acceleration switches inside a step; its value at mid-step does the
     manoeuvre of the nearest switch on the grid, an error of first order.
     """
-    if (velocity := _velocity(setup)) is None:
-        return None
-
-    def mean(times: Array) -> Array:
-        # By index: the velocity that one step ends with is the one that the next begins with.
-        first = np.rint(times / step)
-        begun, ended = np.split(velocity(np.concatenate([first, first + 1.0]) * step), 2)
-        return (ended - begun) / step
-
-    return mean
-
-
-def _velocity(setup: CapsuleSetup) -> Callable[[Array], Array] | None:
-    """Imposed velocity [m/s] at times [s], shape (n,), by its components: (n, 1) or (n, 2)."""
-    if (line := setup.relative_velocity) is not None:
-        return lambda times: line(times)[:, None]
-    return setup.plane_velocity
+    feet = on_three_feet(setup)
+    return (lambda times: feet.accelerations(np.rint(times / step), step)) if feet.tracks else None
 
 
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
