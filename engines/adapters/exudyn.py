@@ -133,20 +133,16 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
     items = exudyn.itemInterface
 
     container = exudyn.SystemContainer()
-    system = container.AddSystem()
-    count = 1 if body.platform_rate is None else 2
-    start, rates = [0.0] * (count - 1) + [body.theta], [body.theta_dot]
-    if body.platform_rate is not None:
-        rates.insert(0, body.platform_rate)
+    system, links, count = container.AddSystem(), body.links, len(body.links)
     node = system.AddNode(
         items.NodeGenericODE2(
             referenceCoordinates=[0.0] * count,
-            initialCoordinates=start,
-            initialCoordinates_t=rates,
+            initialCoordinates=[link.position for link in links],
+            initialCoordinates_t=[link.rate for link in links],
             numberOfODE2Coordinates=count,
         )
     )
-    load, origin = body.platform_inertia * np.eye(3), [0.0, 0.0, 0.0]
+    moments = [link.hold * np.eye(3) if link.hold else link.moments for link in links]
     amplitude, frequency = body.forcing or (0.0, 0.0)
 
     def push(mbs: Any, t: float, item: int, q: Any, q_t: Any) -> list[float]:
@@ -159,12 +155,12 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
             jointTypes=[exudyn.JointType.RevoluteZ, exudyn.JointType.RevoluteX][-count:],
             linkParents=list(range(-1, count - 1)),
             jointTransformations=exudyn.Matrix3DList([np.eye(3)] * count),
-            jointOffsets=exudyn.Vector3DList([origin, list(body.pivot)][-count:]),
-            linkInertiasCOM=exudyn.Matrix3DList([load, body.moments][-count:]),
-            linkCOMs=exudyn.Vector3DList([origin, [0.0, 0.0, -body.arm]][-count:]),
-            linkMasses=[1.0, body.mass][-count:],
-            jointPControlVector=[0.0] * (count - 1) + [body.stiffness],
-            jointDControlVector=[0.0] * (count - 1) + [body.damping],
+            jointOffsets=exudyn.Vector3DList([list(link.place) for link in links]),
+            linkInertiasCOM=exudyn.Matrix3DList(moments),
+            linkCOMs=exudyn.Vector3DList([list(link.centre) for link in links]),
+            linkMasses=[link.mass for link in links],
+            jointPControlVector=[link.stiffness for link in links],
+            jointDControlVector=[link.damping for link in links],
             jointPositionOffsetVector=[0.0] * count,
             jointVelocityOffsetVector=[0.0] * count,
             forceUserFunction=push if body.forcing else 0,

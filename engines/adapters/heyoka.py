@@ -10,7 +10,6 @@ from __future__ import annotations
 import operator
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -22,10 +21,14 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.engines.abilities import SecondRun
-from plumbob.engines.adapters.stepping import no_error, relative_tolerance
-from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.adapters.stepping import (
+    Followed,
+    FollowedSimulation,
+    no_error,
+    relative_tolerance,
+)
+from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.sampling import SAMPLES
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, Case
 
 SMALLEST = ULP
@@ -34,45 +37,6 @@ KINDS = (ONE_SMOOTH, SMOOTH, FREE_ROTATION)
 METHODS = (
     Method("heyoka/taylor", Scheme(ADAPTIVE), None, "tolerance", {}, TOLERANCES, kinds=KINDS),
 )
-
-
-@dataclass
-class TaylorSimulation:
-    """An integrator and the start that every `run` goes back to."""
-
-    integrator: Any
-    start: tuple[float, ...]  # of a pendulum theta + tilt [rad], theta_dot [rad/s]
-    duration: float  # [s]
-    compile_seconds: float
-    read: Callable[[Array], Mapping[str, Array]]  # states, shape (d, m) -> observables
-
-    def run(self) -> Trajectory:
-        """Run from the start to the end; a step counts as many right-hand sides as its order."""
-        taylor, times = self.integrator, np.linspace(0.0, self.duration, SAMPLES + 1)
-        begin = time.perf_counter()
-        outcome, _, _, steps, *_, states = self._propagated(times)
-        seconds = time.perf_counter() - begin
-        good = np.isfinite(states).all(axis=1)
-        ended = "time_limit" in str(outcome) and bool(good.all())
-        return Trajectory(
-            times=times[good],
-            observables=self.read(states[good].T),
-            steps=int(steps) * int(taylor.order),
-            seconds=seconds,
-            diverged_at=None if ended else float(taylor.time),
-            warnings=() if ended else (str(outcome),),
-        )
-
-    def stepped(self, fraction: float) -> Stepping:
-        """The evaluations of the first `fraction` of the duration alone."""
-        begin = time.thread_time()
-        steps = self._propagated(np.linspace(0.0, fraction * self.duration, SAMPLES + 1))[3]
-        return Stepping(int(steps) * int(self.integrator.order), time.thread_time() - begin)
-
-    def _propagated(self, times: Array) -> Any:
-        """The integrator's result for `times` [s], shape (n,), from the start on."""
-        self.integrator.time, self.integrator.state[:] = 0.0, self.start
-        return self.integrator.propagate_grid(times)
 
 
 Observe = Callable[[Array], Mapping[str, Array]]
@@ -97,8 +61,19 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     integrator = cast(Any, heyoka.taylor_adaptive)(
         equations, list(start), tol=step, compact_mode=compact
     )
+
+    def follow(duration: float, samples: int) -> Followed:
+        integrator.time, integrator.state[:] = 0.0, start
+        times = np.linspace(0.0, duration, SAMPLES + 1)
+        outcome, _, _, steps, *_, states = integrator.propagate_grid(times)
+        good = np.isfinite(states).all(axis=1)
+        ended = "time_limit" in str(outcome) and bool(good.all())
+        # A step counts as many right-hand sides as its order.
+        evaluations, why = int(steps) * int(integrator.order), () if ended else (str(outcome),)
+        return Followed(times[good], states[good].T, evaluations, ended, why)
+
     seconds = time.perf_counter() - begin
-    return TaylorSimulation(integrator, start, case.scene.duration, seconds, observe)
+    return FollowedSimulation(follow, observe, case.scene.duration, seconds)
 
 
 def _pendulum(case: Case) -> Translated:

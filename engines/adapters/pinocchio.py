@@ -63,15 +63,13 @@ def _model(body: HingedBody) -> Any:
     """The body on its hinge, on a platform where there is one."""
     import pinocchio
 
-    model, parent = pinocchio.Model(), 0
-    still = pinocchio.SE3.Identity()
-    if body.platform_rate is not None:
-        parent = model.addJoint(0, pinocchio.JointModelRZ(), still, "platform")
-    pivot = pinocchio.SE3(np.eye(3), np.array(body.pivot))
-    hinge = model.addJoint(parent, pinocchio.JointModelRX(), pivot, "theta")
-    centre = np.array([0.0, 0.0, -body.arm])
-    inertia = pinocchio.Inertia(body.mass, centre, body.moments)
-    model.appendBodyToJoint(hinge, inertia, still)
+    model, last, still = pinocchio.Model(), 0, pinocchio.SE3.Identity()
+    for link in body.links:
+        turns = pinocchio.JointModelRevoluteUnaligned(np.array(link.axis))
+        place = pinocchio.SE3(np.eye(3), np.array(link.place))
+        last = model.addJoint(last, turns, place, f"joint {last}")
+        inertia = pinocchio.Inertia(link.mass, np.array(link.centre), link.moments)
+        model.appendBodyToJoint(last, inertia, still)
     model.gravity.linear = np.array([0.0, 0.0, -body.gravity])
     return model
 

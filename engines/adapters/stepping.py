@@ -116,6 +116,52 @@ class SteppedSimulation:
         return Stepping(steps, self.clock() - begin)
 
 
+@dataclass(frozen=True)
+class Followed:
+    """What a solver that chooses its own steps reaches."""
+
+    times: Array  # [s] of the samples, shape (n,)
+    states: Any  # there, as the scene observes them
+    evaluations: int
+    ended: bool = True  # at the time asked for
+    why: tuple[str, ...] = ()  # its messages
+
+
+@dataclass
+class FollowedSimulation:
+    """A scene under a solver that chooses its own steps."""
+
+    follow: Callable[[float, int], Followed]
+    """Duration [s], about how many samples to keep, 1 where the solver alone is timed."""
+    observe: Callable[[Any], Mapping[str, Array]]
+    """States of all samples -> observables, shape (n,) each."""
+    duration: float  # [s]
+    compile_seconds: float = 0.0
+    limits: Mapping[str, float] = field(default_factory=dict)
+    samples: int = sampling.SAMPLES
+
+    def run(self) -> Trajectory:
+        """Run from the start to the end, or until the run diverges or the solver gives up."""
+        begin = time.perf_counter()
+        done = self.follow(self.duration, self.samples)
+        seconds = time.perf_counter() - begin
+        trajectory = Trajectory(
+            times=done.times,
+            observables=self.observe(done.states),
+            steps=done.evaluations,
+            seconds=seconds,
+            diverged_at=None if done.ended else float(done.times[-1]),
+            warnings=done.why,
+        )
+        return within(trajectory, self.limits)
+
+    def stepped(self, fraction: float) -> Stepping:
+        """The evaluations of the first `fraction` of the duration alone."""
+        begin = time.thread_time()
+        done = self.follow(fraction * self.duration, 1)
+        return Stepping(done.evaluations, time.thread_time() - begin)
+
+
 def stepped(
     case: Case,
     step: float,

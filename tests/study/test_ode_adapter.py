@@ -1,17 +1,15 @@
 """The ODE solvers on the cone pendulum and on user equations: error, order, divergence."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.engines.adapters.divergence import possible_speed
-from plumbob.engines.adapters.ode import ENGINE, prepare
-from plumbob.engines.adapters.ode.simulation import (
-    AdaptiveSimulation,
-)
+from plumbob.engines.adapters.ode import ENGINE
+from plumbob.engines.adapters.ode.simulation import adaptive
+from plumbob.engines.registry import find_builder
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}
@@ -39,9 +37,9 @@ def test_absolute_tolerances_are_of_an_angle_and_of_the_largest_speed():
             asked.extend((rtol, *atol))
             raise ValueError("enough")
 
-    simulation = prepare(SYSTEM.case(scene()), METHODS["ode/dop853"], 1e-6)
-    assert isinstance(simulation, AdaptiveSimulation)
-    replace(simulation, solver=Recorder).run()
+    case, builder = SYSTEM.case(scene()), find_builder("ode", SYSTEM)
+    equation = builder.build(case.problem, METHODS["ode/dop853"])
+    adaptive(equation, Recorder, 1e-6, case.scene.duration).run()
     speed = possible_speed(DEFAULT.motion.rotor, DEFAULT.theta_dot)
     assert speed > 37.0
     assert asked == pytest.approx([1e-6, 1e-6, 1e-6 * speed], rel=1e-12)

@@ -10,7 +10,7 @@ from plumbob.engines.adapters.integrators import integrator
 from plumbob.engines.adapters.ode import ENGINE
 from plumbob.engines.adapters.ode.simulation import (
     SOLVERS,
-    AdaptiveSimulation,
+    adaptive,
     fixed_steps,
 )
 
@@ -70,7 +70,7 @@ def test_divergence_is_a_result(method, kind):
         assert kind != "raises" or simulation.stepped(1.0).steps == 0  # nothing to time
     else:
         solver = SOLVERS[method.settings["method"]]
-        simulation = AdaptiveSimulation(equation, solver, 1e-6, 30.0, 0.0)
+        simulation = adaptive(equation, solver, 1e-6, 30.0)
     trajectory = simulation.run()
     assert len(trajectory.times) > 1
     assert (trajectory.times < trajectory.diverged_at).all() or method in ADAPTIVE

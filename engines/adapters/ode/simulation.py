@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -17,14 +18,17 @@ from scipy.optimize import brentq
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
-from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.equation import Equation, State
 from plumbob.engines.adapters.integrators import fixed_steps, integrator
 from plumbob.engines.adapters.ode.turning import TurningEquation
-from plumbob.engines.adapters.stepping import SteppedSimulation, relative_tolerance
-from plumbob.engines.method import Method, Stepping
+from plumbob.engines.adapters.stepping import (
+    Followed,
+    FollowedSimulation,
+    SteppedSimulation,
+    relative_tolerance,
+)
+from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
-from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
 SMALLEST = 100 * ULP  # relative tolerance below which scipy refuses
@@ -34,7 +38,7 @@ SOLVERS: Mapping[str, type[Any]] = MappingProxyType(
 HUGE = 1e10  # a coordinate or rate (SI) beyond which a run has diverged
 
 
-def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | AdaptiveSimulation:
+def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | FollowedSimulation:
     """Set up `case` for `method` at `step` [s], or at the relative tolerance `step`; raises
     Unsupported and ParameterError."""
     begin = time.perf_counter()
@@ -46,7 +50,7 @@ def prepared(case: Case, method: Method, step: float) -> SteppedSimulation | Ada
 
 def of_equation(
     equation: Equation, method: Method, step: float, duration: float
-) -> SteppedSimulation | AdaptiveSimulation:
+) -> SteppedSimulation | FollowedSimulation:
     """Set up an equation for `method` at `step` [s], or at the relative tolerance `step`; raises
     ParameterError."""
     if method.control == "step":
@@ -55,100 +59,74 @@ def of_equation(
         advance = integrator(method.scheme.integrator, turning)
         return fixed_steps(equation, advance, steps, step)
     solver = SOLVERS[method.settings["method"]]
-    return AdaptiveSimulation(equation, solver, relative_tolerance(step, SMALLEST), duration, 0.0)
+    return adaptive(equation, solver, relative_tolerance(step, SMALLEST), duration)
 
 
-@dataclass
-class AdaptiveSimulation:
-    """An equation with one of scipy's solvers and a relative tolerance; `run` starts afresh."""
+def adaptive(
+    equation: Equation, solver: type[Any], rtol: float, duration: float
+) -> FollowedSimulation:
+    """An equation with one of scipy's solvers and a relative tolerance."""
+    far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
 
-    equation: Equation
-    solver: type[Any]
-    rtol: float
-    duration: float  # [s]
-    compile_seconds: float
-    samples: int = sampling.SAMPLES
-
-    def run(self) -> Trajectory:
-        """Run from the start to the end, or until the run diverges or the solver gives up."""
-        equation, slope = self.equation, _Slope(self.equation)
-        times, states = [0.0], [np.hstack(equation.start).tolist()]
+    def follow(duration: float, samples: int) -> Followed:
+        slope, times, states = _Slope(equation), [0.0], [np.hstack(equation.start).tolist()]
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            begin = time.perf_counter()
-            failure = self._follow(slope, times, states, solved)
-            seconds = time.perf_counter() - begin
-        reached = times[-1]
-        kept = sampling.sampled(
-            len(times) - 1, self.samples
-        )  # its own steps: interpolants are less accurate
-        messages = [*(str(warning.message) for warning in caught), *([failure] if failure else [])]
-        trajectory = Trajectory(
-            times=np.array(times)[kept],
-            observables=equation.observed([_parts(equation, states[k]) for k in kept]),
-            steps=slope.evaluated,
-            seconds=seconds,
-            diverged_at=None if reached == self.duration else reached,
-            warnings=tuple(dict.fromkeys(messages)),
-        )
-        far = dict.fromkeys((*equation.names, *equation.rate_names), HUGE)
-        return within(trajectory, {**far, **equation.limits})
+            failure = _follow(partial(solver, slope), rtol, (times, states), duration, samples > 1)
+        # Its own steps: interpolants are less accurate.
+        kept = sampling.sampled(len(times) - 1, samples)
+        parts = [_parts(equation, states[k]) for k in kept]
+        messages = dict.fromkeys((*(str(warning.message) for warning in caught), *failure))
+        ended = times[-1] == duration
+        return Followed(np.array(times)[kept], parts, slope.evaluated, ended, tuple(messages))
 
-    def stepped(self, fraction: float) -> Stepping:
-        """The evaluations of the first `fraction` of the duration alone."""
-        piece, slope = replace(self, duration=fraction * self.duration), _Slope(self.equation)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            begin = time.thread_time()
-            piece._follow(slope, [0.0], [np.hstack(self.equation.start).tolist()])
-            return Stepping(slope.evaluated, time.thread_time() - begin)
+    limits = {**far, **equation.limits}
+    return FollowedSimulation(follow, equation.observed, duration, limits=limits)
 
-    def _follow(
-        self,
-        slope: _Slope,
-        times: list[float],
-        states: list[Any],
-        linear: Callable[[tuple[Any, Any], Any], Any] | None = None,
-    ) -> str | None:
-        """Add the solver's own steps to `times` and `states`, and return why it gave up, if so;
-        `linear`, where given, solves an implicit solver's linear systems in scipy's place."""
-        equation = self.equation
-        # absolute tolerance where a component passes zero: of the coordinates' size and the speed
-        scales = [equation.size] * len(equation.names)
-        scales += [equation.speed or 1.0] * len(equation.rate_names)
-        atol, failure = self.rtol * np.array(scales), None
-        try:
-            while times[-1] < self.duration and sum(map(abs, states[-1])) < HUGE and not failure:
-                solver = self.solver(
-                    slope, times[-1], states[-1], self.duration, rtol=self.rtol, atol=atol
-                )
-                if linear is not None and hasattr(solver, "solve_lu"):
-                    solver.solve_lu = linear
-                failure = self._stepped(solver, times, states)
-        except (ValueError, OverflowError) as error:  # math and numpy, of infinity
-            return " ".join(str(error).split())
-        return failure
 
-    def _stepped(self, solver: Any, times: list[float], states: list[Any]) -> str | None:
-        """Add a solver's steps until it ends, and return why it failed, if so, or until an impact,
-        after which another begins: a rest where the next flight is lower than its tolerance."""
-        equation = self.equation
-        while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
-            failure = solver.step()
-            if solver.status == "failed":
-                return str(failure)
-            times.append(float(solver.t))
-            states.append(solver.y.tolist())
-            if equation.restitution is not None and solver.y[0] < 0.0:
-                times[-1], speed = _impact(solver, times[-2], states[-2][1])
-                speed *= -equation.restitution
-                states[-1] = [0.0, speed]
-                pull = -equation.acceleration(times[-1], 0.0, speed)
-                if speed**2 <= 2.0 * pull * self.rtol * equation.size:
-                    times.append(self.duration)
-                    states[-1:] = [[0.0, 0.0]] * 2
-                break
-        return None
+def _follow(
+    solver: Any, rtol: float, into: tuple[list[float], list[Any]], duration: float, quick: bool
+) -> list[str]:
+    """Add the solver's own steps to times and states, and return why it gave up, if so; `quick`
+    solves an implicit solver's linear systems in scipy's place."""
+    (times, states), equation, failure = into, solver.args[0].equation, ""
+    # absolute tolerance where a component passes zero: of the coordinates' size and the speed
+    scales = [equation.size] * len(equation.names)
+    scales += [equation.speed or 1.0] * len(equation.rate_names)
+    atol = rtol * np.array(scales)
+    try:
+        while times[-1] < duration and sum(map(abs, states[-1])) < HUGE and not failure:
+            begun = solver(times[-1], states[-1], duration, rtol=rtol, atol=atol)
+            if quick and hasattr(begun, "solve_lu"):
+                begun.solve_lu = solved
+            failure = _stepped(begun, equation, into, rtol)
+    except (ValueError, OverflowError) as error:  # math and numpy, of infinity
+        failure = " ".join(str(error).split())
+    return [failure] if failure else []
+
+
+def _stepped(
+    solver: Any, equation: Equation, into: tuple[list[float], list[Any]], rtol: float
+) -> str:
+    """Add a solver's steps until it ends, and return why it failed, if so, or until an impact,
+    after which another begins: a rest where the next flight is lower than its tolerance."""
+    times, states = into
+    while solver.status == "running" and sum(map(abs, states[-1])) < HUGE:
+        failure = solver.step()
+        if solver.status == "failed":
+            return str(failure)
+        times.append(float(solver.t))
+        states.append(solver.y.tolist())
+        if equation.restitution is not None and solver.y[0] < 0.0:
+            times[-1], speed = _impact(solver, times[-2], states[-2][1])
+            speed *= -equation.restitution
+            states[-1] = [0.0, speed]
+            pull = -equation.acceleration(times[-1], 0.0, speed)
+            if speed**2 <= 2.0 * pull * rtol * equation.size:
+                times.append(float(solver.t_bound))
+                states[-1:] = [[0.0, 0.0]] * 2
+            break
+    return ""
 
 
 def _impact(solver: Any, begin: float, speed: float) -> tuple[float, float]:
