@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
-from plumbob.engines.adapters.stepping import Built, SteppedSimulation, relative_tolerance
-from plumbob.engines.method import Method, Simulation, Stepping
-from plumbob.engines.sampling import first_steps
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.adapters.stepping import (
+    Built,
+    Followed,
+    FollowedSimulation,
+    relative_tolerance,
+)
+from plumbob.engines.method import Method, Simulation
 from plumbob.models.scene import Case
 
 BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
-EVALUATIONS = "evaluations"
 Start = Callable[[Any, Any], tuple[Any, Callable[[int, int], None]]]
 """Diagram and context -> their simulator, and the function that takes its steps."""
 
@@ -49,25 +51,6 @@ def by_steps(step: float) -> Start:
     return start
 
 
-class ErrorControlledSimulation(SteppedSimulation):
-    """One whose steps are from sample to sample, and which counts evaluations of derivatives."""
-
-    def run(self) -> Trajectory:
-        """Run from the start to the end; steps count evaluations."""
-        done = super().run()
-        counted = int(done.channels[EVALUATIONS][-1]) if len(done.times) else 0
-        return replace(done, steps=counted, channels={})
-
-    def stepped(self, fraction: float) -> Stepping:
-        """The evaluations of the first `fraction` of the duration alone."""
-        built, begin = self.build(), time.thread_time()
-        try:
-            built.advance(0, first_steps(self.steps, fraction))
-        except BROKEN:
-            return Stepping(0, 0.0)
-        return Stepping(int(built.read()[EVALUATIONS]), time.thread_time() - begin)
-
-
 def error_controlled(
     case: Case, method: Method, accuracy: float, smallest: float, build: Callable[[Start], Built]
 ) -> Simulation:
@@ -80,9 +63,8 @@ def error_controlled(
         use_error_control=True,
         target_realtime_rate=0.0,
     )
-    step = case.scene.duration / case.samples
 
-    def started() -> Built:
+    def started(step: float) -> tuple[Any, Built]:
         simulators = list[Any]()
 
         def start(diagram: Any, context: Any) -> tuple[Any, Callable[[int, int], None]]:
@@ -92,16 +74,26 @@ def error_controlled(
             return simulator, lambda first, last: simulator.AdvanceTo(last * step)
 
         built = build(start)
-        return replace(
-            built,
-            read=lambda: {**built.read(), EVALUATIONS: _evaluations(simulators[0])},
-            channels=built.channels | {EVALUATIONS},
-        )
+        return simulators[0], built
 
-    begin = time.perf_counter()
-    started()
+    def follow(duration: float, samples: int) -> Followed:
+        step = duration / samples
+        simulator, built = started(step)
+        rows, why = [built.read()], list[str]()
+        try:
+            for k in range(samples):
+                built.advance(k, k + 1)
+                rows.append(built.read())
+        except BROKEN as error:
+            why.append(" ".join(str(error).split()))
+        observed, _ = built.gathered(rows)
+        times, evaluations = step * np.arange(len(rows)), _evaluations(simulator)
+        return Followed(times, observed, evaluations, not why, tuple(why))
+
+    begin, duration = time.perf_counter(), case.scene.duration
+    limits = started(duration)[1].limits
     seconds = time.perf_counter() - begin
-    return ErrorControlledSimulation(started, case.samples, step, seconds, BROKEN, case.samples)
+    return FollowedSimulation(follow, dict, duration, seconds, limits, case.samples)
 
 
 def _evaluations(simulator: Any) -> int:

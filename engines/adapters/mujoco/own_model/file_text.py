@@ -1,8 +1,8 @@
 """A model file without what can be left out of it: its own elements, changed where they have to be.
 
 MuJoCo's own writer rounds what a compiled model is written from, which moves it. Here attributes of
-<geom> and <pair> are set among the user's own, an included file that has such an element takes the
-place of its <include>, and options are added at the end, where the last ones count.
+<geom> and <pair> are set among the user's own, an included file takes the place of its <include>,
+and options are added at the end, where the last ones count.
 """
 
 from __future__ import annotations
@@ -50,16 +50,17 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
 
 
 def _read(file: Path, folder: Path) -> Element:
-    """The root of a file, each <include> with the elements of its file, which is beside it or in
-    the `folder` of the main one."""
+    """The root of a file, each <include> replaced by the elements of its file, which is beside it
+    or in the `folder` of the main one."""
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
     root = ElementTree.parse(file, parser).getroot()
-    for include in list(root.iter("include")):
-        named = include.attrib["file"]
-        other = next((p / named for p in (file.parent, folder) if (p / named).is_file()), None)
-        if other is None:
-            raise ValueError(f"{named} is not there")
-        include.extend(_read(other, folder))
+    for parent in list(root.iter()):
+        for include in parent.findall("include"):
+            named, at = include.attrib["file"], list(parent).index(include)
+            other = next((p / named for p in (file.parent, folder) if (p / named).is_file()), None)
+            if other is None:
+                raise ValueError(f"{named} is not there")
+            parent[at : at + 1] = list(_read(other, folder))
     return root
 
 
@@ -73,29 +74,11 @@ def _editable(element: Element, within: tuple[str, ...] = ()) -> Iterator[Elemen
 
 
 def _written(root: Element, edits: Mapping[int, Mapping[str, str]], more: Element | None) -> str:
-    """The text of a file whose editable elements have these attributes too, with `more` at the end;
-    an <include> of it stays unless it has one of them."""
+    """The text of a file whose editable elements have these attributes too, with `more` at the
+    end."""
     root = deepcopy(root)
-    changed = set[Element]()
     for number, element in enumerate(_editable(root)):
-        if number in edits:
-            element.attrib.update(edits[number])
-            changed.add(element)
-
-    def flat(parent: Element, inline: bool) -> list[Element]:
-        children = []
-        for child in parent:
-            if child.tag != "include":
-                child[:] = flat(child, inline)
-            elif inline or not changed.isdisjoint(child.iter()):
-                children += flat(child, True)
-                continue
-            else:
-                child[:] = []
-            children.append(child)
-        return children
-
-    root[:] = flat(root, False)
+        element.attrib.update(edits.get(number, {}))
     if more is not None:
         root.append(more)
     return ElementTree.tostring(root, "unicode")
