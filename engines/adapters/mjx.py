@@ -42,7 +42,7 @@ class MjxSimulation(SteppedSimulation):
         self, translation: Any, model: Any, precise: bool, steps: int, step: float, samples: int
     ) -> None:
         """With MuJoCo's translation and its compiled model, in double precision if `precise`."""
-        super().__init__(self._started, steps, step, 0.0, samples=samples, clock=time.process_time)
+        super().__init__(self._started, steps, step, 0.0, samples=samples, clock="process_time")
         self.translation, self.model, self.precise = translation, model, precise
 
     def run(self) -> Trajectory:

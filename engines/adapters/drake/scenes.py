@@ -234,7 +234,9 @@ def _drive(builder: Any, plant: Any, forces: Array, step: float) -> None:
 def _capsule(
     body: ThreeFeet, settings: Mapping[str, Any], step: float, steps: int, start: Start
 ) -> Built:
-    controls = body.accelerations(np.arange(steps), step) if body.tracks else np.zeros((0, 0))
+    controls = (
+        body.accelerations(np.arange(float(steps)), step) if body.tracks else np.zeros((0, 0))
+    )
     standing = _standing(body, settings, step, gravity(body.setup), controls)
     rest = _rest(body, {**settings, "time_step": SETTLING_STEP})
     simulator, advance = start(standing.diagram, standing.on_feet(body, rest))

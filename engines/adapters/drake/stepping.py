@@ -87,8 +87,8 @@ def error_controlled(
         except BROKEN as error:
             why.append(" ".join(str(error).split()))
         observed, _ = built.gathered(rows)
-        times, evaluations = step * np.arange(len(rows)), _evaluations(simulator)
-        return Followed(times, observed, evaluations, not why, tuple(why))
+        times = np.asarray(step * np.arange(len(rows)))
+        return Followed(times, observed, _evaluations(simulator), not why, tuple(why))
 
     begin, duration = time.perf_counter(), case.scene.duration
     limits = started(duration)[1].limits

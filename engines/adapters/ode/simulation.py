@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.integrate import DOP853, LSODA, Radau
@@ -72,7 +72,9 @@ def adaptive(
         slope, times, states = _Slope(equation), [0.0], [np.hstack(equation.start).tolist()]
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            failure = _follow(partial(solver, slope), rtol, (times, states), duration, samples > 1)
+            failure = _follow(
+                partial(cast(Any, solver), slope), rtol, (times, states), duration, samples > 1
+            )
         # Its own steps: interpolants are less accurate.
         kept = sampling.sampled(len(times) - 1, samples)
         parts = [_parts(equation, states[k]) for k in kept]
