@@ -42,10 +42,11 @@ def check(path: Path, method: Method) -> FileCheck:
     step = time_step("check", model.opt.timestep, str(path))
     chosen = profile(method.settings)
     convergent = chosen.convergent and method.settings.get("model", "full") == "full"
-    differences = list(_options(model, method, dict(chosen.options)))
+    differences = [*_options(model, method, dict(chosen.options))]
     if convergent:
         differences += _contacts(model, method, step)
-    return FileCheck(method.name, step, tuple(differences), tuple(_warnings(model, method, step)))
+    once = tuple(dict.fromkeys(differences))
+    return FileCheck(method.name, step, once, tuple(_warnings(model, method, step)))
 
 
 def _options(
@@ -72,54 +73,46 @@ def _options(
 
 
 def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tuple[str, str, str]]:
-    """Fields of contact pairs, those of one kind once; any stiffness that is stable is right."""
+    """Fields of contact pairs; any stiffness that is stable is right."""
     if not model.npair:
         yield "contact", "no <pair>", "<pair>: a <geom> has no solreffriction"
-        return
     softening = _softening(model)
-    rows = set()
     for i in range(model.npair):
         stiffness = math.sqrt(max(-model.pair_solref[i, 0] / softening, 0.0)) * step
-        wanted = dict(own_pair(method, step, softening, stiffness or OWN_STIFFNESS))
-        if any(_close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step)):
-            del wanted["solreffriction"]
+        right = any(_close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step))
+        wanted = own_pair(method, step, softening, stiffness or OWN_STIFFNESS)
         for name, there in wanted.items():
             value, width = getattr(model, f"pair_{name}")[i], 3 if name == "solimp" else 2
-            if all(map(_close, value[:width], there[:width])):
-                continue
-            row = (f"pair/{name}", _numbers(value[:width]), _numbers(there[:width]))
-            if row not in rows:
-                rows.add(row)
-                yield row
-        if (dim := int(model.pair_dim[i])) != 3 and ("pair/condim", str(dim), "3") not in rows:
-            rows.add(("pair/condim", str(dim), "3"))
-            yield "pair/condim", str(dim), "3"
+            fits = all(map(_close, value[:width], there[:width]))
+            if not (fits or (right and name == "solreffriction")):
+                yield f"pair/{name}", _numbers(value[:width]), _numbers(there[:width])
+        if model.pair_dim[i] != 3:
+            yield "pair/condim", str(model.pair_dim[i]), "3"
 
 
 def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[str]:
     """Contacts that are for another step, by their friction's rate, and those that are unstable at
     this one, by the fastest mode of the body on them."""
-    reported, springs = False, set()
-    contacts = [
-        (model.pair_solref[i], model.pair_solreffriction[i], model.pair_solimp[i, 1])
-        for i in range(model.npair)
-    ]
-    geoms = zip(model.geom_solref, model.geom_solimp[:, 1], strict=True)
-    contacts += [(solref, np.zeros(2), impedance) for solref, impedance in geoms]
-    for solref, friction, impedance in contacts:
-        if solref[0] < 0.0 and solref[1] <= 0.0:
-            springs.add((-float(solref[0]), -float(solref[1]), float(impedance)))
+    for friction, impedance in zip(model.pair_solreffriction, model.pair_solimp[:, 1], strict=True):
         rate = -friction[1]
-        if friction[0] < 0.0 < rate and _close(impedance, IMPEDANCE) and not reported:
-            steps = [-step * right / rate for right in _rates(method, step)]
-            if not any(1.0 / ONE_STEP < meant / step < ONE_STEP for meant in steps):
-                words = " or ".join(dict.fromkeys(f"{meant:g}" for meant in steps))
-                reported = True
-                yield (
-                    f"contacts are written for a time step of {words} s, and the file's is "
-                    f"{step:g} s (`plumbob settings {method.name} --step {step:g}`)"
-                )
-    limit = _largest_step(model, springs, method)
+        if not (friction[0] < 0.0 < rate and _close(impedance, IMPEDANCE)):
+            continue
+        steps = [-step * right / rate for right in _rates(method, step)]
+        if not any(1.0 / ONE_STEP < meant / step < ONE_STEP for meant in steps):
+            words = " or ".join(dict.fromkeys(f"{meant:g}" for meant in steps))
+            yield (
+                f"contacts are written for a time step of {words} s, and the file's is "
+                f"{step:g} s (`plumbob settings {method.name} --step {step:g}`)"
+            )
+            break
+    solref = np.vstack([model.pair_solref, model.geom_solref])
+    impedances = np.append(model.pair_solimp[:, 1], model.geom_solimp[:, 1])
+    springs = [
+        ContactSpring(-pull / d, -drag / d, _softening(model) * (1.0 - d) / d)
+        for (pull, drag), d in zip(solref.tolist(), impedances.tolist(), strict=True)
+        if pull < 0.0 and drag <= 0.0
+    ]
+    limit = _largest_step(model, set(springs), method)
     if step > limit:
         yield (
             f"contacts are too stiff for a time step of {step:g} s: the body may be thrown up "
@@ -128,19 +121,11 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
         )
 
 
-def _largest_step(
-    model: mujoco.MjModel, springs: Iterable[tuple[float, float, float]], method: Method
-) -> float:
-    """The largest step [s] at which a body is stable on contacts of these stiffnesses [1/s^2],
-    dampings [1/s] and impedances."""
-    effect, softening = np.eye(1) * frequency_ratio(model), _softening(model)
+def _largest_step(model: mujoco.MjModel, springs: Iterable[ContactSpring], method: Method) -> float:
+    """The largest step [s] at which a body is stable on these contacts."""
+    effect = np.eye(1) * frequency_ratio(model)
     scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
-    limits = [
-        largest_contact_step(
-            effect, (ContactSpring(pull / d, drag / d, softening * (1.0 - d) / d),), scheme
-        )
-        for pull, drag, d in springs
-    ]
+    limits = [largest_contact_step(effect, (spring,), scheme) for spring in springs]
     return min(limits, default=math.inf)
 
 

@@ -138,11 +138,7 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
         )
         act = slider_drive.driven_along(stand.assembly, targets, 0.0, slider_drive.no_limits)
     settle(stand.assembly, step)
-    readings: Readings
-    if setup.in_plane:
-        readings = capsule_side.in_the_plane(setup, stand), None
-    else:
-        readings = capsule_side.on_the_line(setup, stand)
+    readings = capsule_side.readings(setup, stand)
     channels = frozenset({"vertical_displacement", "tilt", "momentum_residual"})
     return _translated(stand.assembly, act, readings, channels)
 

@@ -8,6 +8,7 @@ how three supports carry that; statics across the line does.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,13 +18,15 @@ import pymunk
 
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint
+from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint, vector
+from plumbob.engines.adapters.three_feet import Pose, observed
 
 FOOT = 1.0  # [m] radius of a foot: the larger, the less a rounded contact tilts its normal
 DEPTH = 1e-9  # [m] overlap of feet and ground: only what overlaps is in contact
 SLOP = 1e-6  # [m] of overlap that pymunk leaves alone
 GROUND = 1e3  # [m] to each side
 Read = Callable[[], Mapping[str, float]]
+KEPT = ("heading", "sideways", "heading_rate", "body_angle")  # by the view itself
 
 
 @dataclass(frozen=True)
@@ -76,29 +79,27 @@ def side_moment(setup: CapsuleSetup) -> float:
     return setup.capsule.body_mass * ((fore - hind) / 2) ** 2
 
 
-def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
-    """Readings signed along the line, with the N_i of the last step, vertical displacement and tilt
-    (both should be zero); and, once the step that follows is done, the friction in it, the force on
-    the slider, which is the joint's impulse over the step, and the residual of the momentum balance
-    [N]: contacts and gravity alone may change the momentum."""
+def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
+    """The observables that a pose on the line shows, vertical displacement and tilt (both should be
+    zero); along a line the N_i of the last step too, and, once the step that follows is done, the
+    friction in it, the force on the slider, which is the joint's impulse over the step, and the
+    residual of the momentum balance [N]: contacts and gravity alone may change the momentum."""
     assembly = stand.assembly
     body, slider = assembly.body, assembly.slider
     start, before, sliding = along(setup, setup.slider), 0.0, 0.0
     pulled, loads = (body.mass + slider.mass) * setup.pull, _normal_forces(setup, stand)
+    line = cmath.rect(1.0, setup.heading + setup.direction)
 
     def read() -> Mapping[str, float]:
         nonlocal before, sliding
         before, sliding = assembly.momentum.real, slider.velocity.x
-        gone, height = body.position
-        return {
-            "displacement": gone,
-            "velocity": body.velocity.x,
-            "stroke": slider.position.x - gone - start,
-            "stroke_rate": slider.velocity.x - body.velocity.x,
-            **loads(),
-            "vertical_displacement": height + DEPTH,
-            "tilt": body.angle,
-        }
+        (gone, height), pace = body.position, body.velocity.x
+        slid, rate = slider.position.x - gone - start, slider.velocity.x - pace
+        place, velocity = vector(gone * line), vector(pace * line)
+        pose = Pose(place, velocity, setup.heading, 0.0, height, slid, rate)
+        shown = {n: v for n, v in observed(setup, pose).items() if n not in KEPT}
+        shown |= {"vertical_displacement": height + DEPTH, "tilt": body.angle}
+        return shown if setup.in_plane else {**shown, **loads()}
 
     def following() -> Mapping[str, float]:
         friction = sum(force for force, _ in _contact_forces(stand))
@@ -109,25 +110,7 @@ def on_the_line(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read]:
             "momentum_residual": (assembly.momentum.real - before) / step - pulled - friction,
         }
 
-    return read, following
-
-
-def in_the_plane(setup: CapsuleSetup, stand: Stand) -> Read:
-    """Position of C in the axes of the start, vertical displacement and tilt."""
-    body, line = stand.assembly.body, setup.direction
-
-    def read() -> Mapping[str, float]:
-        (gone, height), pace = body.position, body.velocity.x
-        return {
-            "x": gone * math.cos(line),
-            "y": gone * math.sin(line),
-            "velocity_x": pace * math.cos(line),
-            "velocity_y": pace * math.sin(line),
-            "vertical_displacement": height + DEPTH,
-            "tilt": body.angle,
-        }
-
-    return read
+    return read, None if setup.in_plane else following
 
 
 def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -172,11 +173,7 @@ def growth(
             mujoco.mj_integratePos(model, pair[1].qpos, nudge[: model.nv], 1.0)
             pair[1].qvel += nudge[model.nv : 2 * model.nv]
             pair[1].act += nudge[2 * model.nv :]
-        period = begin + int((k + 1e-6) * step / script.period)
-        for data in pair:
-            data.ctrl[:] = script.controls[min(period, len(script.controls) - 1)]
-            mujoco.mj_step(model, data)
-        if any(diverged(data) for data in pair):
+        if not _advanced(model, pair, script, begin * script.period + k * step):
             return math.inf
         mujoco.mj_differentiatePos(model, apart, 1.0, pair[0].qpos, pair[1].qpos)
         largest = max(largest, float(np.abs(apart).max()))
@@ -188,13 +185,20 @@ def rate_after(model: Any, data: Any, script: Script, count: int) -> float:
     [s], the last control held for as long as need be; infinite where it diverges; of `model`, which
     has the step and the integrator, and its mjData."""
     put(data, script.start)
-    rate, controls = 0.0, script.controls
+    rate = 0.0
     for k in range(count):
-        period = int((k + 1e-6) * model.opt.timestep / script.period)
-        data.ctrl[:] = controls[min(period, len(controls) - 1)]
-        mujoco.mj_step(model, data)
-        if diverged(data):
+        if not _advanced(model, (data,), script, k * model.opt.timestep):
             return math.inf
         if k >= count - count // LAST:
             rate = max(rate, float(np.abs(data.qvel).max()))
     return rate
+
+
+def _advanced(model: Any, several: Sequence[Any], script: Script, time: float) -> bool:
+    """Take a step of several mjData under the control that `script` has at a time [s]; whether none
+    diverges."""
+    period = int((time + 1e-6 * model.opt.timestep) / script.period)
+    for data in several:
+        data.ctrl[:] = script.controls[min(period, len(script.controls) - 1)]
+        mujoco.mj_step(model, data)
+    return not any(map(diverged, several))
