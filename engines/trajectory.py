@@ -10,6 +10,9 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 
+ByName = Mapping[str, float]
+"""Numbers by the names of what they are of: observables, bounds, derivatives; SI."""
+
 
 @dataclass(frozen=True)
 class Trajectory:

@@ -39,6 +39,7 @@ from plumbob.engines.adapters.three_feet import (
 )
 from plumbob.engines.method import Engine, Method, Simulation
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True, implicit_spring=True)
@@ -86,7 +87,7 @@ def _pendulum(body: HingedBody, step: float) -> Built:
     hinge = _jointed(skeleton, body.links)[-1][0]
     world.addSkeleton(skeleton)
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         return {"theta": hinge.getPosition(0), "theta_dot": hinge.getVelocity(0)}
 
     pushed = [hinge] if body.forcing else []

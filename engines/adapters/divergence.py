@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import ByName, Trajectory
 
 BEYOND = 10.0  # times what is possible: beyond it a run has diverged, below it there is an error
 
@@ -33,17 +32,17 @@ def fastest(problem: Any, duration: float = math.inf) -> float:
     return free + abs(rotor.forcing_amplitude) * min(duration, lasting)
 
 
-def limits(problem: Any) -> Mapping[str, float]:
+def limits(problem: Any) -> ByName:
     """Magnitudes of a simple pendulum's observables that only a diverged run exceeds."""
     return {"theta_dot": BEYOND * fastest(problem)}
 
 
-def limits_on_platform(problem: Any) -> Mapping[str, float]:
+def limits_on_platform(problem: Any) -> ByName:
     """The same of a cone pendulum."""
     return {"theta_dot": BEYOND * possible_speed(problem.motion.rotor, problem.theta_dot)}
 
 
-def within(trajectory: Trajectory, limits: Mapping[str, float]) -> Trajectory:
+def within(trajectory: Trajectory, limits: ByName) -> Trajectory:
     """`trajectory` up to the first sample at which an observable exceeds its limit in magnitude,
     or is not a number; `diverged_at` then says when."""
     lost = np.zeros(len(trajectory.times), dtype=bool)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.trajectory import ByName
 
 State = tuple[Any, Any]
 """Coordinates and rates: floats where there is one coordinate, arrays of shape (n,) for several."""
@@ -29,7 +30,7 @@ class Equation:
     damping_rate: float | None = None
     """[1/s]: the acceleration depends on x' by -damping_rate x' alone (0: not at all); None if by
     more than that, or if it is not known."""
-    limits: Mapping[str, float] = field(default_factory=dict)
+    limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     names: tuple[str, ...] = ("theta",)  # observables that are the coordinates
     rate_names: tuple[str, ...] = ("theta_dot",)  # observables that are their rates

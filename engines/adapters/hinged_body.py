@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.chain import Link
 from plumbob.engines.adapters.divergence import limits, limits_on_platform
 from plumbob.engines.method import Method, ModelError, Unsupported
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import ONE_SMOOTH, Case
 
 PENDULUMS = (ONE_SMOOTH,)
@@ -38,7 +38,7 @@ class HingedBody:
     stiffness: float  # of a spring on the hinge [N m/rad]
     forcing: tuple[float, float] | None
     """Amplitude [N m] and frequency [rad/s] of a torque on the hinge, a sine from 0."""
-    limits: Mapping[str, float]
+    limits: ByName
     """Magnitudes of observables that only a diverged run exceeds."""
 
     def torques(self, steps: Array, step: float) -> Array:

@@ -6,7 +6,7 @@ one compiled loop.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, partial
@@ -21,7 +21,7 @@ from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Engine, Method, Stepping, Unsupported
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def batch(
     return jax.devices()[0].device_kind, seconds
 
 
-def derivatives(way: str, number: Number, method: Method, step: float) -> Mapping[str, float]:
+def derivatives(way: str, number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the observables by JAX, forward or backward (`way`) through all steps, of a
     number in the start, the controls or the model; raises Unsupported."""
     import jax

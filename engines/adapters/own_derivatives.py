@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.method import Unsupported
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
         raise Unsupported(str(error)) from None
 
 
-def moved(observe: Callable[[float], Mapping[str, Array]], slope: Array) -> Mapping[str, float]:
+def moved(observe: Callable[[float], Mapping[str, Array]], slope: Array) -> ByName:
     """Derivatives of what `observe` reads off a state moved by so much of its own derivative, of
     the size of `slope`."""
     length = NUDGE / (float(abs(slope).max()) or 1.0)

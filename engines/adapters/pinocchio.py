@@ -6,7 +6,7 @@ alone.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,6 +24,7 @@ from plumbob.engines.adapters.three_feet import CAPSULE
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
 from plumbob.engines.sampling import step_count
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def _dynamics(body: HingedBody) -> Acceleration:
     return hybrid
 
 
-def derivatives(number: Number, method: Method, step: float) -> Mapping[str, float]:
+def derivatives(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the angle and its rate at the end, by those of the articulated-body algorithm,
     stepped with the motion as its variational equation; raises Unsupported."""
     cases, apart = nudged(number)

@@ -34,6 +34,7 @@ from plumbob.engines.adapters.three_feet import (
     three_feet,
 )
 from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 EULER_STEP = Scheme(EULER, "start")
@@ -178,7 +179,7 @@ def _pendulum(body: HingedBody, method: Method, step: float) -> Built:
                 client.setJointMotorControl2(tree, hinge, client.TORQUE_CONTROL, force=torque)
             move()
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         theta, rate = client.getJointState(tree, hinge)[:2]
         return {"theta": theta, "theta_dot": rate}
 

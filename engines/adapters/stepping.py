@@ -15,11 +15,12 @@ from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.divergence import within
 from plumbob.engines.method import ModelError, Stepping
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.trajectory import ByName, Trajectory
 from plumbob.models.scene import Case
 
 OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
 Named = Mapping[str, Array]
+Observed = tuple[Named, Named]  # observables, and channels beside them
 DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
 
 
@@ -30,17 +31,17 @@ class Built:
     advance: Callable[[int, int], None]
     """Takes the steps with these indices, the last one excluded: one call from sample to sample."""
     read: Callable[[], Any]  # this moment: its observables and any channels, or what has these
-    limits: Mapping[str, float] = field(default_factory=dict)
+    limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
     pause: int = 0
     """Steps after a sample, or if negative before one, at which `note` is called."""
-    note: Callable[[float], Mapping[str, float]] = lambda time: {}
+    note: Callable[[float], ByName] = lambda time: {}
     """Time [s] of a pause -> what else there is to say of the sample before it."""
-    gather: Callable[[Sequence[Any]], tuple[Named, Named]] | None = None
+    gather: Callable[[Sequence[Any]], Observed] | None = None
     """Of all that was read, the observables and channels, where it is not these by name."""
 
-    def gathered(self, rows: Sequence[Any]) -> tuple[Named, Named]:
+    def gathered(self, rows: Sequence[Any]) -> Observed:
         """Observables and channels of the samples, shape (len(rows),) each."""
         if self.gather is not None:
             return self.gather(rows)
@@ -138,7 +139,7 @@ class FollowedSimulation:
     """States of all samples -> observables, shape (n,) each."""
     duration: float  # [s]
     compile_seconds: float = 0.0
-    limits: Mapping[str, float] = field(default_factory=dict)
+    limits: ByName = field(default_factory=dict)
     samples: int = sampling.SAMPLES
 
     def run(self) -> Trajectory:

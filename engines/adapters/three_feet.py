@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link
 from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 CAPSULE = "capsule"  # the family of systems that have its model
@@ -104,7 +105,7 @@ class ThreeFeet:
         """The capsule at its start in an engine which tells the `pose`, its heading to a turn."""
         latest = self.setup.heading
 
-        def read() -> Mapping[str, float]:
+        def read() -> ByName:
             nonlocal latest
             now = pose()
             latest = nearest_turn(now.heading, latest)
@@ -124,7 +125,7 @@ def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:
     return _turned(*setup.velocity, setup.heading)
 
 
-def limits(setup: CapsuleSetup) -> Mapping[str, float]:
+def limits(setup: CapsuleSetup) -> ByName:
     """Magnitudes of observables that only a diverged run exceeds."""
     size = float(np.abs(setup.capsule.supports).max())
     return dict.fromkeys(("displacement", "x", "y"), FAR * size)

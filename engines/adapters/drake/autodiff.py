@@ -3,7 +3,6 @@ that carry their derivative, from a context in which state and parameters have i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,11 @@ from plumbob.engines.adapters.hinged_body import hinged_body
 from plumbob.engines.adapters.own_derivatives import nudged
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.sampling import step_count
+from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
 
-def derivatives(number: Number, method: Method, step: float) -> Mapping[str, float]:
+def derivatives(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the angle and its rate at the end; raises Unsupported."""
     cases, apart = nudged(number)
     low, here, high = (hinged_body(case) for case in cases)

@@ -48,6 +48,7 @@ from plumbob.engines.adapters.three_feet import (
 )
 from plumbob.engines.method import Method, Simulation
 from plumbob.engines.sampling import step_count
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 GROUND = 100.0  # [m] of a block whose top is the plane
@@ -111,7 +112,7 @@ class Standing:
         self.plant.SetFreeBodySpatialVelocity(within, shell, rates)
         return context
 
-    def angle(self, simulator: Any) -> Mapping[str, float]:
+    def angle(self, simulator: Any) -> ByName:
         """Angle [rad] and rate [rad/s] of the last hinge."""
         context, hinge = self._context(simulator), self.joints[-1]
         theta, theta_dot = hinge.get_angle(context), hinge.get_angular_rate(context)

@@ -14,7 +14,13 @@ from plumbob.analytic.errors.contact_models.driven_platform import platform_erro
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits_on_platform
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, at_start, bare, read
+from plumbob.engines.adapters.mujoco.translation import (
+    Observed,
+    Translation,
+    at_start,
+    bare,
+    read,
+)
 from plumbob.engines.method import Method, ModelError
 
 # Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
@@ -105,9 +111,9 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
     return {"theta": {"armature": theta}, "theta_dot": {"armature": theta_dot}}
 
 
-def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+def _observe(qpos: Array, qvel: Array) -> Observed:
     return {"theta": qpos[:, 1], "theta_dot": qvel[:, 1]}, {"platform_rate": qvel[:, 0]}
 
 
-def _named_energies(energies: Array) -> tuple[Named, Named]:
+def _named_energies(energies: Array) -> Observed:
     return {}, {"potential": energies[:, 0], "kinetic": energies[:, 1]}

@@ -27,7 +27,7 @@ from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 from plumbob.models.registry import unknown
 
 STIFFNESS = 0.4  # natural frequency of a contact times the step: a body on three is stable to 0.41
@@ -212,7 +212,7 @@ def scheme(method: Method) -> Scheme:
 
 def drift_error(
     point: SoftPoint, held: Held, duration: float, step: float, inertia: float
-) -> Mapping[str, Mapping[str, float]]:
+) -> ModelError:
     """Bounds on way and speed of what drifts: the solver leaves an acceleration at each step, with
     the `inertia` of all coordinates over the body's, which the contact's damping forgets; as it
     does what normal forces that settle change of the drift."""

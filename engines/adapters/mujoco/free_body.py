@@ -11,7 +11,13 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, RK4_ADDED_RATES, Scheme
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
 from plumbob.engines.adapters.divergence import BEYOND
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, at_start, bare, read
+from plumbob.engines.adapters.mujoco.translation import (
+    Observed,
+    Translation,
+    at_start,
+    bare,
+    read,
+)
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method, Unsupported
 
@@ -45,6 +51,6 @@ def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     return spec
 
 
-def _observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+def _observe(qpos: Array, qvel: Array) -> Observed:
     observed = dict(zip(ATTITUDE, qpos[:, 3:7].T, strict=True))
     return observed | dict(zip(RATES, qvel[:, 3:6].T, strict=True)), {}

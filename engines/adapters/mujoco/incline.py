@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from plumbob.analytic.errors.contact_models.inclined_steps import corner
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.rolling_ball import OVERSHOOT
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 
 scheme = contacts.scheme
 DIRECTIONS = 3  # in which the cube moves
@@ -35,9 +34,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     )
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds for a convergent profile: the drift of friction that holds, and normal forces that
     follow the slip, until the deflection does. For soft contacts: where the solver ends."""
     profile = contacts.on_plane(method.settings)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from plumbob.analytic.errors.contact_models.pinch_steps import TIP, fingertip
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.method import Method, ModelError, Unsupported
 
 scheme = contacts.scheme
 TIPS = ("left", "right")
@@ -44,9 +43,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     )
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds on the drift of a convergent profile; for soft contacts, on where the solver ends."""
     profile, held = contacts.on_plane(method.settings), fingertip(problem)
     if profile.point is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import Translation, at_start, read, with_contacts
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 
 scheme = contacts.scheme
 NAMES = ("x", "z", "angle")
@@ -34,9 +33,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     return at_start(spec, lambda qpos, qvel: (dict(zip(NAMES, qpos.T, strict=True)), {}), tune=tune)
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """A bound for a convergent profile: what friction's compliance leaves of all friction."""
     profile = contacts.on_plane(method.settings)
     if not profile.convergent:

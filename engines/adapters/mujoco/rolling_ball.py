@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import contacts
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read, with_contacts
-from plumbob.engines.method import Method
+from plumbob.engines.adapters.mujoco.translation import (
+    Observed,
+    Translation,
+    read,
+    with_contacts,
+)
+from plumbob.engines.method import Method, ModelError
 
 SETTLING = 5000  # steps, of which a contact of 0.02 s needs 1000 at SLOW, others fewer
 SLOW = 1e-3  # [s]
@@ -27,7 +32,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     if not profile.convergent:  # for `settled`: the default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    def observe(qpos: Array, qvel: Array) -> Observed:
         return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {"z": qpos[:, 1]}
 
     depth = settled(spec, tune) / 2.0
@@ -35,9 +40,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     return Translation(spec, np.array([0.0, -depth, 0.0]), np.array(start.qvel), observe, tune=tune)
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds for a convergent profile: the slip that friction's compliance leaves of its last step,
     for one step, and normal forces that follow the slip, until the deflection does (OVERSHOOT)."""
     profile = contacts.on_plane(method.settings)

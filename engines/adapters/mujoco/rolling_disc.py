@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import (
-    Named,
+    Observed,
     Translation,
     at_start,
     read,
@@ -40,7 +40,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)
         spec.key("start").qpos[2] -= problem.gravity * (step / contacts.STIFFNESS) ** 2
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    def observe(qpos: Array, qvel: Array) -> Observed:
         states = np.concatenate([qpos[:, 3:], qvel[:, 3:]], axis=1)
         return problem.motion.system.observed(states.T), {}
 

@@ -14,7 +14,13 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits
 from plumbob.engines.adapters.hinged_body import bob_errors
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, at_start, bare, read
+from plumbob.engines.adapters.mujoco.translation import (
+    Observed,
+    Translation,
+    at_start,
+    bare,
+    read,
+)
 from plumbob.engines.method import Method, ModelError
 
 
@@ -79,7 +85,7 @@ def _add_accelerometer(spec: mujoco.MjSpec, length: float) -> None:
     spec.add_sensor(name="acceleration", type=kind, objtype=place, objname="bob")
 
 
-def _readings(sensors: Array) -> tuple[Named, Named]:
+def _readings(sensors: Array) -> Observed:
     """The tension along the rod [N]; and the readings of the accelerometer, if there is one, across
     the rod, towards greater theta, and along it, towards the axis [m/s^2]."""
     if sensors.shape[1] == 3:
@@ -88,7 +94,7 @@ def _readings(sensors: Array) -> tuple[Named, Named]:
     return {"tension": sensors[:, 2]}, readings
 
 
-def of_hinge(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+def of_hinge(qpos: Array, qvel: Array) -> Observed:
     """The observables of one hinge."""
     return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}
 

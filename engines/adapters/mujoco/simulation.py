@@ -13,7 +13,7 @@ from mujoco.rollout import Rollout
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import options
-from plumbob.engines.adapters.mujoco.translation import Named, Translation
+from plumbob.engines.adapters.mujoco.translation import Observed, Translation
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Method, Stepping, Unsupported
 from plumbob.engines.registry import find_builder
@@ -91,7 +91,7 @@ class MujocoSimulation(SteppedSimulation):
         mujoco.mj_getState(self.model, self.data, state, STATE)
         return state
 
-    def _observed(self, states: Sequence[Array]) -> tuple[Named, Named]:
+    def _observed(self, states: Sequence[Array]) -> Observed:
         nq, nv = self.model.nq, self.model.nv
         _, qpos, qvel, _ = np.split(np.array(states), (1, 1 + nq, 1 + nq + nv), axis=1)
         observables, channels = self.translation.observe(qpos, qvel)

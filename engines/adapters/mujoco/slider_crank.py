@@ -11,7 +11,7 @@ import mujoco
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme, SoftLoop
 from plumbob.engines.adapters.mujoco.translation import (
-    Named,
+    Observed,
     Translation,
     at_start,
     bare,
@@ -32,7 +32,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a SliderCrank."""
     stretched = problem.crank + problem.rod
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    def observe(qpos: Array, qvel: Array) -> Observed:
         state = {"angle": qpos[:, 0], "angle_dot": qvel[:, 0], "slider": stretched + qpos[:, 2]}
         return state, {}
 

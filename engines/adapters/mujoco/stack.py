@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from plumbob.analytic.errors.contact_models.soft_friction import rates
 from plumbob.analytic.errors.contact_models.stack_steps import corners
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
-from plumbob.engines.method import Method
+from plumbob.engines.method import Method, ModelError
 
 scheme = contacts.scheme
 
@@ -33,9 +32,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     )
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Where the solver ends: by an acceleration of each cube, which its contact's stiffness turns
     into a depth."""
     profile = contacts.profile(method.settings)

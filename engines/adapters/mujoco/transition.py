@@ -32,6 +32,7 @@ from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
 from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
 Beside = tuple[MujocoSimulation, MujocoSimulation, MujocoSimulation, float]
@@ -44,7 +45,7 @@ def difference(model: mujoco.MjModel) -> float:
     return TOUCHING if touching else NUDGE
 
 
-def transition(number: Number, method: Method, step: float) -> Mapping[str, float]:
+def transition(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the observables that a state gives; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
     if _numbers(low.model) != _numbers(high.model):
@@ -65,7 +66,7 @@ def transition(number: Number, method: Method, step: float) -> Mapping[str, floa
         return _read(runs, along)
 
 
-def inverse(number: Number, method: Method, step: float) -> Mapping[str, float]:
+def inverse(number: Number, method: Method, step: float) -> ByName:
     """The same by eq. 2; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
     model, data = here.model, here.data
@@ -145,7 +146,7 @@ def _at_start(beside: Beside) -> Array:
     return along
 
 
-def _read(beside: Beside, along: Array) -> Mapping[str, float]:
+def _read(beside: Beside, along: Array) -> ByName:
     """The derivatives of the observables in a state that changes `along` a tangent, read as the
     cases on both sides read them."""
     low, here, high, apart = beside

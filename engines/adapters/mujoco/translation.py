@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -19,8 +19,10 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.contacts import ContactProfile
+from plumbob.engines.adapters.stepping import Named as Named
+from plumbob.engines.adapters.stepping import Observed as Observed
+from plumbob.engines.trajectory import ByName
 
-Named = Mapping[str, Array]
 LARGEST = 1e10  # above it MuJoCo itself calls a number huge
 
 
@@ -36,14 +38,14 @@ class Translation:
     spec: mujoco.MjSpec
     qpos: Array  # at the start, shape (nq,)
     qvel: Array  # at the start, shape (nv,)
-    observe: Callable[[Array, Array], tuple[Named, Named]]
+    observe: Callable[[Array, Array], Observed]
     """qpos, shape (n, nq), and qvel, shape (n, nv) -> the observables and the extra channels."""
-    limits: Mapping[str, float] = field(default_factory=dict)
+    limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     control: Callable[[Array], Array] | None = None
     """Times [s], shape (n,) -> ctrl, shape (n, nu), held over each step."""
     control_at: float = 0.0  # where in its step the control is read: 0 start, 0.5 middle
-    sensors: Callable[[Array], tuple[Named, Named]] | None = None
+    sensors: Callable[[Array], Observed] | None = None
     """Readings at the samples, shape (n, k) -> observables and channels that states do not hold."""
     probe: Callable[[mujoco.MjModel, mujoco.MjData], Array] = sensor_data
     """Model and data, with the forces of the step that begins -> a reading, shape (k,)."""
@@ -54,7 +56,7 @@ class Translation:
 
 
 def at_start(
-    spec: mujoco.MjSpec, observe: Callable[[Array, Array], tuple[Named, Named]], **more: Any
+    spec: mujoco.MjSpec, observe: Callable[[Array, Array], Observed], **more: Any
 ) -> Translation:
     """The translation of a model from its keyframe."""
     start = spec.key("start")
@@ -76,14 +78,14 @@ def of_system(
     """The translation of a smooth system's model from its keyframe, without what is only shown;
     `coordinates` are the system's, shape (n, nq), by those of the joints."""
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    def observe(qpos: Array, qvel: Array) -> Observed:
         states = np.concatenate([coordinates(qpos), coordinates(qvel)], axis=1)
         return system.observed(states.T), {}
 
     return at_start(bare(spec), observe)
 
 
-def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> Mapping[str, float]:
+def solved_loop(motion: CertifiedMotion, loop: SoftLoop, duration: float) -> ByName:
     """Bound on the rounding of a loop's solver, as an angle [rad]: its Hessian's condition is
     1/(1 - d) times that of the masses. That many ulps of the largest acceleration, which has the
     size of the largest rate's square, may be lost throughout."""

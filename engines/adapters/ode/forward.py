@@ -8,7 +8,6 @@ derivatives of f by stencils of order 8, so that the step itself alone is in err
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -21,13 +20,14 @@ from plumbob.engines.adapters.ode.simulation import of_equation
 from plumbob.engines.adapters.ode.turning import TurningEquation
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import find_builder
+from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import STEP, Number
 
 ALONG = 5e-3  # of a unit of the state, from one point of the stencil to the next
 OFFSETS = np.array(CENTRAL, dtype=np.float64)
 
 
-def forward(number: Number, method: Method, step: float) -> Mapping[str, float]:
+def forward(number: Number, method: Method, step: float) -> ByName:
     """Derivatives of the angle and its rate at the end; raises Unsupported and ParameterError."""
     build, moved = find_builder("ode", number.case.system).build, OFFSETS * STEP * number.size
     try:

@@ -3,7 +3,7 @@ the side."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
 from types import MappingProxyType
 
@@ -33,10 +33,11 @@ from plumbob.engines.adapters.pymunk.capsule_above import (
 from plumbob.engines.adapters.pymunk.capsule_side import along, foot_reach, side_moment, standing
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.trajectory import ByName
 
 FAR = 1e3  # [m]: no body that only slides gets there
 PLACES = 65  # of a slider that does not keep to one line, to find its largest factor
-Read = Callable[[], Mapping[str, float]]
+Read = Callable[[], ByName]
 Readings = tuple[Read, Read | None]  # at a sample, and once the step that begins there is done
 LIMITS = MappingProxyType(dict.fromkeys(("displacement", "x", "y"), FAR))
 

@@ -21,7 +21,7 @@ support's velocity. No step and no number of iterations fixes it.
 from __future__ import annotations
 
 import cmath
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -38,13 +38,14 @@ from plumbob.engines.adapters.pymunk.assembly import (
     vector,
 )
 from plumbob.engines.adapters.three_feet import observed
+from plumbob.engines.trajectory import ByName
 
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower
 LEAST_INERTIA = 0.25  # fraction of the body's inertia that the feet leave to it
 NO_CLOSING = 1.0  # error_bias of a joint that closes nothing
 SetLimits = Callable[[float, float], None]
 """Sets the friction limits for a slider at (x, y) from C [m, body axes]."""
-Read = Callable[[], Mapping[str, float]]
+Read = Callable[[], ByName]
 
 
 def foot_mass(capsule: Capsule) -> float:
@@ -151,7 +152,7 @@ def readings(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read | None
     loads, before, slid = static_loads(setup), 0j, 0j
     pulled = sum(part.mass for part in assembly.parts) * setup.pull
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         nonlocal before, slid
         before, slid = assembly.momentum, complex(*slider.velocity)
         shown = observed(setup, assembly.pose(setup)) | {"opening_rate": assembly.opening_rate}
@@ -160,7 +161,7 @@ def readings(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read | None
             shown |= zip(NORMAL_FORCES, loads(*place), strict=True)
         return shown
 
-    def following() -> Mapping[str, float]:
+    def following() -> ByName:
         step, gained = assembly.space.current_time_step, (assembly.momentum - before) * back
         pushed = slider.mass * (complex(*slider.velocity) - slid) * back
         return {

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,12 +20,13 @@ from plumbob.analytic.systems.capsule import NORMAL_FORCES, load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint, vector
 from plumbob.engines.adapters.three_feet import Pose, observed
+from plumbob.engines.trajectory import ByName
 
 FOOT = 1.0  # [m] radius of a foot: the larger, the less a rounded contact tilts its normal
 DEPTH = 1e-9  # [m] overlap of feet and ground: only what overlaps is in contact
 SLOP = 1e-6  # [m] of overlap that pymunk leaves alone
 GROUND = 1e3  # [m] to each side
-Read = Callable[[], Mapping[str, float]]
+Read = Callable[[], ByName]
 KEPT = ("heading", "sideways", "heading_rate", "body_angle")  # by the view itself
 
 
@@ -90,7 +91,7 @@ def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
     pulled, loads = (body.mass + slider.mass) * setup.pull, _normal_forces(setup, stand)
     line = cmath.rect(1.0, setup.heading + setup.direction)
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         nonlocal before, sliding
         before, sliding = assembly.momentum.real, slider.velocity.x
         (gone, height), pace = body.position, body.velocity.x
@@ -101,7 +102,7 @@ def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
         shown |= {"vertical_displacement": height + DEPTH, "tilt": body.angle}
         return shown if setup.in_plane else {**shown, **loads()}
 
-    def following() -> Mapping[str, float]:
+    def following() -> ByName:
         friction = sum(force for force, _ in _contact_forces(stand))
         step = assembly.space.current_time_step
         return {
@@ -118,7 +119,7 @@ def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
     three supports by statics across the line."""
     parts, (behind, ahead) = _support_parts(setup), stand.reach
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         (_, hind), (_, fore) = _contact_forces(stand)
         both, turning = hind + fore, hind * behind + fore * ahead
         return {

@@ -10,7 +10,6 @@ function is called in between, and makes the step semi-implicit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import pymunk
@@ -19,6 +18,7 @@ from plumbob.engines.adapters.divergence import limits_on_platform
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
+from plumbob.engines.trajectory import ByName
 
 model_error = no_error  # the torque is that of the equation of motion
 
@@ -55,7 +55,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     if not before:
         wheel.velocity_func = turn
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         return {"theta": wheel.angle, "theta_dot": wheel.angular_velocity}
 
     act = push if before else None

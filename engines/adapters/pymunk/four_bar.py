@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import pymunk
@@ -13,6 +12,7 @@ from plumbob.engines.adapters.pymunk.linkage import joined
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
+from plumbob.engines.trajectory import ByName
 
 model_error = no_error  # rigid rods and joints, which open by as much as a step makes
 
@@ -24,7 +24,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     axis = (problem.ground, 0.0)
     space.add(joined(method, pymunk.PivotJoint(rocker, space.static_body, end, axis)))
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         place = coupler.position
         return {
             "angle": crank.angle,

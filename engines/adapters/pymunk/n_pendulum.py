@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from plumbob.engines.adapters.pymunk.linkage import linkage
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
+from plumbob.engines.trajectory import ByName
 
 model_error = no_error  # rigid rods and joints, which open by as much as a step makes
 
@@ -21,7 +21,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     space = linkage(problem.gravity, zip(masses, lengths, angles, rates, strict=True), method)
     system, rods, end = problem.motion.system, list(space.bodies), (lengths[-1] / 2, 0.0)
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         tip = rods[-1].local_to_world(end)
         state = [
             *(rod.angle + math.pi / 2 for rod in rods),

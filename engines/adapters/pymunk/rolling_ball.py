@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import pymunk
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.method import Method, ModelError, Unsupported
 
 DEPTH = 1e-6  # of the radius: the circle's start below the line, or it touches by rounding alone
 LONGEST = 60.0  # [s], of a run that ends on the segment
 
 
-def model_error(
-    problem: Any, duration: float, method: Method, step: float
-) -> Mapping[str, Mapping[str, float]]:
+def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """The nearest point of a long segment is rounded, and tilts the normal by that over a radius,
     by which gravity acts along the line, and friction on the normal force and that on friction."""
     tilt = 4.0 * ULP * far(problem) / problem.radius * (1.0 + problem.friction) ** 2

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import pymunk
@@ -15,6 +14,7 @@ from plumbob.engines.adapters.divergence import fastest, limits
 from plumbob.engines.adapters.pymunk.methods import CLOSING_RATE, MOMENT
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.method import Method, ModelError
+from plumbob.engines.trajectory import ByName
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
@@ -59,7 +59,7 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
     _start(bob, joint, problem, arm, step)
     space.add(bob, joint)
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         theta, theta_dot = bob.angle, bob.angular_velocity
         rod = problem.mass * (length * theta_dot**2 + gravity * math.cos(theta))
         if h := space.current_time_step:  # 0 before the first step; its impulse has no sign
@@ -113,7 +113,7 @@ def _on_a_spring(problem: Any) -> Translation:
     stiffness = problem.mass * problem.gravity * problem.length
     space.add(wheel, pymunk.DampedRotarySpring(wheel, space.static_body, 0.0, stiffness, 0.0))
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         return {"theta": wheel.angle, "theta_dot": wheel.angular_velocity}
 
     def act(time: float) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pymunk
@@ -10,6 +10,7 @@ import pymunk
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation, stepped
 from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
+from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
 
@@ -18,13 +19,13 @@ class Translation:
     """A scene as a space at its start, what to do before each step, and what to read off it."""
 
     space: pymunk.Space
-    read: Callable[[], Mapping[str, float]]  # the observables, and any channels, of this moment
+    read: Callable[[], ByName]  # the observables, and any channels, of this moment
     act: Callable[[float], None] | None = None
     """Called with the time [s] before each step: forces last for one step."""
     channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
-    limits: Mapping[str, float] = field(default_factory=dict)
+    limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
-    following: Callable[[], Mapping[str, float]] | None = None
+    following: Callable[[], ByName] | None = None
     """Observables of the step that begins at a sample: read when it is done."""
     before_sample: Callable[[float], None] | None = None
     """Called with the time [s] before the step that ends at a sample."""
@@ -48,7 +49,7 @@ def _built(scene: Translation, step: float) -> Built:
                 act(n * step)
                 move(step)
 
-    def note(time: float) -> Mapping[str, float]:
+    def note(time: float) -> ByName:
         if before is not None:
             before(time)
         return following() if following is not None else {}

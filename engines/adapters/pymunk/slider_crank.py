@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import pymunk
@@ -12,6 +11,7 @@ from plumbob.engines.adapters.pymunk.linkage import joined, linkage
 from plumbob.engines.adapters.pymunk.simulation import Translation
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
+from plumbob.engines.trajectory import ByName
 
 model_error = no_error  # rigid rods and joints, which open by as much as a step makes
 
@@ -31,7 +31,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     pin = pymunk.PivotJoint(rod, slider, (problem.rod / 2, 0.0), (0.0, 0.0))
     space.add(slider, joined(method, rail), joined(method, pin))
 
-    def read() -> Mapping[str, float]:
+    def read() -> ByName:
         turning = {"angle": crank.angle, "angle_dot": crank.angular_velocity}
         return {**turning, "slider": slider.position.x}
 

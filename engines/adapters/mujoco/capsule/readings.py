@@ -12,10 +12,10 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
-from plumbob.engines.adapters.mujoco.translation import Named
+from plumbob.engines.adapters.mujoco.translation import Observed
 from plumbob.engines.adapters.three_feet import Pose, observed, on_three_feet, start_velocity
 
-Observe = Callable[[Array, Array], tuple[Named, Named]]
+Observe = Callable[[Array, Array], Observed]
 BODY = mujoco.mjtObj.mjOBJ_BODY
 SENSOR, DATA = mujoco.mjtSensor, mujoco.mjtConDataField
 CONTACT = sum(
@@ -92,7 +92,7 @@ def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
     """The observables that coordinates and rates show."""
     full = len(rest_qpos) >= FREE
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    def observe(qpos: Array, qvel: Array) -> Observed:
         still = np.zeros(len(qpos))
         slid = still, still
         if setup.relative_velocity is not None:
@@ -153,7 +153,7 @@ def _contacts(touching: Array) -> tuple[Array, Array, Array]:
     return touching[..., 0].sum(axis=1), touching[..., 1], friction.sum(axis=1)
 
 
-def reading(setup: CapsuleSetup) -> Callable[[Array], tuple[Named, Named]]:
+def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
     """Sensor data at the samples, shape (n, 39) -> the normal forces N_i and, along a line,
     friction and the force of the actuator on the slider (what a force sensor between them reads,
     without the armature's inertia) [N], over the step that begins. As channels the number of
@@ -162,7 +162,7 @@ def reading(setup: CapsuleSetup) -> Callable[[Array], tuple[Named, Named]]:
     capsule, angle = setup.capsule, setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
 
-    def read(data: Array) -> tuple[Named, Named]:
+    def read(data: Array) -> Observed:
         counts, normal, force = _contacts(data[:, :30].reshape(-1, 3, 10))
         moved, pushing, centre = data[:, 30:33], data[:, 33:36], data[:, 36:39]
         pushed = capsule.body_mass * moved + capsule.slider_mass * pushing

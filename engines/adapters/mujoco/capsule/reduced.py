@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco.capsule.readings import control, set_slider
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
-from plumbob.engines.adapters.mujoco.translation import Named, Translation, read
+from plumbob.engines.adapters.mujoco.translation import Observed, Translation, read
 from plumbob.engines.method import Unsupported
 
 
@@ -53,7 +53,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     )
 
 
-def _along(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+def _along(qpos: Array, qvel: Array) -> Observed:
     slid, rate = np.zeros((2, len(qpos))) if qpos.shape[1] == 1 else (qpos[:, 1], qvel[:, 1])
     return {
         "displacement": qpos[:, 0],
@@ -63,10 +63,10 @@ def _along(qpos: Array, qvel: Array) -> tuple[Named, Named]:
     }, {}
 
 
-def _plane(setup: CapsuleSetup) -> Callable[[Array, Array], tuple[Named, Named]]:
+def _plane(setup: CapsuleSetup) -> Callable[[Array, Array], Observed]:
     line = np.array([np.cos(setup.direction), np.sin(setup.direction)])
 
-    def observe(qpos: Array, qvel: Array) -> tuple[Named, Named]:
+    def observe(qpos: Array, qvel: Array) -> Observed:
         (x, y), (vx, vy) = np.outer(line, qpos[:, 0]), np.outer(line, qvel[:, 0])
         return {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}, {}
 
@@ -83,5 +83,5 @@ def _friction(setup: CapsuleSetup, model: mujoco.MjModel, data: mujoco.MjData) -
     return np.array([friction, data.cfrc_int[slider, 3]])
 
 
-def _forces(forces: Array) -> tuple[Named, Named]:
+def _forces(forces: Array) -> Observed:
     return {"friction_force": forces[:, 0], "driving_force": forces[:, 1]}, {}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -41,6 +40,7 @@ from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_contacts import Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable, Start
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.trajectory import ByName
 
 SETTLING, LONGEST = 0.5, 5.0  # [s]
 FREE_SETTLING = 1.0  # [s] with joints free
@@ -253,7 +253,7 @@ class MujocoContacts:
         start = replace(self.start, qpos=tuple(data.qpos), qvel=tuple(data.qvel))
         return own_model(model, self.name, start), body, way
 
-    def frictions(self) -> Mapping[str, float]:
+    def frictions(self) -> ByName:
         """{foot: friction coefficient}."""
         names = [self.piece.geoms[geom - 1] for geom in self._settled.touching]
         return dict(zip(names, self.standing.friction, strict=True))
