@@ -23,6 +23,9 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
 
+Fields = Iterator[tuple[str, str, Any]]
+"""The same as it is read: field, name, numbers."""
+
 
 def later(function: str) -> Callable[..., Any]:
     """A function by its dotted name, whose module is imported when it is called."""
@@ -159,7 +162,7 @@ class ModelReader:
     body, joint, geom or actuator, and its numbers; raises what that raises where it refuses the
     file."""
 
-    read: Callable[[Path], Iterator[tuple[str, str, Any]]]
+    read: Callable[[Path], Fields]
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from plumbob.models.scene import Case, Scene
 Ability = TypeVar("Ability")
 ModelError = Mapping[str, Mapping[str, float]]
 """{observable: {reason: absolute bound}}: what a model itself adds, apart from the step."""
+Options = Mapping[str, Any]  # an engine's own names of settings, and their values
 USER_METHOD = "mujoco/mine"  # the method that a user's own file is read as
 
 
@@ -50,7 +51,7 @@ class Method:
     scheme: Scheme  # what it does in a step, for the theory of errors
     order: int | None  # of the global error in the step; None for adaptive methods
     control: Literal["step", "tolerance"] = "step"  # what its `step` argument means: [s], or rtol
-    settings: Mapping[str, Any] = field(default_factory=dict)  # the engine's own option names
+    settings: Options = field(default_factory=dict)  # the engine's own option names
     step_sizes: tuple[float, ...] = ()  # of tolerances, loose to tight; steps are the scene's own
     systems: tuple[str, ...] = ()
     """Patterns of systems, or scenes, it is meant for beside its kinds, or after "!" is not."""

@@ -8,7 +8,7 @@ world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,8 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, by_step
+from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
@@ -37,7 +37,7 @@ from plumbob.engines.adapters.three_feet import (
     start_velocity,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, Simulation
+from plumbob.engines.method import Engine, Method, Options, Simulation
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
@@ -63,7 +63,7 @@ def prepare(case: Case, method: Method, step: float) -> Simulation:
     return stepped(case, step, partial(_pendulum, hinged_body(case), step))
 
 
-def _world(step: float, pull: tuple[float, float, float]) -> Any:
+def _world(step: float, pull: Vector) -> Any:
     import dartpy
 
     world = dartpy.simulation.World()
@@ -72,7 +72,7 @@ def _world(step: float, pull: tuple[float, float, float]) -> Any:
     return world
 
 
-def _moved(place: tuple[float, float, float]) -> Any:
+def _moved(place: Vector) -> Any:
     import dartpy
 
     transform = dartpy.math.Isometry3()
@@ -170,7 +170,7 @@ def _awake() -> Any:
     return options
 
 
-def _nsgs(settings: Mapping[str, Any]) -> Any:
+def _nsgs(settings: Options) -> Any:
     import dartpy
 
     solver = dartpy.constraint.NsgsFrictionSolver()
@@ -194,7 +194,7 @@ def _pose(shell: Any, joints: list[Any]) -> Pose:
     )
 
 
-def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
+def model_fields(path: Path) -> Fields:
     """The numbers that DART reads from a model file; raises RuntimeError where it refuses it."""
     import dartpy
 

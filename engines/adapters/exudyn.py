@@ -5,7 +5,7 @@ default, and two of its explicit Runge-Kutta methods. The solver steps in C++ an
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ from plumbob.engines.adapters.hinged_body import (
     model_error_on_platform,
 )
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, Simulation, Stepping, Unsupported
+from plumbob.engines.method import Engine, Method, Options, Simulation, Stepping, Unsupported
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
@@ -68,7 +68,7 @@ class ExudynSimulation:
     """A pendulum for one solver and step [s]; every run rebuilds it."""
 
     body: HingedBody
-    settings: Mapping[str, Any]
+    settings: Options
     steps: int
     step: float
     compile_seconds: float
@@ -179,7 +179,7 @@ def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:
     return system, (sensors[0], sensors[1]), container
 
 
-def _options(settings: Mapping[str, Any], steps: int, step: float) -> Any:
+def _options(settings: Options, steps: int, step: float) -> Any:
     import exudyn
 
     chosen = exudyn.SimulationSettings()

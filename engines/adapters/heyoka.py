@@ -21,6 +21,7 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.engines.abilities import SecondRun
+from plumbob.engines.adapters.chain import Vector
 from plumbob.engines.adapters.stepping import (
     Followed,
     FollowedSimulation,
@@ -104,7 +105,7 @@ def _turning(body: Any) -> Translated:
     return _free_body(body.inertia), start, lambda states: dict(zip(names, states, strict=True))
 
 
-def _free_body(inertia: tuple[float, float, float]) -> list[tuple[Any, Any]]:
+def _free_body(inertia: Vector) -> list[tuple[Any, Any]]:
     """Rates of the quaternion and of the angular velocity, in the body's axes."""
     import heyoka
 

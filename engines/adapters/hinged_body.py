@@ -9,7 +9,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.chain import Link
+from plumbob.engines.adapters.chain import Link, Vector
 from plumbob.engines.adapters.divergence import limits, limits_on_platform
 from plumbob.engines.method import Method, ModelError, Unsupported
 from plumbob.engines.trajectory import ByName
@@ -30,7 +30,7 @@ class HingedBody:
     arm: float  # from the axis to the centre of mass [m]
     moments: Array  # about the centre of mass, in the body's axes [kg m^2], shape (3, 3)
     gravity: float  # [m/s^2]
-    pivot: tuple[float, float, float]  # [m]
+    pivot: Vector  # [m]
     platform_rate: float | None  # [rad/s]; None: there is no platform
     theta: float  # at the start [rad]
     theta_dot: float  # [rad/s]

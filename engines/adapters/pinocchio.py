@@ -6,7 +6,7 @@ alone.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.abilities import ModelReader, OwnDerivative, RunsFiles
+from plumbob.engines.abilities import Fields, ModelReader, OwnDerivative, RunsFiles
 from plumbob.engines.adapters.equation import Equation
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.integrators import fixed_steps, integrator
@@ -164,7 +164,7 @@ def _torque(body: HingedBody, time: float, theta: float, rate: float) -> float:
     return push - body.damping * rate - body.stiffness * theta
 
 
-def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
+def model_fields(path: Path) -> Fields:
     """The numbers that Pinocchio reads from a model file; its bodies are known by their joints.
     Raises ValueError where it refuses the file."""
     import pinocchio

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import ModelReader, RunsFiles, SchemeOfCase, later
-from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, by_step
+from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase, later
+from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.adapters.three_feet import (
@@ -33,7 +33,7 @@ from plumbob.engines.adapters.three_feet import (
     start_velocity,
     three_feet,
 )
-from plumbob.engines.method import Engine, Method, Simulation, Unsupported
+from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
@@ -108,7 +108,7 @@ def _error() -> type[Exception]:
     return error
 
 
-def _world(pull: tuple[float, float, float], settings: Mapping[str, Any], step: float) -> Any:
+def _world(pull: Vector, settings: Options, step: float) -> Any:
     """A client of a simulation of its own, which ends with the last reference to it."""
     with _silent():
         import pybullet
@@ -130,7 +130,7 @@ def _principal(moments: Any) -> tuple[list[float], list[float]]:
     return principal.tolist(), Rotation.from_matrix(axes).as_quat().tolist()
 
 
-def _jointed(client: Any, settings: Mapping[str, Any], links: Sequence[Link], **base: Any) -> int:
+def _jointed(client: Any, settings: Options, links: Sequence[Link], **base: Any) -> int:
     """A chain at its start on a `base`, by default one that is fixed; its damping is as the
     settings say, and only joints whose motion is prescribed have motors."""
     count, kinds = len(links), {HINGE: client.JOINT_REVOLUTE, SLIDE: client.JOINT_PRISMATIC}
@@ -239,7 +239,7 @@ def _pose(client: Any, shell: int, driven: bool) -> Pose:
     return Pose((x, y), (vx, vy), _heading(*attitude), rate, z, slid, pace)
 
 
-def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
+def model_fields(path: Path) -> Fields:
     """The numbers that Bullet reads from a model file; it knows friction by the body, not the geom.
     Raises pybullet.error where it refuses the file."""
     import pybullet

@@ -12,7 +12,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link
+from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Vector
 from plumbob.engines.adapters.stepping import Built
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
@@ -114,7 +114,7 @@ class ThreeFeet:
         return Built(advance, read, limits(self.setup), frozenset({"height"}))
 
 
-def gravity(setup: CapsuleSetup) -> tuple[float, float, float]:
+def gravity(setup: CapsuleSetup) -> Vector:
     """In the world [m/s^2]: pulling along the line, pressing onto the plane."""
     line = setup.heading + setup.direction
     return setup.pull * math.cos(line), setup.pull * math.sin(line), -setup.press

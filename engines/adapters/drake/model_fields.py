@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from plumbob.engines.abilities import Fields
 
-def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
+
+def model_fields(path: Path) -> Fields:
     """The numbers of the file `path` in a plant that is not given a step: see the adapter for
     MuJoCo. Raises RuntimeError where Drake refuses the file."""
     from pydrake.multibody.parsing import Parser

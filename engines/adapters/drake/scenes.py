@@ -5,7 +5,6 @@ step by step."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -27,7 +26,7 @@ from pydrake.systems.primitives import Sine, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.chain import FREE, HINGE, WELD, Link
+from plumbob.engines.adapters.chain import FREE, HINGE, WELD, Link, Vector
 from plumbob.engines.adapters.drake.stepping import (
     BROKEN,
     Start,
@@ -46,7 +45,7 @@ from plumbob.engines.adapters.three_feet import (
     start_velocity,
     three_feet,
 )
-from plumbob.engines.method import Method, Simulation
+from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.sampling import step_count
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
@@ -70,7 +69,7 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
     return error_controlled(case, method, accuracy, smallest, _scene(case, {}, 0.0, CONTROL))
 
 
-def _scene(case: Case, settings: Mapping[str, Any], step: float, control: float) -> Any:
+def _scene(case: Case, settings: Options, step: float, control: float) -> Any:
     """Builds `case` in a plant of this step [s], 0 if continuous, by its `Start`."""
     if case.system.family != CAPSULE:
         return partial(_pendulum, hinged_body(case), step)
@@ -195,9 +194,9 @@ def _pendulum(body: HingedBody, step: float, start: Start) -> Built:
 
 def _standing(
     body: ThreeFeet,
-    settings: Mapping[str, Any],
+    settings: Options,
     step: float,
-    pull: tuple[float, float, float],
+    pull: Vector,
     controls: Array,
 ) -> Standing:
     """The diagram of a capsule under gravity, its slider under `controls` [m/s^2], one row a step,
@@ -232,9 +231,7 @@ def _drive(builder: Any, plant: Any, forces: Array, step: float) -> None:
     builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
 
 
-def _capsule(
-    body: ThreeFeet, settings: Mapping[str, Any], step: float, steps: int, start: Start
-) -> Built:
+def _capsule(body: ThreeFeet, settings: Options, step: float, steps: int, start: Start) -> Built:
     controls = (
         body.accelerations(np.arange(float(steps)), step) if body.tracks else np.zeros((0, 0))
     )
@@ -244,7 +241,7 @@ def _capsule(
     return body.built(advance, partial(standing.pose, simulator))
 
 
-def _rest(body: ThreeFeet, settings: Mapping[str, Any]) -> tuple[Array, Array]:
+def _rest(body: ThreeFeet, settings: Options) -> tuple[Array, Array]:
     """Attitude, a quaternion, and place of a body that rests on its contacts, which yield."""
     still = np.zeros((SETTLING, len(body.tracks)))
     standing = _standing(body, settings, SETTLING_STEP, (0.0, 0.0, -body.setup.press), still)

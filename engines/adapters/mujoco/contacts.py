@@ -27,7 +27,7 @@ from plumbob.analytic.errors.sliding_motion.plane_steps import FRICTION_LEADS
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.schemes import EULER, RK4, Scheme, SoftPoint
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.method import Method, ModelError
+from plumbob.engines.method import Method, ModelError, Options
 from plumbob.models.registry import unknown
 
 STIFFNESS = 0.4  # natural frequency of a contact times the step: a body on three is stable to 0.41
@@ -47,7 +47,7 @@ SETTLING = 4.0  # calibrated, of a part of a drift; tests/on_plane/test_held_bod
 ARMATURE_RATIO = 1e10  # least ratio of the slider's armature to its mass
 PLACES = 2001  # of the slider on its way, for the largest of a smooth function of them
 
-PairFields = Mapping[str, Any]
+PairFields = Options
 OWN_OPTIONS = (
     "cone",
     "impratio",
@@ -61,7 +61,7 @@ class ContactProfile:
     """Options of the model, fields of every contact pair at a step [s], and the factor by which
     the inverse weight of bodies in contact is overstated (`body_invweight0`)."""
 
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Options = field(default_factory=dict)
     pair: Callable[[float], PairFields] = lambda step: {}
     softening: float = 1.0
     soft: SoftPoint = field(default_factory=SoftPoint)  # of a profile that does not converge
@@ -152,7 +152,7 @@ PROFILES = MappingProxyType(
 )
 
 
-def profile(settings: Mapping[str, Any]) -> ContactProfile:
+def profile(settings: Options) -> ContactProfile:
     """The contact profile that a method's settings name, or spell out as a mapping, or pairs, of
     fields of a contact, which no theory covers; raises ParameterError."""
     name = settings.get("contact", "default")
@@ -163,7 +163,7 @@ def profile(settings: Mapping[str, Any]) -> ContactProfile:
     return PROFILES[name]
 
 
-def _own(contact: Mapping[str, Any], settings: Mapping[str, Any]) -> ContactProfile:
+def _own(contact: Options, settings: Options) -> ContactProfile:
     """A user's contacts: fields of a contact, with the options of the model that affect them."""
     options = {name: settings[name] for name in OWN_OPTIONS if name in settings}
     ends = {name: contact[name] for name in OWN_ENDS if name in contact}
@@ -173,13 +173,13 @@ def _own(contact: Mapping[str, Any], settings: Mapping[str, Any]) -> ContactProf
     return ContactProfile({**options, **ends}, lambda step: fields)
 
 
-def contacts(problem: CapsuleProblem, settings: Mapping[str, Any]) -> ContactProfile:
+def contacts(problem: CapsuleProblem, settings: Options) -> ContactProfile:
     """The profile that `settings` name; raises ParameterError."""
     chosen = profile(settings)
     return plane_contacts(chosen, settings) if without_formula(problem) else chosen
 
 
-def plane_contacts(chosen: ContactProfile, settings: Mapping[str, Any]) -> ContactProfile:
+def plane_contacts(chosen: ContactProfile, settings: Options) -> ContactProfile:
     """The profile `chosen` for plane motion.
 
     Convergent profiles are softened further for plane motion, for the coupling of slip to a normal
@@ -197,7 +197,7 @@ def plane_contacts(chosen: ContactProfile, settings: Mapping[str, Any]) -> Conta
     return replace(chosen, options=options, pair=pair, softening=PLANE_SOFTENING)
 
 
-def on_plane(settings: Mapping[str, Any]) -> ContactProfile:
+def on_plane(settings: Options) -> ContactProfile:
     """The profile that `settings` name, for a lone body above a plane; raises ParameterError."""
     return plane_contacts(profile(settings), settings)
 
@@ -227,9 +227,7 @@ def drift_error(
     }
 
 
-def soft_contact(
-    problem: CapsuleProblem, settings: Mapping[str, Any], step: float
-) -> SoftContact | None:
+def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> SoftContact | None:
     """The record of contacts, or of joint friction, at `step` [s] that theory takes; None where no
     theory covers them; raises ParameterError."""
     setup, model = problem.setup, settings.get("model", "full")
@@ -254,7 +252,7 @@ def soft_contact(
     return SoftContact(step, slip, tolerance, armature(setup), normal, integrator_of(settings))
 
 
-def integrator_of(settings: Mapping[str, Any]) -> str:
+def integrator_of(settings: Options) -> str:
     """The integrator that theory takes: RK4, or Euler for every other one of MuJoCo's."""
     return RK4 if settings.get("integrator") == "RK4" else EULER
 

@@ -3,19 +3,18 @@ readers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
 
+from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
 CONTACTS = ("friction", "solref", "solimp")
 
 
-def model_fields(path: Path) -> Iterator[tuple[str, str, Any]]:
+def model_fields(path: Path) -> Fields:
     """The numbers of the model file `path`, of everything in it that has a name: gravity
     [m/s^2], time step [s], masses [kg], principal moments of inertia [kg m^2], of hinges and slides
     armature, damping, stiffness and friction loss, of geoms that may touch, and of pairs, the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import Unsupported
+from plumbob.engines.method import Options, Unsupported
 
 BIT = mujoco.mjtDisableBit
 # option -> its enumeration and the prefix of that enumeration's names
@@ -29,7 +29,7 @@ ELSEWHERE = (
 )
 
 
-def apply(spec: mujoco.MjSpec, settings: Mapping[str, Any], step: float) -> None:
+def apply(spec: mujoco.MjSpec, settings: Options, step: float) -> None:
     """Set `step` [s] and the options named in `settings` on `spec`; raises ParameterError."""
     spec.option.timestep = step
     choices = {option: (kind, prefix) for option, kind, prefix in CHOICES}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.methods import METHODS
-from plumbob.engines.method import USER_METHOD, Method, time_step
+from plumbob.engines.method import USER_METHOD, Method, Options, time_step
 from plumbob.engines.own_motion import Start
 
 LARGEST_FILE = 10_000_000  # [bytes]: far more than a model file without meshes has
@@ -140,7 +140,7 @@ def _read(path: str | Path, name: str, roots: Sequence[str] = ROOTS) -> Any:
     return spec
 
 
-def _runnable(path: str | Path, settings: Mapping[str, Any]) -> None:
+def _runnable(path: str | Path, settings: Options) -> None:
     """Raises ParameterError for settings that no model can have."""
     contact = settings["contact"]
     if contact["condim"] not in CONDIMS:
@@ -160,6 +160,5 @@ def _plain(value: Any) -> float | int | tuple[float, ...]:
 
 def _kept(flags: int, kind: Any, names: tuple[str, ...]) -> int:
     """The bits of `flags` whose names are given; names that this MuJoCo does not know have none."""
-    known: Mapping[str, Any] = kind.__members__
-    ends = {name.partition("_")[2]: int(bit) for name, bit in known.items()}
+    ends = {name.partition("_")[2]: int(bit) for name, bit in kind.__members__.items()}
     return flags & sum(ends.get(name, 0) for name in names)

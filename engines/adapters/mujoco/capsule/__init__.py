@@ -7,10 +7,9 @@ a run, which is where the body rests on contacts that deflect.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -40,7 +39,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
 )
 from plumbob.engines.adapters.mujoco.translation import Translation, read
 from plumbob.engines.adapters.three_feet import gravity, limits
-from plumbob.engines.method import Method, ModelError, Unsupported
+from plumbob.engines.method import Method, ModelError, Options, Unsupported
 
 POINT = 1e-14  # [kg m^2] of the slider about itself: MuJoCo wants more than 1e-15
 TURNING = "turning.xml"  # two sliding joints for the slider, along the axes of the body
@@ -114,7 +113,7 @@ def model_error(
 def whole(
     mjcf: Path,
     problem: CapsuleProblem,
-    settings: Mapping[str, Any] | None = None,
+    settings: Options | None = None,
     step: float = 1e-4,
 ) -> mujoco.MjSpec:
     """The model in the file `mjcf`, or beside it in TURNING where the slider leaves its line, with
