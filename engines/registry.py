@@ -169,8 +169,11 @@ def find_builder(engine: str, system: System) -> ModuleType:
     raise Unsupported(f"{engine} has no builder for {system.name}")
 
 
-def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on what a builder's model adds to each observable, by reason; raises Unsupported."""
-    builder = find_builder(method.engine, case.system)
-    bounds: ModelError = builder.model_error(case.problem, case.scene.duration, method, step)
+def model_error(case: Case, method: Method, step: float, engine: str = "") -> ModelError:
+    """Bounds on what a builder's model adds to each observable, by reason, in the method's engine
+    unless another is named: none where it has no `model_error`; raises Unsupported."""
+    builder = find_builder(engine or method.engine, case.system)
+    if (of_builder := getattr(builder, "model_error", None)) is None:
+        return {}
+    bounds: ModelError = of_builder(case.problem, case.scene.duration, method, step)
     return bounds

@@ -8,7 +8,7 @@ world's; the manual's NSGS solver, with its law of Coulomb and a small tolerance
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from plumbob.engines.adapters.hinged_body import (
     hinged_body,
     model_error,
 )
-from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.adapters.stepping import Built, TakeSteps, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     CAPSULES,
@@ -116,9 +116,7 @@ def _jointed(skeleton: Any, links: tuple[Link, ...]) -> list[tuple[Any, Any]]:
     return pairs
 
 
-def _advancing(
-    world: Any, joints: Sequence[Any], controls: Iterator[list[float]]
-) -> Callable[[int, int], None]:
+def _advancing(world: Any, joints: Sequence[Any], controls: Iterator[list[float]]) -> TakeSteps:
     """Steps under controls of joints: accelerations where these are prescribed, else torques."""
     move = world.step
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import operator
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -25,6 +25,7 @@ from plumbob.engines.adapters.chain import Vector
 from plumbob.engines.adapters.stepping import (
     Followed,
     FollowedSimulation,
+    Named,
     no_error,
     relative_tolerance,
 )
@@ -40,7 +41,7 @@ METHODS = (
 )
 
 
-Observe = Callable[[Array], Mapping[str, Array]]
+Observe = Callable[[Array], Named]
 Translated = tuple[list[tuple[Any, Any]], tuple[float, ...], Observe]
 """Equations of motion, the start, and what observes states, shape (d, m)."""
 

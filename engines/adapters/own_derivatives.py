@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.stepping import Named
 from plumbob.engines.method import Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
@@ -27,7 +28,7 @@ def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
         raise Unsupported(str(error)) from None
 
 
-def moved(observe: Callable[[float], Mapping[str, Array]], slope: Array) -> ByName:
+def moved(observe: Callable[[float], Named], slope: Array) -> ByName:
     """Derivatives of what `observe` reads off a state moved by so much of its own derivative, of
     the size of `slope`."""
     length = NUDGE / (float(abs(slope).max()) or 1.0)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.engines.adapters.stepping import Built
-from plumbob.engines.method import Method, ModelError
+from plumbob.engines import registry
+from plumbob.engines.adapters.stepping import Built, TakeSteps
+from plumbob.engines.method import Method
 from plumbob.engines.registry import find_builder
 from plumbob.models.scene import Case
 
@@ -22,6 +24,7 @@ SINGLE = 2.0**29  # single precision has 29 bits fewer
 # Compiling takes seconds: one scene of each system, and none with contacts.
 SMOOTH = ("simple-pendulum/free-large", "cone-pendulum/rotating-base")
 OWN = ("integrator", "float64")  # settings that the MuJoCo adapter's builders do not read
+model_error = partial(registry.model_error, engine="mujoco")
 PORTED = "plumbob.engines.adapters.mujoco.terms.PortedModel"  # which imports MuJoCo
 
 
@@ -50,9 +53,7 @@ def compiled(case: Case, method: Method, step: float) -> tuple[Any, Any]:
     return translation, model
 
 
-def built(
-    translation: Any, advance: Callable[[int, int], None], read: Callable[[], tuple[Any, Any]]
-) -> Built:
+def built(translation: Any, advance: TakeSteps, read: Callable[[], tuple[Any, Any]]) -> Built:
     """A scene at its start in a port, which reads positions and velocities."""
 
     def observed(states: Sequence[tuple[Any, Any]]) -> Any:
@@ -60,11 +61,3 @@ def built(
         return translation.observe(qpos, qvel)
 
     return Built(advance, read, translation.limits, gather=observed)
-
-
-def model_error(case: Case, method: Method, step: float) -> ModelError:
-    """Bounds on the model's error, which is MuJoCo's."""
-    bounds: ModelError = find_builder("mujoco", case.system).model_error(
-        case.problem, case.scene.duration, method, step
-    )
-    return bounds

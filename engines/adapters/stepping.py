@@ -21,6 +21,8 @@ from plumbob.models.scene import Case
 OVERFLOW = (OverflowError, ValueError)  # Python's own, of infinity
 Named = Mapping[str, Array]
 Observed = tuple[Named, Named]  # observables, and channels beside them
+TakeSteps = Callable[[int, int], None]
+"""Takes the steps with these indices, the last one excluded."""
 DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off once they are read
 
 
@@ -28,7 +30,7 @@ DIVERGING = np.errstate(over="ignore", invalid="ignore")  # of arrays: cut off o
 class Built:
     """A scene at its start in an engine."""
 
-    advance: Callable[[int, int], None]
+    advance: TakeSteps
     """Takes the steps with these indices, the last one excluded: one call from sample to sample."""
     read: Callable[[], Any]  # this moment: its observables and any channels, or what has these
     limits: ByName = field(default_factory=dict)
@@ -135,7 +137,7 @@ class FollowedSimulation:
 
     follow: Callable[[float, int], Followed]
     """Duration [s], about how many samples to keep, 1 where the solver alone is timed."""
-    observe: Callable[[Any], Mapping[str, Array]]
+    observe: Callable[[Any], Named]
     """States of all samples -> observables, shape (n,) each."""
     duration: float  # [s]
     compile_seconds: float = 0.0

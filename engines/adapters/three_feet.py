@@ -13,7 +13,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Vector
-from plumbob.engines.adapters.stepping import Built
+from plumbob.engines.adapters.stepping import Built, TakeSteps
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
@@ -101,7 +101,7 @@ class ThreeFeet:
         (n, tracks)."""
         return self.slider_velocity((steps + 1.0) * step)
 
-    def built(self, advance: Callable[[int, int], None], pose: Callable[[], Pose]) -> Built:
+    def built(self, advance: TakeSteps, pose: Callable[[], Pose]) -> Built:
         """The capsule at its start in an engine which tells the `pose`, its heading to a turn."""
         latest = self.setup.heading
 

@@ -13,13 +13,14 @@ from plumbob.engines.adapters.stepping import (
     Built,
     Followed,
     FollowedSimulation,
+    TakeSteps,
     relative_tolerance,
 )
 from plumbob.engines.method import Method, Simulation
 from plumbob.models.scene import Case
 
 BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
-Start = Callable[[Any, Any], tuple[Any, Callable[[int, int], None]]]
+Start = Callable[[Any, Any], tuple[Any, TakeSteps]]
 """Diagram and context -> their simulator, and the function that takes its steps."""
 
 
@@ -31,7 +32,7 @@ def simulator_of(diagram: Any, context: Any) -> Any:
     return simulator
 
 
-def advancing(simulator: Any, step: float) -> Callable[[int, int], None]:
+def advancing(simulator: Any, step: float) -> TakeSteps:
     """A function that takes the steps with these indices, the last one excluded, of `step` [s]."""
 
     def advance(first: int, last: int) -> None:
@@ -44,7 +45,7 @@ def advancing(simulator: Any, step: float) -> Callable[[int, int], None]:
 def by_steps(step: float) -> Start:
     """Of a discrete plant with this step [s]."""
 
-    def start(diagram: Any, context: Any) -> tuple[Any, Callable[[int, int], None]]:
+    def start(diagram: Any, context: Any) -> tuple[Any, TakeSteps]:
         simulator = simulator_of(diagram, context)
         return simulator, advancing(simulator, step)
 
@@ -67,7 +68,7 @@ def error_controlled(
     def started(step: float) -> tuple[Any, Built]:
         simulators = list[Any]()
 
-        def start(diagram: Any, context: Any) -> tuple[Any, Callable[[int, int], None]]:
+        def start(diagram: Any, context: Any) -> tuple[Any, TakeSteps]:
             simulators.append(simulator := simulator_of(diagram, context))
             ApplySimulatorConfig(chosen, simulator)
             simulator.Initialize()

@@ -9,10 +9,7 @@ import mujoco
 
 from plumbob.analytic.errors.contact_models.impacts import IMPEDANCE, soft_impact
 from plumbob.engines.adapters.mujoco.translation import Translation, at_start, read
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
-
-model_error = no_error  # the contact is part of the step
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:

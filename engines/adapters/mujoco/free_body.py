@@ -18,10 +18,8 @@ from plumbob.engines.adapters.mujoco.translation import (
     bare,
     read,
 )
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method, Unsupported
 
-model_error = no_error
 SMALLEST = 1e-15  # [kg m^2]: the least moment of inertia that MuJoCo takes
 
 

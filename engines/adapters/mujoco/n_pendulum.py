@@ -10,10 +10,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.engines.adapters.mujoco.translation import Translation, of_system, read
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
-
-model_error = no_error  # the model is the chain itself
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:

@@ -8,10 +8,7 @@ from typing import Any
 import mujoco
 
 from plumbob.engines.adapters.mujoco.translation import Translation, of_system, read
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
-
-model_error = no_error  # the model is the projectile itself
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:

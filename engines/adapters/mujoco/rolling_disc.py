@@ -20,10 +20,7 @@ from plumbob.engines.adapters.mujoco.translation import (
     read,
     with_contacts,
 )
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
-
-model_error = no_error  # its contact is part of the step
 
 
 def scheme(method: Method) -> Scheme:

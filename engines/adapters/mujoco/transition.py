@@ -22,8 +22,6 @@ for the mean of one of NUDGE and one of -NUDGE, and by a, of which g is a linear
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import mujoco
 import numpy as np
 
@@ -31,6 +29,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
 from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
+from plumbob.engines.adapters.stepping import Named
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
@@ -152,7 +151,7 @@ def _read(beside: Beside, along: Array) -> ByName:
     low, here, high, apart = beside
     model, data = here.model, here.data
 
-    def observe(side: float) -> Mapping[str, Array]:
+    def observe(side: float) -> Named:
         qpos, qvel = data.qpos.copy(), data.qvel + side * along[model.nv : 2 * model.nv]
         mujoco.mj_integratePos(model, qpos, along[: model.nv], side)
         return here.translation.observe(qpos[None], qvel[None])[0]

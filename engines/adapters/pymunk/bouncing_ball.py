@@ -8,10 +8,8 @@ import pymunk
 
 from plumbob.analytic.errors.contact_models.impacts import KEPT, SLOP
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
-model_error = no_error
 RADIUS = 0.1  # [m]
 
 

@@ -16,11 +16,8 @@ import pymunk
 
 from plumbob.engines.adapters.divergence import limits_on_platform
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
-
-model_error = no_error  # the torque is that of the equation of motion
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:

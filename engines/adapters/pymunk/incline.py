@@ -8,10 +8,8 @@ import pymunk
 
 from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
-model_error = no_error
 LONGEST = 1e4  # [m], of a way on the segment
 
 

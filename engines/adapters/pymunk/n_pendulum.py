@@ -7,11 +7,8 @@ from typing import Any
 
 from plumbob.engines.adapters.pymunk.linkage import linkage
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
-
-model_error = no_error  # rigid rods and joints, which open by as much as a step makes
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:

@@ -8,15 +8,12 @@ import pymunk
 
 from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
 ITERATIONS = 20
 SETTLING = 40.0  # iterations of the first step, for each time that cube and finger differ in mass:
 # one of them leaves exp(-1/that) to the next
 MOST = 1_000_000
-
-model_error = no_error
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:

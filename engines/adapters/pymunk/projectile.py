@@ -7,10 +7,7 @@ from typing import Any
 import pymunk
 
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
-
-model_error = no_error
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:

@@ -11,10 +11,8 @@ import pymunk
 from plumbob.analytic.errors.contact_models.impacts import ITERATIONS
 from plumbob.analytic.errors.contact_models.rod_steps import TIP
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 
-model_error = no_error
 LONGEST = 1e2  # lengths to either end of the floor, and half of its thickness
 
 

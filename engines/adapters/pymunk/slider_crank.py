@@ -9,11 +9,8 @@ import pymunk
 
 from plumbob.engines.adapters.pymunk.linkage import joined, linkage
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
-
-model_error = no_error  # rigid rods and joints, which open by as much as a step makes
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:

@@ -9,10 +9,7 @@ import pymunk
 from plumbob.engines.adapters.pymunk.pinch import settle
 from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
 from plumbob.engines.adapters.pymunk.simulation import Translation
-from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Method
-
-model_error = no_error
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
