@@ -80,26 +80,38 @@ def side_moment(setup: CapsuleSetup) -> float:
     return setup.capsule.body_mass * ((fore - hind) / 2) ** 2
 
 
-def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
-    """The observables that a pose on the line shows, vertical displacement and tilt (both should be
-    zero); along a line the N_i of the last step too, and, once the step that follows is done, the
-    friction in it, the force on the slider, which is the joint's impulse over the step, and the
-    residual of the momentum balance [N]: contacts and gravity alone may change the momentum."""
-    assembly = stand.assembly
-    body, slider = assembly.body, assembly.slider
-    start, before, sliding = along(setup, setup.slider), 0.0, 0.0
-    pulled, loads = (body.mass + slider.mass) * setup.pull, _normal_forces(setup, stand)
+def _on_the_line(setup: CapsuleSetup, stand: Stand) -> ByName:
+    """The observables that a pose on the line shows, vertical displacement and tilt, both of which
+    should be zero."""
+    body, slider = stand.assembly.body, stand.assembly.slider
+    (gone, height), pace = body.position, body.velocity.x
     line = cmath.rect(1.0, setup.heading + setup.direction)
+    pose = Pose(
+        vector(gone * line),
+        vector(pace * line),
+        setup.heading,
+        0.0,
+        height,
+        slider.position.x - gone - along(setup, setup.slider),
+        slider.velocity.x - pace,
+    )
+    shown = {name: v for name, v in observed(setup, pose).items() if name not in KEPT}
+    return shown | {"vertical_displacement": height + DEPTH, "tilt": body.angle}
+
+
+def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
+    """Those of `_on_the_line`; along a line the N_i of the last step too, and, once the step that
+    follows is done, the friction in it, the force on the slider, which is the joint's impulse over
+    the step, and the residual of the momentum balance [N]: contacts and gravity alone may change
+    the momentum."""
+    assembly, before, sliding = stand.assembly, 0.0, 0.0
+    slider, loads = assembly.slider, _normal_forces(setup, stand)
+    pulled = (assembly.body.mass + slider.mass) * setup.pull
 
     def read() -> ByName:
         nonlocal before, sliding
         before, sliding = assembly.momentum.real, slider.velocity.x
-        (gone, height), pace = body.position, body.velocity.x
-        slid, rate = slider.position.x - gone - start, slider.velocity.x - pace
-        place, velocity = vector(gone * line), vector(pace * line)
-        pose = Pose(place, velocity, setup.heading, 0.0, height, slid, rate)
-        shown = {n: v for n, v in observed(setup, pose).items() if n not in KEPT}
-        shown |= {"vertical_displacement": height + DEPTH, "tilt": body.angle}
+        shown = _on_the_line(setup, stand)
         return shown if setup.in_plane else {**shown, **loads()}
 
     def following() -> ByName:
