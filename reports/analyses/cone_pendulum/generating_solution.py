@@ -59,7 +59,7 @@ def numbers(study: Study) -> Record:
 
 
 def claims(solutions: Record) -> Claims:
-    """What first order leaves is of the next: the body's inertia over the platform's."""
+    """Beyond first order is the next: the body's inertia over the platform's."""
     what = "the relative difference from first order, times the platform's inertia,"
     return [at_most(what, drive.gap * drive.inertia, NEXT, "kg m²") for drive in solutions.drives]
 
