@@ -19,8 +19,8 @@ NEAR = 1e-7  # relative change of a parameter, by which the effect of its roundi
 def rounded_inputs(
     problem: Any, observe: Callable[[Any], Mapping[str, Array]], roundings: float
 ) -> dict[str, Array]:
-    """What so many roundings of each number of a `problem`, a dataclass, make of what is observed
-    of it, and one of that itself."""
+    """Changes of what is observed by so many roundings of each number of a `problem`, a dataclass,
+    and by its own rounding."""
     exact = observe(problem)
     doubts = {name: ULP * np.abs(values) for name, values in exact.items()}
     for field in fields(problem):
