@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
-from plumbob.analytic.errors.smooth_motion.global_error import leading_error
+from plumbob.analytic.errors.smooth_motion.global_error import energy_drift_rate, leading_error
 from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
 from plumbob.analytic.numerics.rotor.variational import sensitivity
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme

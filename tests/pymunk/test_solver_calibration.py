@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.contact_models.sequential_impulse_line import STALLED, USED_UP, LineRun
+from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import STALLED, USED_UP, Run
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, system_of
@@ -27,7 +27,7 @@ def residual(name, step, iterations, **changes):
     feet = replace(feet, settings={**feet.settings, "iterations": iterations})
     solver = described(case.problem, feet, step)
     assert solver.iterations == iterations
-    demand = LineRun(case.problem, changed.duration, solver).demand
+    demand = Run(case.problem, changed.duration, solver).demand
     velocity = measure(case, feet, step)[0].errors["velocity"]
     return beyond(velocity) / (demand.jump * step), solver.one_foot_residual
 

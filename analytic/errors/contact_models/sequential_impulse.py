@@ -5,8 +5,7 @@ Solvers of this kind (Chipmunk, Box2D) go from joint to joint and correct veloci
 joint in turn is satisfied: block Gauss-Seidel on the joint impulses. One iteration is linear while
 no friction limit is reached, so what it leaves of a velocity shrinks by the spectral radius of its
 matrix. What that adds to the exact motion, apart from the step's own error, is bounded in
-`sequential_impulse_line` for motions with a closed form and in `sequential_impulse_plane` for those
-in the plane that have none. Derivations: THEORY.md, section 10.
+`sequential_impulse_bounds`. Derivations: THEORY.md, section 10.
 """
 
 from __future__ import annotations

@@ -35,11 +35,14 @@ from plumbob.analytic.numerics.linear_flow import Response, together
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.variational import tangent_flow
 from plumbob.analytic.numerics.truncated_series import constant
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
+SAMPLES = 65  # of a period, for the size of the errors there
+NEGLIGIBLE = 1e-10  # of an energy error's size in a period: what collocation and round-off leave
 LONGER = 1.1  # the motion is followed to a power of this, further than the last time [s]
 
 
@@ -61,6 +64,28 @@ def leading_error(
     orders, response = _expansion(rotor, theta, theta_dot, until, how, terms)
     angles, rates = np.moveaxis(response.at(times), 0, -1).copy()
     return {p: {"theta": angles[i], "theta_dot": rates[i]} for i, p in enumerate(orders)}
+
+
+def energy_drift_rate(
+    rotor: DrivenRotor, theta: float, theta_dot: float, period: float, scheme: Scheme
+) -> Mapping[int, float]:
+    """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy per
+    moment of inertia [rad^2/s^3 over s^p] on the undamped motion of `period` [s] from `theta`
+    [rad], `theta_dot` [rad/s], up to twice the scheme's order: that of its error after a period.
+    Zero where nothing drifts, empty for a scheme unknown to `rotor_step`. Raises ParameterError."""
+    if not rotor.conservative:
+        raise ParameterError("rotor", rotor, "without damping and forcing")
+    if (how := rotor_step(scheme)) is None:
+        return {}
+    times, pull = np.linspace(0.0, period, SAMPLES), rotor.acceleration(0.0, theta, theta_dot)
+    fastest = np.abs(tangent_flow(rotor, theta, theta_dot, period).states[1]).max()
+    rates = {}
+    for power, error in leading_error(rotor, theta, theta_dot, times, scheme, how.order).items():
+        gained = float(theta_dot * error["theta_dot"][-1] - pull * error["theta"][-1])
+        size = np.abs(error["theta_dot"]).max() + fastest * (math.tau / period) ** power
+        if power < 2 * how.order:
+            rates[power] = gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
+    return rates
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.energy_drift import energy_drift_rate
-from plumbob.analytic.errors.smooth_motion.global_error import leading_error
+from plumbob.analytic.errors.smooth_motion.global_error import energy_drift_rate, leading_error
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from plumbob.analytic.errors.contact_models import sequential_impulse_line, sequential_impulse_plane
+from plumbob.analytic.errors.contact_models import sequential_impulse_bounds
 from plumbob.analytic.errors.contact_models.model_error import ModelError
 from plumbob.analytic.errors.contact_models.sequential_impulse import (
     SequentialImpulse,
@@ -58,9 +58,7 @@ def model_error(
 ) -> ModelError:
     """Bounds on the model's error of each observable over `duration` [s], by reason."""
     solver = described(problem, method, step)
-    if problem.motion.kind == "plane":
-        return sequential_impulse_plane.model_error(problem, duration, solver)
-    return sequential_impulse_line.model_error(problem, duration, solver)
+    return sequential_impulse_bounds.model_error(problem, duration, solver)
 
 
 def described(problem: CapsuleProblem, method: Method, step: float) -> SequentialImpulse:
