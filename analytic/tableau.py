@@ -80,16 +80,6 @@ CLASSICAL = Tableau(
 
 
 @cache
-def order_5() -> Tableau:
-    """The method of order 5 in six stages by Dormand and Prince (1980, J. Comput. Appl. Math. 6,
-    19), with scipy's coefficients."""
-    from scipy.integrate import RK45
-
-    rows = tuple(tuple(row[:i]) for i, row in enumerate(RK45.A.tolist()))
-    return Tableau(5, tuple(RK45.C.tolist()), tuple(RK45.B.tolist()), rows)
-
-
-@cache
 def order_8() -> Tableau:
     """The method of order 8 in twelve stages by Dormand and Prince (Hairer, Norsett and Wanner
     1993, Solving ODEs I, II.5), with scipy's coefficients."""

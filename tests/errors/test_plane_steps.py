@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import euler_lead
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
 from plumbob.analytic.schemes import EULER
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
@@ -22,7 +21,8 @@ X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
 def test_a_turn_leaks_angular_momentum(angle):
     # Of first order to 0.5 % at tau/1600; extrapolated, up to h^2 and friction of epsilon^2 = 1e-5.
     turn = turn_of(CHECK, 0.12, 0.003, angle)
-    lead = euler_lead(turn)
+    drive, tau = turn.angular_acceleration, turn.half_time
+    lead = 0.5 * turn.inertia_ratio**2 * drive**3 * tau**5
     assert lead * angle < 0.0  # opposite to the turn
     found = []
     for parts in (400, 800, 1600):

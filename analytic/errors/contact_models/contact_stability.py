@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
 from plumbob.analytic.errors.stability.largest_step import largest_step
-from plumbob.analytic.errors.stability.linear_steps import LinearSystem, step_matrices
+from plumbob.analytic.errors.stability.linear_steps import jacobians
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
-from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, STEPPED, Scheme
 
 RATIOS = (1e-3, 1e6)  # of a body's modes to one contact, squared: wider than any body's
 
@@ -27,18 +28,22 @@ class ContactSpring:
     regularisation: float = 0.0
 
 
-def largest_contact_step(effect: Array, springs: Sequence[ContactSpring], scheme: Scheme) -> float:
-    """The step [s] of `scheme` below which all that touches at once holds (eq. 9.2). `effect` is
-    the acceleration of each of n directions of contacts by a force in each, over the contacts'
-    inverse weights, shape (n, n); of one mode alone it is the square of its frequency over one
-    contact's. Infinite for a scheme that is not known here."""
-    yielding, stiffness, damping = np.array(
-        [(spring.regularisation, spring.stiffness, spring.damping) for spring in springs]
-    ).T
-    answer = effect @ np.linalg.pinv(effect + np.diag(yielding))
-    system = LinearSystem(np.eye(len(springs)), answer * damping, answer * stiffness)
-    matrices = step_matrices(system, scheme)
-    return math.inf if matrices is None else largest_step(matrices, system.rates)
+def largest_contact_step(ratio: float, spring: ContactSpring, scheme: Scheme) -> float:
+    """The step [s] of `scheme` below which a mode of a body on its contacts holds (eq. 9.2), the
+    square of its frequency over one contact's being `ratio`. Infinite for a scheme that is not
+    known here."""
+    answer = ratio / (ratio + spring.regularisation)
+    damping, stiffness = answer * spring.damping, answer * spring.stiffness
+    rotor = DrivenRotor(damping_rate=damping, stiffness=stiffness)
+    if scheme.integrator == LINEARLY_IMPLICIT:
+        scheme = Scheme(EULER, implicit_damping=1.0)
+    if scheme.integrator not in STEPPED:
+        return math.inf
+
+    def matrices(steps: Array) -> Array:
+        return jacobians(*many_steps(rotor, (0.0, 0.0), scheme, steps), len(steps))
+
+    return largest_step(matrices, np.roots([1.0, damping, stiffness]).astype(complex))
 
 
 def largest_ratio(frequency_step: float, damping_ratio: float, scheme: Scheme) -> float:
@@ -52,7 +57,7 @@ def largest_ratio(frequency_step: float, damping_ratio: float, scheme: Scheme) -
     def margin(logarithm: float) -> float:
         ratio = math.exp(logarithm)
         mode = ContactSpring(ratio * spring.stiffness, ratio * spring.damping)
-        return math.log(largest_contact_step(np.eye(1), (mode,), scheme))
+        return math.log(largest_contact_step(1.0, mode, scheme))
 
     low, high = map(math.log, RATIOS)
     if margin(high) > 0.0:

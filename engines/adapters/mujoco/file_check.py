@@ -123,9 +123,9 @@ def _warnings(model: mujoco.MjModel, method: Method, step: float) -> Iterator[st
 
 def _largest_step(model: mujoco.MjModel, springs: Iterable[ContactSpring], method: Method) -> float:
     """The largest step [s] at which a body is stable on these contacts."""
-    effect = np.eye(1) * frequency_ratio(model)
+    ratio = frequency_ratio(model)
     scheme = Scheme(method.scheme.integrator)  # of contacts, whose damping is explicit
-    limits = [largest_contact_step(effect, (spring,), scheme) for spring in springs]
+    limits = [largest_contact_step(ratio, spring, scheme) for spring in springs]
     return min(limits, default=math.inf)
 
 
