@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_friction import Held, drifted
+from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
@@ -35,21 +36,12 @@ class InclineErrors(WithoutSeries):
         cube, marks = self.cube, np.rint(times / step).astype(int)
         exact = cube.observe(times)
         if scheme.contact is None and scheme.integrator == EULER:
-            stepped = self._hard(scheme, step, int(marks[-1]))[:, marks]
-            errors = {n: v - exact[n] for n, v in zip(exact, stepped, strict=True)}
+            pulls, limit = [cube.pull] * int(marks[-1]), cube.friction * cube.press
+            way, speed, _ = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
+            errors = {"x": way - exact["x"], "speed": speed - exact["speed"]}
             rounded = ULP * (abs(cube.speed) + cube.gravity * times)
             return SteppedErrors(errors, {"x": rounded * (step + times), "speed": rounded})
         drift = drifted(scheme, corner(cube), step, marks)
         if cube.speed or not len(drift):
             return SteppedErrors({})
         return SteppedErrors(dict(zip(exact, drift, strict=True)), cube.uncertainty(times))
-
-    def _hard(self, scheme: Scheme, step: float, steps: int) -> Array:
-        """Place and speed after each step of EULER, shape (2, steps + 1)."""
-        cube, speeds = self.cube, [self.cube.speed]
-        most = step * cube.friction * cube.press
-        for _ in range(steps):
-            free = speeds[-1] + step * cube.pull
-            speeds.append(free - min(max(free, -most), most))
-        moved = speeds[:-1] if scheme.position_first else speeds[1:]
-        return np.array([np.cumsum([0.0, *(step * speed for speed in moved)]), speeds])
