@@ -47,7 +47,9 @@ def test_bounds_are_not_loose(step):
 )
 def test_bounds_of_the_reduced_model_are_within_a_factor_of_30(name, step, method):
     for observable, error in run(name, method, step)[0].errors.items():
-        assert beyond(error) <= sum(error.model.values()) <= 30 * beyond(error), observable
+        assert beyond(error) <= sum(error.model.values()), observable
+        if error.scale:  # what stays zero is exact
+            assert sum(error.model.values()) <= 30 * beyond(error), observable
 
 
 def test_a_solver_that_stops_early_exceeds_the_bounds_of_the_reduced_model():

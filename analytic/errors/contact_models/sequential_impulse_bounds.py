@@ -241,14 +241,16 @@ def _sliding(single: Any, switches: Any) -> float:
 
 def _iterations(run: Run) -> Bounds:
     """A velocity left at each change decays under the friction to spare, or lasts to the end. A
-    switch inside a step changes the velocity in that step by a part, in the next by the rest."""
+    switch inside a step changes the velocity in that step by a part, in the next by the rest: of
+    the slider's push, too, something is left for two steps."""
     if not run.friction and run.problem.motion.kind != "plane":
         return {}
     demand, step = run.demand, run.solver.step
     stopped, spare = run.residual * demand.jump * step, demand.spare * run.friction
     left = stopped + run.solver.residual * demand.push * step
     lasting = min(stopped / spare, run.duration) if spare else run.duration * bool(stopped)
-    way = demand.changes * left * (lasting + 2.0 * step) + stopped * demand.sliding
+    lasting += (2.0 if demand.push else 1.0) * step
+    way = demand.changes * left * lasting + stopped * demand.sliding
     # Iterations reduce the kinetic energy: a residual rate is a residual speed over the radius of
     # gyration, or over the supports' arm if that is shorter.
     radius, speed = min(support_arm(run.capsule), radius_of_gyration(run.capsule)), 2.0 * left
@@ -268,7 +270,7 @@ def _coming_to_rest(run: Run) -> Bounds:
 def _rounding(run: Run) -> Bounds:
     """See the module's text."""
     arm, step = support_arm(run.capsule), run.solver.step
-    reach = run.largest("displacement", "stroke", "x", "y")
+    reach = run.gone("displacement", "x", "y") + run.largest("stroke")
     size = math.hypot(*run.problem.setup.slider) + arm + reach
     bit = ROUNDINGS * ROUNDOFF * size
     way, speed = bit * math.sqrt(run.duration / step), bit / step
