@@ -148,18 +148,19 @@ class Gradients:
     def _entry(self, way: Way, place: int | None) -> Entry:
         """That of a number of the matrix, by row; None: the norm of all."""
         row, column = divmod(place or 0, len(self.by))
-        names = ("all", "all") if place is None else (self.of[row], self.by[column])
 
         def value(matrix: Array) -> float:
             return float(self.norm(matrix) if place is None else matrix[row, column])
 
         exact, known = value(self.exact[-1]), float(self.uncertainty[-1, column])
+        names = self.of[row], self.by[column]
         if place is None:
-            known = float(self.certificate[-1]) * exact
-        if way.computed is None:
-            return Entry(*names, way.name, exact, known, None, None, way.eps)
-        error = value(way.computed[-1] - self.exact[-1]) / exact if exact else None
-        return Entry(*names, way.name, exact, known, value(way.computed[-1]), error, way.eps)
+            names, known = ("all", "all"), float(self.certificate[-1]) * exact
+        computed = error = None
+        if way.computed is not None:
+            computed = value(way.computed[-1])
+            error = value(way.computed[-1] - self.exact[-1]) / exact if exact else None
+        return Entry(*names, way.name, exact, known, computed, error, way.eps)
 
 
 def gradients(

@@ -92,7 +92,6 @@ class Measurement:
     reason: str = ""
     errors: Mapping[str, ObservedError] = field(default_factory=dict)
     invariants: Mapping[str, float] = field(default_factory=dict)  # largest relative drift
-    channels: Mapping[str, float] = field(default_factory=dict)  # {engine's extra: spread}
     duration: float = 0.0  # simulated [s]
     steps: int = 0
     seconds: float = 0.0  # of the stepping in this one run, but for waiting: costs are measured
@@ -146,7 +145,6 @@ def measure(
         status="done",
         errors=errors,
         invariants=drifts,
-        channels={name: float(np.ptp(values)) for name, values in run.channels.items()},
         duration=float(run.times[-1]),
         steps=run.steps,
         seconds=seconds,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -47,15 +46,8 @@ def versions() -> Mapping[str, str]:
 
 def _of_these_versions(address: str, workers: Mapping[str, Mapping[str, str]]) -> None:
     """Raises ParameterError, naming them, where versions of a worker are others than here."""
-    here = versions()
-    other = Counter(
-        f"{name} {there.get(name, 'missing')} (here {version})"
-        for there in workers.values()
-        for name, version in here.items()
-        if there.get(name) != version
-    )
-    if other:
-        named = ", ".join(f"{what} on {count} of {len(workers)}" for what, count in other.items())
-        raise ParameterError(
-            "scheduler", address, f"one whose workers have these versions: {named}"
-        )
+    for name, version in versions().items():
+        there = [theirs.get(name, "missing") for theirs in workers.values()]
+        if other := sorted({*there} - {version}):
+            wanted = f"one whose workers have {name} {version}, as here, not {', '.join(other)}"
+            raise ParameterError("scheduler", address, wanted)

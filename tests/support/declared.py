@@ -174,7 +174,6 @@ def _convergence(plan):
                 "done",
                 steps=1,
                 duration=scene.duration,
-                channels={"vertical_displacement": step},
                 errors={
                     n: ObservedError(
                         step, step, 1e-16, 1.0, predicted=Prediction(step, step, {1: step}, 0.0)

@@ -45,7 +45,7 @@ def test_a_worker_that_is_killed_loses_nothing(workers):
 @pytest.mark.long
 def test_workers_with_other_versions_are_refused(workers, monkeypatch):
     monkeypatch.setattr(module, "provenance", lambda command: replace(_now, versions=_older))
-    with pytest.raises(ParameterError, match=r"mujoco .* \(here 2\.0\.0\) on 2 of 2"):
+    with pytest.raises(ParameterError, match=r"have mujoco 2\.0\.0, as here, not"):
         module.cluster(workers.scheduler_address).__enter__()
 
 
