@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from sys import float_info
 from types import MappingProxyType
 from typing import Literal, cast
 
@@ -118,7 +119,8 @@ def _drawn(scene: Scene, method: Method, judgement: Judgement) -> str:
     held = held_to(scene, method, judgement, step)
     limit = held and method.control == "step" and drawn.errors
     why = "" if limit else run_surprise(scene, method, drawn)
-    if held and error > BETWEEN[method.control] * max(held):
+    most = max(*held, float_info.epsilon) if held else 0.0  # an error may be none at all
+    if held and error > BETWEEN[method.control] * most:
         why = why or f"the relative error is {error:.3g}, and {max(held):.3g} at listed ones"
     return f"at a step that is drawn, {why}: {drawn.reason}".rstrip(": ") if why else ""
 
