@@ -129,12 +129,3 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     assert "Not shown by this study: 1 of the findings" in text
     assert "cone_pendulum/equilibria (&#39;fork&#39; is undefined)" in text
     assert "Two equilibria become four" not in text
-
-
-@pytest.fixture(scope="module")
-def stored(tmp_path_factory):
-    """The store of a small study, whose page is drawn quickly."""
-    folder = tmp_path_factory.mktemp("stored")
-    words = ["validate", "--scenes", SMALL, "--methods", "ode/rk4", "--out", str(folder)]
-    assert main([*words, "--jobs", "1"]) == 0
-    return (folder / store.FILE).read_bytes()

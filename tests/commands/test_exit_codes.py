@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+import re
+import shlex
 import signal
 import tempfile
 import threading
@@ -71,3 +73,17 @@ def test_an_interrupt_in_one_long_call_of_a_library(number, tmp_path, monkeypatc
             os._exit(99)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
     assert (tmp_path / "said").read_text().endswith("plumbob: interrupted\n")
+
+
+@pytest.mark.long
+def test_a_study_is_kept_when_its_page_fails(tmp_path, capsys, monkeypatch):
+    words = "validate --scenes linear-pendulum/overdamped --methods ode/rk4 --jobs 1 --out"
+    with monkeypatch.context() as patched:
+        patched.setattr("plumbob.reports.view.site.writing.write_page", _broken)
+        assert main([*words.split(), str(tmp_path)]) == 4
+    (again,) = re.findall(
+        r"the study is stored: `plumbob (.*)` draws its page$", capsys.readouterr().err.strip()
+    )
+    assert not (tmp_path / "index.html").exists()
+    assert main(shlex.split(again)) == 0
+    assert (tmp_path / "index.html").exists()

@@ -115,6 +115,9 @@ def run(tree, where, *command):
 def test_each_kind_of_addition_has_an_example():
     assert list(EXAMPLES) == ["A scene", "A system", "An integrator", "An engine", "A finding"]
     assert all(example.commands for example in EXAMPLES.values())
+    system = [code for path, _, code in EXAMPLES["A system"].blocks if path.suffix == ".py"]
+    assert len(system) <= 5
+    assert sum(code.count("\n") for code in system) <= 250
 
 
 # The engines that a new system is for, of all that there are adapters for, installed or not.

@@ -10,6 +10,7 @@ import pytest
 
 from plumbob.analytic.numerics.smooth import certified_motion
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.tests.numerics.double_pendulum import double_pendulum
 from plumbob.tests.support.extrapolation import recorded
@@ -102,3 +103,29 @@ def test_chaos_beyond_double_precision_is_refused():
     assert 3e-4 < stated.max() / np.abs(seen).max() < 1e-3
     with pytest.raises(ParameterError):
         motion.uncertainty(np.array([1000.0]))
+
+
+def test_a_collapse_is_refused_where_it_is():
+    """A fall to a centre from rest at 1 m, k = 1 m^3/s^2: it ends after pi/sqrt(8) s."""
+    motion = CertifiedMotion(
+        SmoothSystem(
+            ("x",),
+            ("v",),
+            lambda p, q: ((1.0,),),
+            lambda p, t, q, v: (-p.k / q[0] ** 2,),
+            {"k": 1.0},
+            (1.0,),
+            (0.0,),
+        )
+    )
+    assert motion.observe(np.array([1.0]))["x"][0] == pytest.approx(0.3506816, rel=1e-6)
+    with pytest.raises(ParameterError) as why:
+        motion.observe(np.array([2.0]))
+    ends = float(re.findall(r"[\d.]+", str(why.value))[1])
+    assert ends == pytest.approx(np.pi / np.sqrt(8.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("mass", [0.0, np.nan])
+def test_a_mass_matrix_that_is_not_positive_is_refused(mass):
+    with pytest.raises(ParameterError, match=r"mass matrix = .* must be symmetric and positive"):
+        double_pendulum((1.0, mass, 1.0, 1.0, 9.81))

@@ -123,13 +123,17 @@ def test_normal_forces_that_settle_use_a_part_of_their_bound(friction, part, gra
     assert 0.1 < held.predicted.difference / held.model["settling"] < 0.9
 
 
-def allowed_by(name):
-    """The number in what settings to paste promise."""
+def pasted(name, friction):
+    """Settings to paste for 1 ms."""
     asked = method(name)
     ability = engine_of(asked).ability(SettingsToPaste)
     assert ability
-    promised = ability.write(asked, 1e-3, None, 0.8).snippets[0].error
-    number = re.search(r"([0-9.e-]+) s(\^2)? times", promised)
+    return ability.write(asked, 1e-3, None, friction).snippets[0]
+
+
+def allowed_by(name):
+    """The number in what settings to paste promise."""
+    number = re.search(r"([0-9.e-]+) s(\^2)? times", pasted(name, 0.8).error)
     assert number
     return float(number[1])
 
@@ -270,3 +274,24 @@ def test_free_stacks_tip_where_the_readme_says(tips, count, part):
     exact = math.tan(replace(STACK, count=count).topples)
     assert exact == pytest.approx(1 / count, rel=1e-15)
     assert [tips(math.atan(exact * part * off)) for off in (0.997, 1.003)] == [False, True]
+
+
+@pytest.mark.parametrize("above", [1.0, 1e4, 1e-4])
+def test_the_depth_that_settings_promise_is_that_of_free_cubes(above):
+    """Three cubes with six degrees of freedom each, none of plumbob's own."""
+    head = pasted("mujoco/euler+stiff", 0.5).mjcf
+    masses = [1.0, 1.0, above]
+    cubes = "".join(
+        f'<body pos="0 0 {0.1 + 0.2 * i}"><freejoint/>'
+        f'<geom type="box" size=".1 .1 .1" mass="{mass}"/></body>'
+        for i, mass in enumerate(masses)
+    )
+    world = f'<worldbody><geom type="plane" size="2 2 .1"/>{cubes}</worldbody>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{head}{world}</mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=300)
+    loads = 9.81 * np.cumsum(masses[::-1])[::-1] / 4
+    weights = model.body_invweight0[1:, 0] + model.body_invweight0[:-1, 0]
+    deep = allowed_by("mujoco/euler+stiff") * (loads * weights).sum()
+    assert 0.5 - data.xpos[-1, 2] == pytest.approx(deep, rel=2e-3)
+    assert np.abs(data.qvel).max() < 1e-9

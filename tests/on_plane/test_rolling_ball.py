@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mpmath import mp
+from scipy.integrate import solve_ivp
 
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
@@ -65,6 +66,24 @@ def test_40_digits(changes):
             for name, value in zip(exact, stepped_to(ball, time), strict=True):
                 assert abs(float(value - mp.mpf(exact[name][i]))) <= doubt[name][i], (name, time)
     assert doubt["speed"].max() < 4e-15 * ball.scale
+
+
+@pytest.mark.parametrize("changes", CHANGES, ids=str)
+def test_an_integration_of_smoothed_friction_comes_near(changes):
+    """With tanh for the signs, and no events: within 1e-3 of the speeds."""
+    ball, width, times = replace(BALL, **changes), 1e-4, np.linspace(0.0, 1.2, 25)
+
+    def slope(time, y):
+        rolled = ball.friction * np.tanh((y[1] - y[2]) / width)
+        turned = ball.rolling_friction / ball.radius * np.tanh(y[2] / width)
+        return y[1], -ball.gravity * rolled, 2.5 * ball.gravity * (rolled - turned)
+
+    start = (0.0, ball.speed, ball.radius * ball.spin)
+    run = solve_ivp(slope, (0.0, 1.2), start, "Radau", times, rtol=1e-8, atol=1e-9)
+    for exact, values, size in zip(
+        ball.observe(times).values(), run.y, (1, 1, ball.radius), strict=True
+    ):
+        assert np.abs(exact * size - values).max() < 1e-3 * ball.scale
 
 
 @pytest.mark.parametrize("chosen", SCENES[:2], ids=lambda s: s.name)

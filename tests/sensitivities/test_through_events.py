@@ -55,3 +55,21 @@ def test_a_plan_reaches_its_goal_for_all_parameters_near(by):
             assert abs(values[1] - wanted) <= one.uncertainty[observable][1] + 1e-12
             assert one.uncertainty[observable].max() <= DIFFERENCES
     assert max(abs(values[0]) for one in found.values() for values in one.values.values()) > 1e-4
+
+
+@pytest.mark.parametrize(
+    ("case", "observable", "speed", "power"),
+    [("translation", "x", "velocity_x", 0.0), ("rotation", "heading", "heading_rate", 2.0)],
+)
+def test_all_supports_stop_together(case, observable, speed, power):
+    """Where a motion has a formula its derivatives through the rest are those of the formula: x =
+    v_x |v|/(2 f g), and a turn is proportional to the square of its rate."""
+    coast = case_of(scene(f"capsule-coast/{case}"))
+    p, end = coast.scene.parameters, np.array([coast.scene.duration])
+    derivatives = exact_gradient(coast, ["friction", "gravity", speed], end, [observable])
+    way = float(coast.reference.observe(end)[observable][0])
+    vx, vy = p["velocity_x"], p["velocity_y"]
+    powers = {"friction": -1, "gravity": -1, speed: power or 1 + vx**2 / (vx**2 + vy**2)}
+    for name, of in powers.items():
+        slope = derivatives[name].values[observable][0]
+        assert slope == pytest.approx(of * way / p[name], rel=1e-12)

@@ -9,7 +9,7 @@ from plumbob.reports.view.page import TEMPLATES
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import Document, broken_links, site_files
 
-NODES, KILOBYTES, SHEETS, STOPS, HEIGHT = 8000, 400.0, 12, 60, 5000
+NODES, KILOBYTES, STOPS, HEIGHT = 8000, 400.0, 60, 5000
 LEAST, TALLER = 10, 100  # systems that the height is for, and [px] that each further one may add
 PHONE, DESK, PAPER = 390, 1280, 703  # [px]; A4 within its margins
 NAMES = ["index", *sorted(systems())]
@@ -210,3 +210,12 @@ def _table_of_a_plot(visit):
     assert rows.count() > 5
     summary.click()
     rows.first.wait_for(state="detached")
+
+
+@pytest.mark.long
+def test_an_index_is_short_and_light(index, browser):
+    """With all that is folded: what leads a reader is within a few screens."""
+    assert index.stat().st_size < KILOBYTES * 1e3
+    with visited(browser, index) as visit:
+        tallest = HEIGHT + (len(systems()) - LEAST) * TALLER
+        assert visit.ask("document.documentElement.scrollHeight") <= tallest

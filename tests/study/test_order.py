@@ -44,3 +44,8 @@ def test_the_interval_is_the_one_of_a_regression(noise):
     margin = student.ppf(0.975, len(noise) - 2) * fit.stderr
     assert found.high - found.slope == pytest.approx(margin, rel=1e-9, abs=1e-7)
     assert found.slope - found.low == pytest.approx(margin, rel=1e-9, abs=1e-7)
+
+
+@pytest.mark.parametrize("errors", [[1.0, 0.5, 0.25], [np.nan] * 8, [0.0] * 8])
+def test_too_little_to_fit(errors):
+    assert fit_order(STEPS[: len(errors)], errors, np.zeros(len(errors))) is None
