@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Batches, RunsFiles, later
 from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
 from plumbob.engines.adapters.stepping import Built, stepped
@@ -91,8 +92,10 @@ def _started(translation: Any, model: Any) -> Built:
     def advance(first: int, last: int) -> None:
         port.steps(last - first)
 
-    data = port.data
-    return built(translation, advance, lambda: (data.qpos.numpy()[0], data.qvel.numpy()[0]))
+    def read() -> tuple[Array, Array]:  # copies: Warp's arrays on the processor are views
+        return np.array(port.data.qpos.numpy()[0]), np.array(port.data.qvel.numpy()[0])
+
+    return built(translation, advance, read)
 
 
 def batch(
