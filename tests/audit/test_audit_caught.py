@@ -1,9 +1,11 @@
 """Small defects of a reference are caught, not certified; what spoils an order is shown."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import mujoco
+import numpy as np
 import pytest
 
 from plumbob.engines.adapters.mujoco.own_model import model as own_model_module
@@ -13,6 +15,7 @@ from plumbob.engines.audit import reference as reference_module
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
+from plumbob.engines.audit.step_errors import tends
 from plumbob.engines.own_motion import NotCertifiable
 from plumbob.tests.audit.scenes_as_models import (
     audit_of,
@@ -105,3 +108,14 @@ def test_effective_contacts_are_those_that_refsafe_leaves():
     unchanged, nothing = own_model_module.clamped_for(ball(solref=".002 1"), 0.001)
     assert nothing == {}
     assert unchanged.geom_solref[:, 0].tolist() == [0.002, 0.002]
+
+
+@pytest.mark.parametrize(("level", "until"), [(3e-6, 0), (0.9e-6, 1)])
+def test_steps_that_level_off_above_what_is_known_do_not_tend(level, until):
+    errors = (1e-3, level, level, level)
+    steps = [
+        SimpleNamespace(integrator="euler", parts=2**k, errors=np.array([0.0, error]))
+        for k, error in enumerate(errors)
+    ]
+    known = SimpleNamespace(uncertainty=np.array([0.0, 1e-6]))
+    assert tends(steps, steps[0], known) == until

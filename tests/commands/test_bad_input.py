@@ -14,7 +14,6 @@ from plumbob.engines.study import store
 from plumbob.reports.cli import main
 from plumbob.tests.support.studies import made_up
 
-SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 MOST = 700  # characters of a line, with a value of 200: a few lines of a terminal
 REFUSED = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
 ODD = {  # what stands for them in that file

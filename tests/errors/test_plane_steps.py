@@ -14,7 +14,7 @@ from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.implicit_friction import FrictionProblem, after_friction
 from plumbob.tests.support.random_capsules import CHECK
 
-X, Y, HEADING = (COLUMNS.index(name) for name in ("x", "y", "heading"))
+HEADING = COLUMNS.index("heading")
 
 
 @pytest.mark.parametrize("angle", [-1.0, 0.4])

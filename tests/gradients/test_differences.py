@@ -14,11 +14,7 @@ from plumbob.models.registry import case_of, scene
 from plumbob.reports.judge.gradients import judged_gradients
 from plumbob.tests.peers.test_smooth_peers import needed
 
-LINE, SWING, CONE = (
-    "capsule-line/heading-030",
-    "simple-pendulum/free-large",
-    "cone-pendulum/rotating-base",
-)
+LINE, CONE = "capsule-line/heading-030", "cone-pendulum/rotating-base"
 THERE = "mujoco/euler+coulomb"
 SMOOTH = (
     (CONE, "mujoco/euler", "theta", "platform_rate"),

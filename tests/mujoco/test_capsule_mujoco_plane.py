@@ -10,7 +10,7 @@ from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.mujoco_capsule import METHODS, run
 
-EULER, RK4 = "euler+coulomb", "rk4+coulomb"
+EULER = "euler+coulomb"
 
 
 @pytest.mark.parametrize("heading", [3.0, -3.0])

@@ -21,7 +21,7 @@ from plumbob.tests.support.cone_scene import DEFAULT, MJCF, SYSTEM, scene
 METHODS = {
     m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
 }
-RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
+RK4 = METHODS["mujoco/rk4"]
 
 
 @pytest.mark.long(keep=2)

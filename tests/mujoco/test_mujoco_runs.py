@@ -20,7 +20,7 @@ from plumbob.tests.support.cone_scene import SYSTEM, scene
 METHODS = {
     m.name: m for m in ENGINE.methods if not {"control_at", "contact", "model"} & m.settings.keys()
 }
-RK4, EULER = METHODS["mujoco/rk4"], METHODS["mujoco/euler"]
+EULER = METHODS["mujoco/euler"]
 
 PUSHED = """
 <mujoco>

@@ -3,6 +3,8 @@ end, the number of steps, and what a step costs."""
 
 import pytest
 
+from plumbob.engines import sampling
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models import entry_points
 from plumbob.tests.commands.outcomes import validated, without_pages
 from plumbob.tests.outside.installed_packages import ENGINE, install, seen
@@ -68,3 +70,13 @@ def test_a_run_is_the_one_that_was_asked_for(kind, tmp_path, monkeypatch, capsys
         assert said.startswith("cut-short, expected predicted: the run is cut short: ")
         assert why in said
         assert f"UNEXPECTED {SMALL} tiny/euler: cut-short" in found.out
+
+
+@pytest.mark.parametrize(("late", "why"), [(5e-7, ""), (1e-5, "ends at")])
+def test_a_clock_that_rounds_is_no_other_grid(late, why):
+    """A thousandth of a step is what adding up times may round; a hundredth is another time."""
+    times = sampling.sampled(1000) * 1e-3
+    run = Trajectory(times * (1.0 + late), {"theta": times}, steps=1000)
+    short = sampling.cut_short(run, 1.0, 1e-3)
+    assert why in short
+    assert bool(short) == bool(why)

@@ -10,7 +10,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 
 METHODS = {m.name: m for m in ENGINE.methods if "simple-pendulum" in m.systems}
-DEFAULT, TIGHT = METHODS["pymunk/default"], METHODS["pymunk/tight"]
+TIGHT = METHODS["pymunk/tight"]
 
 
 def run(name, method, step, duration, **settings):

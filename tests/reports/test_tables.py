@@ -3,6 +3,7 @@ order."""
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -24,6 +25,8 @@ from plumbob.reports.view.sources import NOTEBOOK
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import finding, nothing
 from plumbob.tests.support.studies import SCENE, quick
+
+TESTS = Path(__file__).parents[1]
 
 
 def measured():
@@ -158,6 +161,9 @@ def test_every_statement_of_the_texts_is_computed_twice_or_cannot_be(
     for of in every:
         assert of.beside
         assert bool(of.test) == bool(of.finding)
+        if of.test:
+            path, _, name = of.test.partition("::")
+            assert f"def {name}(" in (TESTS / path).read_text("utf-8"), of.test
     table = top_tables.sources(findings)
     judged = {(line[0].text, line[1].text, line[6].link) for line in table.rows}
     shown_by = {"uniformity": "claims", "special-functions": "claims"}

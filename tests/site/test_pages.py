@@ -40,11 +40,6 @@ def documents(page):
     return {file: Document(file.read_text("utf-8")) for file in site_files(page)}
 
 
-@pytest.fixture(scope="module")
-def figures(documents):
-    return [figure for file in documents for figure in plotted(file)]
-
-
 def test_an_index_and_a_folder(page):
     (folder,) = (path for path in page.parent.iterdir() if path.is_dir())
     assert {path.name for path in page.parent.iterdir()} == {"index.html", folder.name}

@@ -14,10 +14,6 @@ from plumbob.tests.support.page_document import site_files
 NEAR = (
     1e-9  # of a value's size: integrals are refined to 1e-13, and rounding grows at a turning point
 )
-CASES = (  # of the notebook, from 1 to 7
-    *("free-small", "free-large", "rotating-slow", "rotating-fast"),
-    *("damped-small", "damped-large", "damped-rotating"),
-)
 SET = """(values) => {
   const section = document.querySelector(".sliders");
   for (const [name, value] of Object.entries(values)) {

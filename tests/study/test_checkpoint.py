@@ -47,9 +47,6 @@ def _changed(package, named):
     return "another" if named == package else "1.0"
 
 
-OTHERS = ("mujoco", "mujoco"), ("pymunk", "pymunk"), ("pinocchio", "pin"), ("mjx", "jax")
-
-
 @contextmanager
 def _in_another_process(do):
     """A process that does something, and then waits to be ended; it ends with the context."""

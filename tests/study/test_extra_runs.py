@@ -14,7 +14,6 @@ from plumbob.models.registry import case_of, scene, scenes
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
-SMALL = "linear-pendulum/overdamped"  # of which the page shows few runs
 PLAIN = ExtraRun(SCENE, "ode/rk4", 1e-3)
 CHANGED = ExtraRun(SCENE, "mujoco/rk4", 1e-3, 0.05, (("platform_rate", 12.0),))
 SETTING = ExtraRun(

@@ -13,8 +13,6 @@ from plumbob.engines.registry import find_builder
 from plumbob.tests.support.cone_scene import DEFAULT, SYSTEM, THETA, scene
 
 METHODS = {method.name: method for method in ENGINE.methods}
-FIXED = [method for method in ENGINE.methods if method.control == "step"]
-ADAPTIVE = [method for method in ENGINE.methods if method.control == "tolerance"]
 
 
 def run(method, step, duration=0.5, **given):

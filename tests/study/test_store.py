@@ -150,6 +150,3 @@ def test_costs_are_in_the_time_of_the_newest_reference_step(study):
     (cone,) = study.scenes
     changed = replace(cone, parameters={**cone.parameters, "gravity": 1.0})
     assert merged([study], changed) is None
-
-
-HEAVY = ("scipy", "mujoco", "pymunk", "plotly", "rich")

@@ -8,9 +8,11 @@ from itertools import product
 import numpy as np
 import pytest
 
+from plumbob.analytic.systems.capsule import normal_forces
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
     fastest,
     fastest_speed,
+    longest_stroke,
     mean_speed,
 )
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
@@ -46,3 +48,9 @@ def test_no_point_of_a_grid_is_faster():
     slower = RepeatedLine(replace(one.manoeuvre, w2=0.999 * LIMIT), 1)
     assert slower.mean_speed < best * (1 - 1e-4)
     assert best < fastest_speed(CHECK, STROKE) < 1.1 * best
+
+
+def test_the_longest_stroke_ends_where_a_support_is_unloaded():
+    unit = np.array([math.cos(1.0), math.sin(1.0)])
+    ends = normal_forces(CHECK, np.outer(longest_stroke(CHECK, 1.0), unit)).min(axis=1)
+    np.testing.assert_allclose(ends, 0.0, atol=1e-14 * CHECK.weight)

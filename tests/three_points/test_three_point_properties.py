@@ -1,14 +1,18 @@
 """Properties of every three-point motion: Coulomb's law, balances, symmetries, error."""
 
+import cmath
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.balance import balance
-from plumbob.analytic.systems.three_points.friction import three_point_motion
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.tests.support.plane_motions import loading
-from plumbob.tests.support.random_slides import ending, slide
+from plumbob.tests.support.random_slides import ending, pose, slide
 
 SEEDS = st.integers(0, 10**6)
 
@@ -53,3 +57,38 @@ def test_it_knows_its_own_error(seed):
         # A coarser motion may accidentally be more accurate than the fine one.
         assert (off <= 10.0 * getattr(said, name)[0] + 1e-15).all()
         assert getattr(said, name).max() <= 1e-11
+
+
+def mirrored(piece):
+    """A piece of a path in a mirror along x."""
+    if isinstance(piece, StraightPiece):
+        x, y = piece.origin
+        return replace(piece, origin=(x, -y), direction=-piece.direction)
+    turned = {name: -getattr(piece, name) for name in ("angle", "rate", "acceleration")}
+    return replace(piece, **turned)
+
+
+@given(SEEDS, st.floats(-3.0, 3.0), st.sampled_from([1, -1]))
+@settings(max_examples=10)
+def test_turning_the_ground_and_a_mirror_do_the_same_to_the_motion(seed, angle, side):
+    case = slide(seed)
+    body, path, start = case.capsule, case.path, case.start
+    if side < 0:
+        body = replace(body, supports=tuple((x, -y) for x, y in body.supports))
+        path = SliderPath(tuple(map(mirrored, path.pieces)))
+
+    def seen(x, y):
+        turned = complex(x, side * y) * cmath.rect(1.0, angle)
+        return turned.real, turned.imag
+
+    moved = Start(
+        seen(*start.position),
+        side * start.heading + angle,
+        seen(*start.velocity),
+        side * start.angular_velocity,
+    )
+    motion = case.motion()
+    time = ending(motion)
+    x, y, psi = pose(motion, time)
+    again = pose(three_point_motion(body, path, moved), time)
+    np.testing.assert_allclose(again, [*seen(x, y), side * psi + angle], rtol=0, atol=1e-12)
