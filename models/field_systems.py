@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from functools import lru_cache, partial
-from importlib import import_module
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,9 +13,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
-from plumbob.analytic.stability import StabilityTheory
-from plumbob.analytic.theory import ErrorTheory
-from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System
+from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System, later
 
 
 def field_names(model: type[Any]) -> tuple[str, ...]:
@@ -48,8 +45,12 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     invariants."""
     about = {
         "invariants": energy_drift,
-        "errors": _smooth_errors,
-        "stability": _smooth_stability,
+        "errors": lambda problem: later("errors.smooth_motion.stepped_system.smooth_errors")(
+            problem.motion, getattr(problem, "soft", None)
+        ),
+        "stability": lambda problem: later("errors.stability.smooth_systems.smooth_stability")(
+            problem.motion
+        ),
         **about,
     }
     return field_system(
@@ -63,12 +64,12 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
 
 def contact_system(model: type[Any], mjcf: Path, theory: str, **about: Any) -> System:
     """The same for a dataclass that is its own reference, of bodies in contact, which conserve
-    nothing; `theory`, MODULE.CLASS, is that of its steps' errors."""
+    nothing; `theory`, MODULE.CLASS below `plumbob.analytic`, is that of its steps' errors."""
     return field_system(
         model,
         mjcf,
         reference=lambda problem: problem,
-        errors=partial(theory_of, *theory.rsplit(".", 1)),
+        errors=later(theory),
         invariants=lambda problem, observed: {},
         kind=ON_PLANE,
         **about,
@@ -94,27 +95,6 @@ def energy_drift(problem: Any, observed: Mapping[str, Array]) -> Mapping[str, Ar
     scale = max(abs(energies[0]), getattr(problem, "lift", 0.0))
     scale = scale or float(np.abs(problem.potential(observed)).max())
     return {"energy": (energies - energies[0]) / scale} if scale else {}
-
-
-def theory_of(module: str, name: str, problem: Any) -> ErrorTheory:
-    """Theory of contacts, which asking for a scene does not load."""
-    theory: ErrorTheory = getattr(import_module(module), name)(problem)
-    return theory
-
-
-def _smooth_errors(problem: Any) -> ErrorTheory:
-    """Theory of fixed steps' errors, which asking for a scene does not load."""
-    from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
-
-    return smooth_errors(problem.motion, getattr(problem, "soft", None))
-
-
-@lru_cache(maxsize=16)  # the same for every method of a scene
-def _smooth_stability(problem: Any) -> StabilityTheory:
-    """Theory of largest steps, likewise."""
-    from plumbob.analytic.errors.stability.smooth_systems import smooth_stability
-
-    return smooth_stability(problem.motion)
 
 
 def _problem(model: type[Any], names: tuple[str, ...], parameters: Parameters) -> Any:

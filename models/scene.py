@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -74,6 +76,34 @@ class Scene:
     def system(self) -> str:
         """Name of the system, the part before the slash."""
         return self.name.partition("/")[0]
+
+
+def later(path: str) -> Callable[..., Any]:
+    """The function MODULE.NAME below `plumbob.analytic`, which asking for a scene does not load."""
+    return partial(_loaded, *f"plumbob.analytic.{path}".rsplit(".", 1))
+
+
+def _loaded(module: str, name: str, *arguments: Any) -> Any:
+    return getattr(import_module(module), name)(*arguments)
+
+
+def scene_of(
+    case: str,
+    summary: str,
+    duration: float,
+    profile: Any = "full",
+    hard: str = "",
+    *,
+    system: str,
+    steps: tuple[float, ...],
+    base: Parameters,
+    source: str,
+    change: Callable[[Parameters, Parameters], Parameters],
+    **values: Any,
+) -> Scene:
+    """A scene with `values` in place of some of the parameters of `base`."""
+    parameters = change(base, values)
+    return Scene(f"{system}/{case}", summary, parameters, duration, steps, source, profile, hard)
 
 
 def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:

@@ -6,6 +6,7 @@ import argparse
 import importlib
 import io
 import os
+import shlex
 import signal
 import sys
 import threading
@@ -58,9 +59,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     with _interrupts() as interrupts:
         try:
             words = list(sys.argv[1:] if argv is None else argv)
-            _no_null_byte(words)
             first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
             chosen = parser(first or COMMANDS).parse_args(words)
+            # Arguments may hold bytes that are no UTF-8.
+            line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
+            chosen.line = line.decode()
             return int(chosen.command(chosen))
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -79,17 +82,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             if isinstance(error, MemoryError):
                 return _said(INCOMPLETE, "out of memory", error)
             return _said(DEFECT, f"a defect of plumbob itself: {_described(error)}", error)
-
-
-def _no_null_byte(words: Sequence[str]) -> None:
-    """Raises ParameterError for a word that cannot be part of a command, nor name a file."""
-    from plumbob.analytic.parameters import ParameterError
-
-    for before, word in zip(("argument", *words), words, strict=False):
-        if "\0" in word:
-            name = word.partition("=")[0] if word.startswith("--") else before
-            named = name.lstrip("-") if name.startswith("--") else "argument"
-            raise ParameterError(named, word, "text without a null byte")
 
 
 def _said(code: int, message: str, error: BaseException) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -134,3 +135,8 @@ def certified(motion: CertifiedMotion) -> SmoothMotion:
     jacobian = system.jacobian(0.0, system.start[:, None])[..., 0]
     pace = 4 * float(np.abs(np.linalg.eigvals(jacobian)).max())
     return SmoothMotion(system.start, system.slope, system.jacobian, state, pace, read)
+
+
+cone_pendulum_gradients = partial(gradients, cone_pendulum)
+simple_pendulum_gradients = partial(gradients, simple_pendulum)
+free_body_gradients = partial(gradients, free_body)

@@ -45,7 +45,7 @@ def _scene(case: str, summary: str, restitution: float, duration: float, **more:
 SYSTEM = contact_system(
     BouncingBall,
     Path(__file__).parent / "bouncing_ball.xml",
-    "plumbob.analytic.errors.contact_models.impacts.BouncingErrors",
+    "errors.contact_models.impacts.BouncingErrors",
     name="bouncing-ball",
     title="Bouncing ball",
     observables=(Observable("z", "m"),),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
-from functools import lru_cache
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,11 +15,9 @@ import numpy as np
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.cone_pendulum import Body, ConePendulum, cone
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.cone_pendulum.answers import over_angle, over_time
 from plumbob.models.quantities import RADIAN, swing
 from plumbob.models.scene import (
@@ -30,7 +28,9 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     System,
+    later,
     replaced,
+    scene_of,
     step_sizes,
 )
 
@@ -57,7 +57,7 @@ _STEEL: Parameters = MappingProxyType(
         "theta_dot": 37.0,
     }
 )
-_LEVEL = MappingProxyType({"pivot_y": 0.0})
+_LEVEL: Parameters = MappingProxyType({"pivot_y": 0.0})
 _PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
 
 
@@ -141,28 +141,13 @@ def _about(motion: PendulumMotion) -> Mapping[str, Any]:
     }
 
 
-def errors(problem: ConePendulum) -> ErrorTheory:
-    """Theory of the errors of fixed steps on the motion."""
-    from plumbob.analytic.errors.smooth_motion.pendulum_errors import pendulum_errors
-
-    return pendulum_errors(problem.motion)
-
-
-def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
-    """Derivatives of the motion by parameters."""
-    from plumbob.analytic.sensitivities.smooth_systems import cone_pendulum, gradients
-
-    return gradients(cone_pendulum, problems, times)
-
-
-@lru_cache(maxsize=64)  # the same for every method of a scene
 def stability(problem: ConePendulum) -> StabilityTheory:
     """Theory of the largest steps on the motion."""
-    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
-
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
-    theory = pendulum_stability(motion.rotor, (theta, theta_dot), motion, motion.period)
+    theory: StabilityTheory = later("errors.stability.pendulums.pendulum_stability")(
+        motion.rotor, (theta, theta_dot), motion, motion.period
+    )
 
     def rotor_angle(observed: Mapping[str, Array]) -> Mapping[str, Array]:
         return {**observed, "theta": observed["theta"] + problem.tilt}
@@ -175,17 +160,14 @@ def stability(problem: ConePendulum) -> StabilityTheory:
     )
 
 
-def _scene(
-    case: str,
-    summary: str,
-    duration: float,
-    hard: str = "",
-    profile: Any = "full",
-    steps: tuple[float, ...] = step_sizes(5e-3, 2.5e-6),
-    **values: Any,
-) -> Scene:
-    name, parameters = f"cone-pendulum/{case}", change(_STEEL, values)
-    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
+_scene = partial(
+    scene_of,
+    system="cone-pendulum",
+    steps=step_sizes(5e-3, 2.5e-6),
+    base=_STEEL,
+    source=SOURCE,
+    change=change,
+)
 
 
 def _near(side: str, k: int, theta_dot: float) -> Scene:
@@ -343,7 +325,9 @@ SYSTEMS = (
         default="rotating-base",
         problem=problem,
         reference=lambda problem: problem.reference,
-        errors=errors,
+        errors=lambda problem: later("errors.smooth_motion.pendulum_errors.pendulum_errors")(
+            problem.motion
+        ),
         stability=stability,
         start=("theta", "theta_dot"),
         invariants=invariants,
@@ -353,7 +337,7 @@ SYSTEMS = (
         kind=ONE_SMOOTH,
         change=change,
         interest=interest,
-        sensitivity=sensitivity,
+        sensitivity=later("sensitivities.smooth_systems.cone_pendulum_gradients"),
         also=over_time,
         by_angle=over_angle,
     ),

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import known
-from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
-from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
-from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.scene import (
     FREE_ROTATION,
     Case,
@@ -24,6 +19,7 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     System,
+    later,
     step_sizes,
 )
 
@@ -36,28 +32,6 @@ def problem(parameters: Parameters) -> FreeBody:
     """The body that parameters describe; raises ParameterError."""
     known(parameters, PARAMETERS)
     return FreeBody(**parameters)
-
-
-def errors(body: FreeBody) -> ErrorTheory:
-    """Theory of the errors of fixed steps on the rotation."""
-    from plumbob.analytic.errors.free_body.error_series import free_body_errors
-
-    return free_body_errors(body)
-
-
-def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
-    """Derivatives of the rotation by parameters."""
-    from plumbob.analytic.sensitivities.smooth_systems import free_body, gradients
-
-    return gradients(free_body, problems, times)
-
-
-@lru_cache(maxsize=64)  # the same for every method of a scene
-def stability(body: FreeBody) -> StabilityTheory:
-    """Theory of the largest steps on the rotation."""
-    from plumbob.analytic.errors.stability.free_rotation import free_rotation_stability
-
-    return free_rotation_stability(body)
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -87,13 +61,11 @@ def _scene(
     rates: tuple[float, float, float],
     inertia: tuple[float, float, float] = (1.0, 2.0, 2.25),
     duration: float = 10.0,
-    steps: tuple[float, ...] = step_sizes(5e-2, 2e-4),
-    profile: Any = "full",
-    hard: str = "",
+    **more: Any,
 ) -> Scene:
     parameters = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
-    name = f"free-body/{case}"
-    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
+    more = {"steps": step_sizes(5e-2, 2e-4)} | more
+    return Scene(f"free-body/{case}", summary, parameters, duration, source=SOURCE, **more)
 
 
 def _near_separatrix(k: int) -> Scene:
@@ -175,8 +147,8 @@ SYSTEM = System(
     default="flip",
     problem=problem,
     reference=lambda body: body,
-    errors=errors,
-    stability=stability,
+    errors=later("errors.free_body.error_series.free_body_errors"),
+    stability=later("errors.stability.free_rotation.free_rotation_stability"),
     start=("angular_velocity",),
     invariants=FreeBody.invariants,
     facts=facts,
@@ -184,7 +156,7 @@ SYSTEM = System(
     family="free_body",
     kind=FREE_ROTATION,
     interest=interest,
-    sensitivity=sensitivity,
+    sensitivity=later("sensitivities.smooth_systems.free_body_gradients"),
     weight=2.0,
 )
 SYSTEMS = (SYSTEM,)

@@ -54,7 +54,7 @@ def _scene(
 SYSTEM = contact_system(
     Incline,
     Path(__file__).parent / "incline.xml",
-    "plumbob.analytic.errors.contact_models.inclined_steps.InclineErrors",
+    "errors.contact_models.inclined_steps.InclineErrors",
     name="incline",
     title="Cube on an incline",
     observables=(Observable("x", "m"), Observable("speed", "m/s")),

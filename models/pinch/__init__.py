@@ -46,7 +46,7 @@ _HARD = "friction used up but for a thousandth of it"
 SYSTEM = contact_system(
     Pinch,
     Path(__file__).parent / "pinch.xml",
-    "plumbob.analytic.errors.contact_models.pinch_steps.PinchErrors",
+    "errors.contact_models.pinch_steps.PinchErrors",
     name="pinch",
     title="Cube between two fingers",
     observables=(Observable("slip", "m"), Observable("speed", "m/s")),

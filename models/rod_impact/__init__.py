@@ -53,7 +53,7 @@ _BACK = (0.7, 0.5, 1.0, 0.3)
 SYSTEM = contact_system(
     RodImpact,
     Path(__file__).parent / "rod_impact.xml",
-    "plumbob.analytic.errors.contact_models.rod_steps.RodErrors",
+    "errors.contact_models.rod_steps.RodErrors",
     name="rod-impact",
     title="Rod that strikes the floor",
     observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),

@@ -43,7 +43,7 @@ def _scene(
 SYSTEM = contact_system(
     RollingBall,
     Path(__file__).parent / "rolling_ball.xml",
-    "plumbob.analytic.errors.contact_models.slide_to_roll.RollingErrors",
+    "errors.contact_models.slide_to_roll.RollingErrors",
     name="rolling-ball",
     title="Rolling ball",
     observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),

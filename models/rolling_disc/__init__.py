@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.heavy_top import ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
-from plumbob.models.field_systems import field_values, smooth_system, theory_of
+from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
-from plumbob.models.scene import Observable, Scene, step_sizes
+from plumbob.models.scene import Observable, Scene, later, step_sizes
 
 
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
@@ -64,7 +63,7 @@ SYSTEM = smooth_system(
         ),
     ),
     default="wobbling",
-    errors=partial(theory_of, "plumbob.analytic.errors.contact_models.disc_steps", "DiscErrors"),
+    errors=later("errors.contact_models.disc_steps.DiscErrors"),
     facts=facts,
     interest=interest,
     start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),

@@ -13,7 +13,7 @@ from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing
-from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, step_sizes
+from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, later, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -31,10 +31,11 @@ def facts(servo: Servo) -> Mapping[str, Any]:
 def errors(servo: Servo) -> ErrorTheory:
     """Theory of the errors of fixed steps on the motion."""
     if not servo.saturates:
-        return linear.errors(servo.started)
-    from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
-
-    return smooth_errors(servo, implicit=servo.implicit)
+        theory: ErrorTheory = linear.errors(servo.started)
+    else:
+        smooth_errors = later("errors.smooth_motion.stepped_system.smooth_errors")
+        theory = smooth_errors(servo, None, servo.implicit)
+    return theory
 
 
 def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:

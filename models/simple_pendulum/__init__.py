@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -12,11 +12,9 @@ from typing import Any
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.analytic.theory import ErrorTheory
 from plumbob.models.quantities import swing
 from plumbob.models.scene import (
     ONE_SMOOTH,
@@ -24,7 +22,9 @@ from plumbob.models.scene import (
     Parameters,
     Scene,
     System,
+    later,
     replaced,
+    scene_of,
     step_sizes,
 )
 
@@ -120,29 +120,19 @@ def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mappin
     return {"energy": (energy - energy[0]) / (span or 1.0)}
 
 
-def errors(problem: SimplePendulum) -> ErrorTheory:
-    """Theory of the errors of fixed steps on the motion."""
-    from plumbob.analytic.errors.smooth_motion.pendulum_errors import simple_pendulum_errors
-
-    return simple_pendulum_errors(problem)
-
-
-def sensitivity(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
-    """Derivatives of the motion by parameters."""
-    from plumbob.analytic.sensitivities.smooth_systems import gradients, simple_pendulum
-
-    return gradients(simple_pendulum, problems, times)
-
-
-@lru_cache(maxsize=64)  # the same for every method of a scene
 def stability(problem: SimplePendulum) -> StabilityTheory:
     """Theory of the largest steps on the motion."""
-    from plumbob.analytic.errors.stability.pendulums import pendulum_stability
-
     start, elliptic = problem.started, problem.elliptic
     period = math.inf if elliptic is None else elliptic.period
     begun = start.theta, start.theta_dot
-    return pendulum_stability(problem.rotor, begun, reference(problem), period)
+    theory: StabilityTheory = later("errors.stability.pendulums.pendulum_stability")(
+        problem.rotor, begun, reference(problem), period
+    )
+    return theory
+
+
+errors = later("errors.smooth_motion.pendulum_errors.simple_pendulum_errors")
+"""Theory of the errors of fixed steps on the motion of a problem."""
 
 
 def facts(problem: SimplePendulum) -> Mapping[str, Any]:
@@ -180,16 +170,14 @@ def _kind(problem: SimplePendulum) -> str:
     return ", ".join(words) or "oscillation"
 
 
-def _scene(
-    name: str,
-    summary: str,
-    profile: Any = "full",
-    hard: str = "",
-    duration: float = 50.0,
-    steps: tuple[float, ...] = step_sizes(1e-1, 1e-5),  # the notebook's 0.05 s among them
-    **values: Any,
-) -> Scene:
-    return Scene(name, summary, change(_REST, values), duration, steps, SOURCE, profile, hard)
+_scene = partial(
+    scene_of,
+    duration=50.0,
+    steps=step_sizes(1e-1, 1e-5),  # the notebook's 0.05 s among them
+    base=_REST,
+    source=SOURCE,
+    change=change,
+)
 
 
 def _both(
@@ -202,21 +190,18 @@ def _both(
     **values: Any,
 ) -> tuple[Scene, Scene]:
     """A scene of the simple pendulum, and the same start of the linear one."""
+    fewer = {"steps": step_sizes(1e-1, 1e-4), **values}
     return (
-        _scene(f"simple-pendulum/{case}", summary, profile, hard, **values),
-        _scene(
-            f"linear-pendulum/{case}",
-            linear,
-            linear_profile,
-            **{"steps": step_sizes(1e-1, 1e-4), **values},
-        ),
+        _scene(case, summary, system="simple-pendulum", profile=profile, hard=hard, **values),
+        _scene(case, linear, system="linear-pendulum", profile=linear_profile, **fewer),
     )
 
 
 def _near_top(k: int) -> Scene:
     return _scene(
-        f"simple-pendulum/near-top-1e-{k}",
+        f"near-top-1e-{k}",
         f"from rest 10^-{k} off the top, through the bottom and up the other side",
+        system="simple-pendulum",
         duration=float(math.ceil(0.75 * k + 1.5)),
         steps=step_sizes(2e-2, 2e-4),
         profile="quick" if k == 6 else "full",
@@ -316,8 +301,9 @@ _SCENES = (
         hard="neighbouring motions part as e^(0.12 t); the exact answer is known to 2e-12 rad",
     ),
     _scene(
-        "simple-pendulum/million-steps",
+        "million-steps",
         "the large swing of case 2, for 181 periods",
+        system="simple-pendulum",
         theta=_LARGE,
         duration=500.0,
         steps=(8e-3, 4e-3, 2e-3, 1e-3, 5e-4),
@@ -336,8 +322,9 @@ _SCENES = (
         hard="rates of 1.1/s and 8.9/s side by side",
     ),
     _scene(
-        "linear-pendulum/overdamped-1e4",
+        "overdamped-1e4",
         "damped at 10^4/s: the speed is lost within 1 ms, the angle within an hour",
+        system="linear-pendulum",
         theta=_LARGE,
         theta_dot=500 * _DEGREE,
         damping_rate=1e4,
@@ -346,8 +333,9 @@ _SCENES = (
         hard="rates of 10^4/s and 10^-3/s side by side: a ratio of 10^7",
     ),
     _scene(
-        "linear-pendulum/stiff-spring",
+        "stiff-spring",
         "a spring of 10^6/s^2 in place of gravity, undamped",
+        system="linear-pendulum",
         gravity=1e6,
         theta=0.1,
         duration=1.0,
@@ -355,8 +343,9 @@ _SCENES = (
         hard="omega = 1000 rad/s: an explicit step of 2 ms or more diverges",
     ),
     _scene(
-        "linear-pendulum/stiff-servo",
+        "stiff-servo",
         "a servo of k_p = 10^6/s^2 and k_v = 2000/s, no armature, on the course of a slow sine",
+        system="linear-pendulum",
         gravity=_KP,
         damping_rate=_KV,
         forcing_amplitude=_KP,
@@ -399,7 +388,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         kind=ONE_SMOOTH,
         change=change,
         interest=swing,
-        sensitivity=sensitivity,
+        sensitivity=later("sensitivities.smooth_systems.simple_pendulum_gradients"),
         left_out={"mass": MASS},
     )
 

@@ -38,7 +38,7 @@ def _scene(case: str, summary: str, count: int, ratio: float, **more: Any) -> Sc
 SYSTEM = contact_system(
     Stack,
     Path(__file__).parent / "stack.xml",
-    "plumbob.analytic.errors.contact_models.stack_steps.StackErrors",
+    "errors.contact_models.stack_steps.StackErrors",
     name="stack",
     title="Stack of cubes",
     observables=(Observable("top", "m"),),

@@ -19,9 +19,8 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.analytic.theory import ErrorTheory, StepErrors
 from plumbob.models.quantities import pose
-from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
+from plumbob.models.scene import Observable, Parameters, replaced, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
@@ -91,16 +90,6 @@ def _closed_form(
         return None
 
 
-def errors(problem: CapsuleProblem) -> ErrorTheory:
-    """Theory of the errors of fixed steps on a residual motion, with a formula or without."""
-    from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
-    from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors
-
-    if problem.motion.kind == "coasting":
-        return StepErrors(partial(coasting_errors, problem.motion))
-    return StepErrors(partial(plane_errors, PlaneReference(problem.motion)))
-
-
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """How much the kinetic energy rises from one sample to the next, over that at the start."""
     body, (x, y) = problem.setup.capsule, problem.setup.slider
@@ -139,17 +128,14 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     return {"t_rest": lasting, "rest": pose, **about}
 
 
-def _scene(
-    case: str,
-    summary: str,
-    duration: float,
-    profile: Any,
-    hard: str = "",
-    steps: tuple[float, ...] = step_sizes(1e-3, 1e-5),
-    **values: Any,
-) -> Scene:
-    name, parameters = f"capsule-coast/{case}", {**_CHECK, **values}
-    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
+_scene = partial(
+    scene_of,
+    system="capsule-coast",
+    steps=step_sizes(1e-3, 1e-5),
+    base=_CHECK,
+    source=SOURCE,
+    change=replaced,
+)
 
 
 SCENES = (
@@ -208,7 +194,6 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="translation",
     problem=problem,
-    errors=errors,
     invariants=invariants,
     facts=facts,
     interest=pose,

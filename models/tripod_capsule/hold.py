@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -13,7 +12,6 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle
-from plumbob.analytic.theory import ErrorTheory, StepErrors
 from plumbob.models.scene import Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
@@ -25,6 +23,7 @@ from plumbob.models.tripod_capsule.parameters import (
     capsule_system,
     change_line,
     heading,
+    on_line,
     place,
 )
 
@@ -49,33 +48,10 @@ def problem(parameters: Parameters) -> CapsuleProblem:
 
 
 def _stroke(parameters: Parameters) -> CapsuleProblem:
-    body, turned = capsule(parameters), heading(parameters)
-    line = along(parameters, body)
-    stroke = SlowStroke(
-        body, parameters["length"], parameters["fraction"], line, parameters.get("start", 0.0)
-    )
-    x, y = stroke.segment.start
-    return CapsuleProblem(
-        stroke,
-        stroke,
-        CapsuleSetup(
-            body,
-            (x, y),
-            line,
-            turned,
-            press=body.gravity,
-            relative_velocity=stroke.relative_velocity,
-        ),
-    )
-
-
-def errors(problem: CapsuleProblem) -> ErrorTheory:
-    """Theory of the errors of fixed steps on a slow motion, or on a body at rest."""
-    from plumbob.analytic.errors.sliding_motion.sliding_errors import hold_errors, line_errors
-
-    if problem.motion.kind == "stroke":
-        return StepErrors(partial(line_errors, problem.motion, problem.reference))
-    return StepErrors(partial(hold_errors, problem.motion))
+    body = capsule(parameters)
+    length, fraction = parameters["length"], parameters["fraction"]
+    start = parameters.get("start", 0.0)
+    return on_line(SlowStroke(body, length, fraction, along(parameters, body), start), parameters)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -138,7 +114,6 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="0.999",
     problem=problem,
-    errors=errors,
     facts=facts,
     change=change_line,
 )

@@ -14,14 +14,13 @@ import numpy as np
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import lowest_normal_forces, source_assumption
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import (
     condition_number,
     printed_body_velocity,
 )
-from plumbob.analytic.theory import StepErrors
-from plumbob.models.scene import Parameters, Scene, step_sizes
+from plumbob.models.scene import Parameters, Scene, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
@@ -29,8 +28,8 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
-    heading,
     manoeuvre,
+    on_line,
     threshold,
 )
 
@@ -50,20 +49,7 @@ _LINE: Parameters = MappingProxyType(
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The line manoeuvre that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
-    line, turned = manoeuvre(parameters), heading(parameters)
-    x, y = line.segment.start
-    return CapsuleProblem(
-        line,
-        line,
-        CapsuleSetup(
-            line.capsule,
-            (x, y),
-            line.direction,
-            turned,
-            press=line.capsule.gravity,
-            relative_velocity=line.relative_velocity,
-        ),
-    )
+    return on_line(manoeuvre(parameters), parameters)
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -77,13 +63,6 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
         return {}
     most = body.friction * body.weight
     return {"friction_beyond": np.maximum(np.abs(observed["friction_force"]) / most - 1.0, 0.0)}
-
-
-def errors(problem: CapsuleProblem) -> StepErrors:
-    """Theory of the errors of fixed steps on a manoeuvre on a line."""
-    from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
-
-    return StepErrors(partial(line_errors, problem.motion, problem.reference))
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -115,17 +94,15 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     }
 
 
-def _scene(
-    case: str,
-    summary: str,
-    hard: str = "",
-    profile: Any = "full",
-    duration: float = 0.15,
-    steps: tuple[float, ...] = step_sizes(1e-3, 1e-5),
-    **values: Any,
-) -> Scene:
-    name, parameters = f"capsule-line/{case}", change_line(_LINE, values)
-    return Scene(name, summary, parameters, duration, steps, SOURCE, profile, hard)
+_scene = partial(
+    scene_of,
+    system="capsule-line",
+    duration=0.15,
+    steps=step_sizes(1e-3, 1e-5),
+    base=_LINE,
+    source=SOURCE,
+    change=change_line,
+)
 
 
 def _mass_ratio(case: str, slider_mass: float, summary: str, t1: float, **values: Any) -> Scene:
@@ -237,7 +214,6 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="ca1",
     problem=problem,
-    errors=errors,
     invariants=invariants,
     facts=facts,
     change=change_line,

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, finite
-from plumbob.analytic.reference import Array
-from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.systems.capsule import Capsule, direction_to
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.models.quantities import displaced
 from plumbob.models.scene import (
@@ -20,6 +17,7 @@ from plumbob.models.scene import (
     Observable,
     Parameters,
     System,
+    later,
     replaced,
 )
 
@@ -56,38 +54,20 @@ ALONG = (
 )
 
 
-def no_invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
-    """None: friction and the actuator do work."""
-    return {}
-
-
-def sensitivity(problems: Sequence[Neighbours[CapsuleProblem]], times: Array) -> list[Sensitivity]:
-    """Derivatives of the motion by parameters."""
-    from plumbob.analytic.sensitivities.capsule import capsule_gradients
-
-    return capsule_gradients(problems, times)
-
-
-def alike(problem: CapsuleProblem, near: CapsuleProblem) -> bool:
-    """Whether two motions have the same sequence of phases."""
-    from plumbob.analytic.sensitivities import capsule
-
-    return capsule.alike(problem, near)
-
-
 capsule_system = partial(
     System,
     reference=lambda problem: problem.in_world,
     observables=ALONG,
-    invariants=no_invariants,
+    invariants=lambda problem, observed: {},  # friction and the actuator do work
+    errors=later("errors.sliding_motion.sliding_errors.capsule_errors"),
     start=("heading",),
     mjcf=MJCF,
     family="capsule",
     kind=ON_SUPPORTS,
     weight=CONTACTS,
     interest=displaced,
-    sensitivity=sensitivity,
-    alike=alike,
+    sensitivity=later("sensitivities.capsule.capsule_gradients"),
+    alike=later("sensitivities.capsule.alike"),
 )
 """A system that has the capsule's model and family; the arguments as in `System`."""
 
@@ -124,6 +104,21 @@ def manoeuvre(parameters: Parameters) -> LineManoeuvre:
         along(parameters, body),
         parameters.get("start", 0.0),
     )
+
+
+def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
+    """The problem of a `motion` whose slider stays on a line; raises ParameterError."""
+    once = motion.single
+    (x, y), body = once.segment.start, once.capsule
+    setup = CapsuleSetup(
+        body,
+        (x, y),
+        once.direction,
+        heading(parameters),
+        press=body.gravity,
+        relative_velocity=motion.relative_velocity,
+    )
+    return CapsuleProblem(motion, motion, setup)
 
 
 def heading(parameters: Parameters) -> float:

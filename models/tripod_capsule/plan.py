@@ -6,9 +6,9 @@ import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
-from functools import cache, partial
+from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.analytic.theory import StepErrors
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
@@ -119,13 +118,6 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     return CapsuleProblem(plan, PlaneReference(plan.motion), setup)
 
 
-def errors(problem: CapsuleProblem) -> StepErrors:
-    """Theory of the errors of fixed steps on a plan."""
-    from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
-
-    return StepErrors(partial(plane_errors, cast(PlaneReference, problem.reference)))
-
-
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Its manoeuvres, how long it takes, and how far from the goal the exact motion ends."""
     plan = problem.motion
@@ -224,7 +216,6 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="near-free",
     problem=problem,
-    errors=errors,
     facts=facts,
     interest=pose,
     start=(),

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import known
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.mean_speed import fastest_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.analytic.theory import StepErrors
 from plumbob.models.scene import Parameters, Scene
 from plumbob.models.tripod_capsule import line
 from plumbob.models.tripod_capsule.parameters import (
@@ -22,8 +20,8 @@ from plumbob.models.tripod_capsule.parameters import (
     SOURCE,
     capsule_system,
     change_line,
-    heading,
     manoeuvre,
+    on_line,
     threshold,
 )
 
@@ -48,27 +46,7 @@ def _repeated(parameters: Parameters, count: int, pause: float) -> RepeatedLine:
 def problem(parameters: Parameters) -> CapsuleProblem:
     """The repeated manoeuvres that parameters describe; raises ParameterError."""
     known(parameters, NAMES)
-    repeated = _repeated(parameters, parameters["count"], parameters["pause"])
-    manoeuvre = repeated.manoeuvre
-    return CapsuleProblem(
-        repeated,
-        repeated,
-        CapsuleSetup(
-            manoeuvre.capsule,
-            manoeuvre.segment.start,
-            manoeuvre.direction,
-            heading(parameters),
-            press=manoeuvre.capsule.gravity,
-            relative_velocity=repeated.relative_velocity,
-        ),
-    )
-
-
-def errors(problem: CapsuleProblem) -> StepErrors:
-    """Theory of the errors of fixed steps on repeated manoeuvres."""
-    from plumbob.analytic.errors.sliding_motion.sliding_errors import line_errors
-
-    return StepErrors(partial(line_errors, problem.motion, problem.reference))
+    return on_line(_repeated(parameters, parameters["count"], parameters["pause"]), parameters)
 
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
@@ -120,7 +98,6 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="thousand",
     problem=problem,
-    errors=errors,
     invariants=line.invariants,
     facts=facts,
     change=change_line,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
 from plumbob.analytic.systems.three_points.drive import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
-from plumbob.analytic.theory import StepErrors
 from plumbob.models.quantities import turned
 from plumbob.models.scene import Observable, Parameters, Scene
 from plumbob.models.tripod_capsule.parameters import (
@@ -85,13 +84,6 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
     return {"centre_of_mass": np.abs(shift) / (float(np.abs(arm).max()) or 1.0)}
 
 
-def errors(problem: CapsuleProblem) -> StepErrors:
-    """Theory of the errors of fixed steps on a turn."""
-    from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
-
-    return StepErrors(partial(plane_errors, cast(PlaneReference, problem.reference)))
-
-
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Angle at 2 tau and at rest, exact and by the formulas; sizes; loads."""
     turns = problem.motion
@@ -137,14 +129,13 @@ def _scene(
     case: str,
     summary: str,
     parameters: Parameters,
-    hard: str = "",
-    profile: Any = "full",
     parts: tuple[int, ...] = PARTS,
     lasting: float = LASTING,
+    **more: Any,
 ) -> Scene:
     name, tau = f"capsule-turn/{case}", parameters["half_time"]
     steps = tuple(tau / part for part in parts)
-    return Scene(name, summary, parameters, lasting * tau, steps, SOURCE, profile, hard)
+    return Scene(name, summary, parameters, lasting * tau, steps, SOURCE, **more)
 
 
 def _epsilon(epsilon: float, *, stop: bool) -> Scene:
@@ -153,7 +144,7 @@ def _epsilon(epsilon: float, *, stop: bool) -> Scene:
         f"{epsilon}{'-stop' if stop else ''}",
         f"epsilon {epsilon}, until {'the slider stops, at 2 tau' if stop else 'all is at rest'}",
         _parameters(epsilon, -1.0),
-        hard,
+        hard=hard,
         lasting=2.0 if stop else LASTING,
         profile="quick" if epsilon in (0.3, 0.03) and not stop else "full",
     )
@@ -164,12 +155,12 @@ def _hard(
 ) -> tuple[Scene, Scene]:
     """A hard scene, and the same until `lasting` tau in four steps."""
     return (
-        _scene(case, summary, parameters, hard),
+        _scene(case, summary, parameters, hard=hard),
         _scene(
             f"{case}-short",
             f"{summary}, until {lasting:g} tau at four step sizes",
             parameters,
-            hard,
+            hard=hard,
             lasting=lasting,
             parts=(50, 100, 200, 375),
             profile="quick",
@@ -195,7 +186,7 @@ SCENES = (
         "thousand",
         "1000 turns by whole circles, the residual motion waited out after each",
         _circles(1000),
-        "1000 turns in a row",
+        hard="1000 turns in a row",
         lasting=1000 * LASTING,
         parts=(20, 25, 50, 100),
     ),
@@ -234,13 +225,13 @@ SCENES = (
         "light-slider",
         "m/M = 1e-3: one circle, of which friction leaves the body 0.1 mrad",
         _parameters(0.1, -_circle(1e-3), slider_mass=1e-3),
-        "mu is nearly 0: friction holds the body for most of the circle",
+        hard="mu is nearly 0: friction holds the body for most of the circle",
     ),
     _scene(
         "heavy-slider",
         "m/M = 1e3, inside the triangle",
         _parameters(0.1, -1.0, slider_mass=1e3, radius=0.08),
-        "mu is nearly 1: the body weighs nothing beside what its supports carry",
+        hard="mu is nearly 1: the body weighs nothing beside what its supports carry",
         parts=(200, 400, 800, 1600),
     ),
 )
@@ -253,7 +244,6 @@ SYSTEM = capsule_system(
     scenes=SCENES,
     default="0.1",
     problem=problem,
-    errors=errors,
     invariants=invariants,
     facts=facts,
     interest=partial(turned, observable="body_angle"),

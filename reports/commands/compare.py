@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from plumbob.reports.commands.report import html_file
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
+ABSENT = {"versions": "unknown", "verdicts": None, "presence": "no"}  # of one study alone
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
 
 
@@ -28,19 +28,10 @@ def command(chosen: argparse.Namespace) -> int:
     above = math.inf if chosen.above is None else values.fraction("fail-above", chosen.above)
     file = None if chosen.page is None else html_file("page", chosen.page)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
-    moved = {
-        "verdicts": _verdicts(old, new),
-        "presence": _presence(old, new),  # pairs, or steps of pairs, of one study alone
-        "errors": list(_errors(old, new)),  # beyond rounding, and runs that ended otherwise
-    }
+    moved = _moved(old, new)
     made = old.provenance, new.provenance
+    versions = moved.pop("versions")
     rows = [row for part in moved.values() for row in part]
-    had, has = (of.versions for of in made)
-    versions = [
-        _row(("", ""), f"version of {n}", had.get(n, "unknown"), has.get(n, "unknown"))
-        for n in {**had, **has}
-        if had.get(n, "unknown") != has.get(n, "unknown")
-    ]
     if chosen.json:
         values.print_json([*versions, *rows])
     else:
@@ -57,12 +48,10 @@ def command(chosen: argparse.Namespace) -> int:
         of = Comparison(
             names=names, made=made, both=both, above=chosen.above or "", grown=grown, **moved
         )
-        words = ["plumbob", "compare", *names, "--page", chosen.page]
-        words += [] if chosen.above is None else ["--fail-above", chosen.above]
-        page = write_comparison(of, file, shlex.join(words))
+        page = write_comparison(of, file, chosen.line)
         if not chosen.json:
             print(f"page: {page}")
-    if any(row["what"] == "verdict" for row in moved["verdicts"]):
+    if moved["verdicts"]:
         return 1
     if grown and not chosen.json:
         print(f"{grown} errors have grown by more than {chosen.above}")
@@ -82,68 +71,45 @@ def _study(name: str, text: str) -> Study:
     return study
 
 
-def _verdicts(old: Study, new: Study) -> list[dict[str, Any]]:
-    before, after = (
-        {pair: judged.whole.verdict for pair, judged in judge_study(study).items()}
-        for study in (old, new)
-    )
-    both = [pair for pair in after if before.get(pair, after[pair]) != after[pair]]
-    return [_row(pair, "verdict", before[pair], after[pair]) for pair in both]
-
-
-def _presence(old: Study, new: Study) -> list[dict[str, Any]]:
-    """The pairs, and the steps of pairs, that one of the studies alone has, though it may be that
-    the other was not asked for them."""
-    had, has = (
-        {(c.scene, c.method): [m.step for m in c.measurements] for c in s.convergence}
-        for s in (old, new)
-    )
-    rows = []
-    for pair in {**had, **has}:
-        if pair not in had or pair not in has:
-            ran = _ran(old, pair, pair in had)
-            rows.append(_row(pair, "measured", ran, _ran(new, pair, pair in has)))
-        elif had[pair] != has[pair]:
-            gone, come = _alone(had[pair], has[pair]), _alone(has[pair], had[pair])
-            rows.append(_row(pair, "steps of one study alone:", gone, come))
-    return rows
-
-
-def _alone(steps: Sequence[float], others: Sequence[float]) -> str:
-    """Steps that the others have not."""
-    return ", ".join(f"{step:g}" for step in steps if step not in others) or "none"
-
-
-def _ran(study: Study, pair: Key, there: bool) -> str:
-    """Whether a study ran a pair, or was not asked for it."""
-    asked = (
-        any(s.name == pair[0] for s in study.scenes),
-        any(m.name == pair[1] for m in study.methods),
-    )
-    return "yes" if there else "no" if all(asked) else "not asked for"
-
-
-def _errors(old: Study, new: Study) -> Iterator[dict[str, Any]]:
-    """The errors that moved by more than rounding explains, and runs that ended otherwise."""
-    before = {(m.scene, m.method, m.step): m for c in old.convergence for m in c.measurements}
-    known = systems()
-    for now in (m for c in new.convergence for m in c.measurements):
-        if (then := before.get((now.scene, now.method, now.step))) is None:
+def _moved(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
+    """Rows of what differs by kind; errors beyond what rounding explains."""
+    had, has = dict(_facts(old)), dict(_facts(new))
+    moved: dict[str, list[dict[str, Any]]] = {kind: [] for kind in (*ABSENT, "errors")}
+    for kind, pair, what in {**had, **has}:
+        key, whole = (kind, pair, what), ("presence", pair, "measured")
+        was, now = (facts.get(key, ABSENT.get(kind)) for facts in (had, has))
+        alone = (whole in had) != (whole in has)
+        if was == now or was is None or now is None or (alone and key != whole):
             continue
-        pair, system = (now.scene, now.method), known[now.scene.partition("/")[0]]
-        if then.status != now.status:
-            worse = math.inf if then.status == "done" else None
-            yield _row(pair, f"run at {now.step:g}", then.status, now.status, worse)
-        units = {o.name: o.unit for o in system.observables}
-        for name, error in now.errors.items():
-            if name not in then.errors:
+        growth = math.inf if was == "done" else None
+        if isinstance(was, tuple):
+            (past, blurred), (largest, blurs) = was, now
+            grown = largest - past
+            if abs(grown) <= MOVED * past + blurred + blurs:
                 continue
-            past = then.errors[name].largest
-            grown = error.largest - past
-            rounded = round_off(then, name, units) + round_off(now, name, units)
-            if not abs(grown) <= MOVED * past + rounded:
-                growth = grown / past if past > 0.0 else math.inf
-                yield _row(pair, f"{name} error at {now.step:g}", past, error.largest, growth)
+            growth = grown / past if past > 0.0 else math.inf
+            was, now = past, largest
+        moved[kind].append(_row(pair, what, was, now, growth))
+    return moved
+
+
+def _facts(study: Study) -> Iterator[tuple[tuple[str, Key, str], Any]]:
+    """All that is compared of a study, by kind, pair and name: an error with what rounding makes of
+    it."""
+    for name, version in study.provenance.versions.items():
+        yield ("versions", ("", ""), f"version of {name}"), version
+    judged, known = judge_study(study), systems()
+    for convergence in study.convergence:
+        pair = convergence.scene, convergence.method
+        units = {o.name: o.unit for o in known[pair[0].partition("/")[0]].observables}
+        yield ("verdicts", pair, "verdict"), judged[pair].whole.verdict
+        yield ("presence", pair, "measured"), "yes"
+        for run in convergence.measurements:
+            yield ("presence", pair, f"measured at {run.step:g}"), "yes"
+            yield ("errors", pair, f"run at {run.step:g}"), run.status
+            for name, error in run.errors.items():
+                rounded = round_off(run, name, units)
+                yield ("errors", pair, f"{name} error at {run.step:g}"), (error.largest, rounded)
 
 
 def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -101,7 +100,6 @@ def _judged(
     from plumbob.reports.commands.validate import progress
 
     jobs = min(values.jobs(chosen), len(searches))
-    line = shlex.join(["plumbob", *sys.argv[1:]])
     with progress() as show:
         study = run_study(
             (),
@@ -110,6 +108,6 @@ def _judged(
             progress=show,
             timed=False,
             requests=lambda plan: searches,
-            command=line,
+            command=chosen.line,
         )
     return list(study_gradients(study))

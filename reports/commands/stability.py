@@ -4,8 +4,6 @@ after which they are wrong, beside its prediction."""
 from __future__ import annotations
 
 import argparse
-import shlex
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -75,8 +73,7 @@ def _measured(
     if not searches:
         given = ",".join(chosen.method) or None
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
-    line, jobs = shlex.join(["plumbob", *sys.argv[1:]]), values.jobs(chosen)
-
+    jobs = values.jobs(chosen)
     file = writable("out", Path(chosen.out)) / FILE if chosen.out else None
     with measured_into(file, note=noted) as kept, progress() as show:
         return run_study(
@@ -86,7 +83,7 @@ def _measured(
             progress=show,
             timed=False,
             requests=lambda plan: searches,
-            command=line,
+            command=chosen.line,
             kept=kept,
         )
 

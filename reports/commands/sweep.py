@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -40,7 +39,6 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed):
         around = box(chosen.scene, changed, [axis for axis, _ in varied])
     asked = sweep_of(around, counts, methods, steps)
-    line = shlex.join(["plumbob", *sys.argv[1:]])
     file = Path(chosen.out) / store.FILE
     with (
         values.workers(chosen) as (executor, jobs),
@@ -50,7 +48,9 @@ def command(chosen: argparse.Namespace) -> int:
         swept = sweep(
             asked, there, keep, jobs, executor, lambda n, of: show(asked.box.scene, n, of)
         )
-    page = write_sweep_page(swept, Path(chosen.out), provenance(line), store.key_of_sweep(asked))
+    page = write_sweep_page(
+        swept, Path(chosen.out), provenance(chosen.line), store.key_of_sweep(asked)
+    )
     if chosen.csv:
         _write_csv(Path(chosen.csv), swept)
     for number, why in swept.lost.items():

@@ -80,8 +80,6 @@ def _validated(
     out = writable("out", Path(chosen.out))
     if junit:
         writable("junitxml", junit.parent)
-    # Arguments may hold bytes that are no UTF-8.
-    line = shlex.join(["plumbob", *sys.argv[1:]]).encode("utf-8", "backslashreplace").decode()
     with Workers(jobs) as workers:
         with measured_into(out / store.FILE, chosen.fresh, noted) as kept, progress() as show:
             try:
@@ -93,7 +91,7 @@ def _validated(
                     executor,
                     progress=show,
                     requests=with_each_pair(requests) if chosen.gradients else requests,
-                    command=line,
+                    command=chosen.line,
                     kept=kept,
                     seed=chosen.seed,
                     analyse=analyse,

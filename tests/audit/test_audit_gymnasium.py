@@ -59,7 +59,7 @@ def test_on_the_command_line(tmp_path, capsys, monkeypatch):
     data = json.loads(printed.out)
     assert (data["model"], data["control"][:6]) == (POLE, "policy")
     page = Path(printed.err.strip()).read_text("utf-8")
-    assert f"plumbob audit --gym={POLE} --seed=3" in page
+    assert f"plumbob audit --gym {POLE} " in page
     assert main(["audit", "--gym", POLE, *QUICK]) == 0
     assert f"{POLE}" in capsys.readouterr().out
     for wrong in (

@@ -47,7 +47,7 @@ def test_command_writes_the_page_and_names_the_model_as_it_was_given(tmp_path, m
     assert printed.err.strip() == "pages/audit-rod.html"
     assert printed.out.startswith("rod.xml ")
     page = Path("pages/audit-rod.html").read_text("utf-8")
-    assert "plumbob audit arm/rod.xml --duration=0.1" in page
+    assert "plumbob audit arm/rod.xml --duration 0.1" in page
     assert main([*short, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["model"] == "arm/rod.xml"
     assert main([*short, "--out", "arm/rod.xml"]) == 2

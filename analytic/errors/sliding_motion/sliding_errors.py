@@ -5,22 +5,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes
+from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, ResidualMotion
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
+from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL, along
+from plumbob.analytic.theory import StepErrors
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
 Errors = Mapping[str, Array]
+
+
+def capsule_errors(problem: CapsuleProblem) -> StepErrors:
+    """Theory of the errors of fixed steps on a motion of the capsule."""
+    motion, reference = problem.motion, problem.reference
+    if isinstance(reference, PlaneReference):
+        return StepErrors(partial(plane_errors, reference))
+    if motion.kind == "coasting":
+        return StepErrors(partial(coasting_errors, motion))
+    if motion.kind == "hold":
+        return StepErrors(partial(hold_errors, motion))
+    return StepErrors(partial(line_errors, motion, reference))
 
 
 def stepped(

@@ -22,13 +22,12 @@ FEW = 25  # rows of a table that is not folded
 def write_comparison(of: Comparison, file: Path, command: str) -> Path:
     """Write the page, whole or not at all, and return its path; `command` is what reproduces it.
     Raises OSError where its folder cannot be written."""
-    absent = [move["new"] if move["old"] == "yes" else move["old"] for move in of.presence]
+    pairs = [move for move in of.presence if move["what"] == "measured"]
     lead = paragraphs(
         "compared",
         pairs=_by_pair(of.errors),
-        gone=sum(move["new"] == "no" for move in of.presence),
-        come=sum(move["old"] == "no" for move in of.presence),
-        aside=absent.count("not asked for"),
+        gone=sum(move["new"] == "no" for move in pairs),
+        come=sum(move["old"] == "no" for move in pairs),
         **vars(of),
     )
     old, new = (source.versions for source in of.made)
