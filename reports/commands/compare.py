@@ -19,7 +19,6 @@ from plumbob.reports.commands.report import html_file
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.reports.judge.tolerance import round_off
 
-ABSENT = {"versions": "unknown", "verdicts": None, "presence": "no"}  # of one study alone
 MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives the same bits
 
 
@@ -73,11 +72,12 @@ def _study(name: str, text: str) -> Study:
 
 def _moved(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
     """Rows of what differs by kind; errors beyond what rounding explains."""
+    absent = {"versions": "unknown", "verdicts": None, "presence": "no"}  # of one study alone
     had, has = dict(_facts(old)), dict(_facts(new))
-    moved: dict[str, list[dict[str, Any]]] = {kind: [] for kind in (*ABSENT, "errors")}
+    moved: dict[str, list[dict[str, Any]]] = {kind: [] for kind in (*absent, "errors")}
     for kind, pair, what in {**had, **has}:
         key, whole = (kind, pair, what), ("presence", pair, "measured")
-        was, now = (facts.get(key, ABSENT.get(kind)) for facts in (had, has))
+        was, now = (facts.get(key, absent.get(kind)) for facts in (had, has))
         alone = (whole in had) != (whole in has)
         if was == now or was is None or now is None or (alone and key != whole):
             continue
