@@ -71,9 +71,17 @@ def test_a_falsified_truth_is_found(capsys):
 def test_noise_moves_a_fit_by_its_deviation():
     true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
     fits = [
-        identify(around, true, method("ode/rk4"), 0.01, 60, noise=0.01, seed=seed).parameters[0]
+        identify(around, true, method("ode/rk4"), 0.01, 60, noise=0.01, seed=seed)
         for seed in range(8)
     ]
-    shifts = [(fit.identified - 1.0) / (fit.deviation or math.nan) for fit in fits]
+    lengths = [fit.parameters[0] for fit in fits]
+    shifts = [(of.identified - 1.0) / (of.deviation or math.nan) for of in lengths]
     # The root mean square of eight normal numbers is in here but once in a thousand times.
     assert 0.3 < float(np.sqrt(np.mean(np.square(shifts)))) < 1.9
+    assert np.mean([fit.residual for fit in fits]) == pytest.approx(0.01, rel=0.05)
+
+
+def test_a_solver_that_chooses_its_steps_is_fitted_at_all_samples():
+    true, around = case_of(scene(PENDULUM)), box(PENDULUM, {}, [Side("length", 0.9, 1.1)])
+    fit = identify(around, true, method("ode/dop853"), 1e-6, 30, all_samples=True)
+    assert fit.parameters[0].identified == pytest.approx(1.0, abs=1e-3)
