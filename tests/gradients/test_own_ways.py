@@ -43,6 +43,13 @@ def test_an_own_way_has_the_error_of_its_step(name, how, of, by, way):
     assert (judged.verdict, judged.why) == ("predicted", "")
 
 
+def test_two_ways_have_one_derivative_of_a_step():
+    """To the rounding of differences, with accelerations of 4e5 rad/s^2."""
+    fast = "cone-pendulum/fast-platform", "mujoco/implicit", "theta", "theta"
+    errors = [judged_way(*fast, way).relative_error for way in ("transition", "inverse")]
+    assert errors[0] == pytest.approx(errors[1], abs=3e-5)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("touching", [transition.TOUCHING, transition.NUDGE])
 def test_a_support_that_begins_to_slip_is_slower_than_a_nudge(touching, monkeypatch):
