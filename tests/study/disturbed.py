@@ -65,13 +65,6 @@ def until(true, process):
         time.sleep(0.005)
 
 
-def children(process):
-    """The worker processes of a study: those of its group that do tasks."""
-    return [
-        pid for pid in group(process.pid) if pid != process.pid and b"spawn_main" in _command(pid)
-    ]
-
-
 def group(leader):
     """The processes of a group that still run."""
     found = []
@@ -84,13 +77,6 @@ def group(leader):
             if int(fields[2]) == leader and fields[0] != "Z":
                 found.append(int(entry.name))
     return found
-
-
-def _command(pid):
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return b""
 
 
 def ended(process):

@@ -5,15 +5,11 @@ gmpy2's numbers: an independent method, with neither formula nor arithmetic of w
 """
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import gmpy2
 
 COLUMNS = 20
-State = list[Any]
-Rates = Callable[[State], State]
 
 
 def extrapolated(rates, state, step):
