@@ -19,6 +19,7 @@ from plumbob.engines.audit.stability import (
     excess,
     limited,
     stability,
+    tried_below,
 )
 from plumbob.engines.own_motion import Start
 from plumbob.reports.cli import main
@@ -169,6 +170,28 @@ def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):
         assert limit.largest_step != limit.predicted
         assert limit.largest_step == pytest.approx(2.0 / RATE, rel=0.11)
         assert limit.why.startswith("by nudged runs")
+
+
+def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
+    """Some between them and the limit hold: an island, not a limit."""
+    on, rate = course(arm()), Course.rate
+    limit = limited(on, "euler")
+    assert tried_below(on, limit) == limit
+    monkeypatch.setattr(
+        Course,
+        "rate",
+        lambda self, of, step, t: np.inf if 3e-3 < step < 3.4e-3 else rate(self, of, step, t),
+    )
+    lower = tried_below(on, limit)
+    assert lower.confirmed
+    assert 2.4e-3 < lower.largest_step < 3e-3
+
+
+def test_a_ball_that_does_not_come_to_rest_chatters():
+    on = course(DROP)
+    limit = tried_below(on, limited(on, "rk4"))
+    assert 4.0e-3 < limit.chatters < 4.6e-3
+    assert limit.reach == math.inf
 
 
 @pytest.mark.long
