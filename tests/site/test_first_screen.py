@@ -9,8 +9,11 @@ from functools import cache
 import pytest
 
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.measurement import measure, relative_error
+from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.page_numbers import study_record
+from plumbob.reports.view import notation
 from plumbob.reports.view.records import (
     PairVerdict,
     Records,
@@ -20,7 +23,7 @@ from plumbob.reports.view.records import (
 from plumbob.reports.view.site import first_screen, matrix
 from plumbob.reports.view.trimming import trimming
 from plumbob.tests.site import whole_profile
-from plumbob.tests.support.studies import verdicts
+from plumbob.tests.support.studies import SCENE, quick, verdicts
 
 LINE, DEFAULT, CONVERGENT, RK4 = "capsule-line/ca1", *first_screen.KINDS[0][-1]
 
@@ -170,6 +173,16 @@ def test_a_cell_has_the_error_at_other_steps(study):
     cells = matrix.shown(study, found, find_method(DEFAULT), judged)
     assert cells
     assert cells[2] is None
+
+
+@pytest.mark.long
+def test_each_error_is_that_of_a_run_made_again():
+    case = case_of(find_scene(SCENE))
+    for name, cells in _matrix(quick(), case.scene).items():
+        for cell in cells:
+            again, _ = measure(case, find_method(name), cell.step)
+            error = notation.relative(relative_error(again, case.system.quantities(case)))
+            assert cell.cell(1e-3)[2:].partition("\n")[0] == error
 
 
 def test_a_method_has_one_cost_on_a_scene(study):
