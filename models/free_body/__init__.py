@@ -8,30 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.parameters import known
-from plumbob.analytic.systems.free_body.problem import MOMENTS, FreeBody
+from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES
+from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.scene import (
     FREE_ROTATION,
     Case,
     Observable,
-    Parameters,
     Quantity,
     Scene,
-    System,
     later,
     step_sizes,
 )
 
-PARAMETERS = (*MOMENTS, "angular_velocity")
 SOURCE = "Whittaker 1937, Analytical Dynamics, 69; the numbers are ours"
 HALF = 0.5  # an error of 1 rad of the attitude is one of 0.5 of its quaternion
-
-
-def problem(parameters: Parameters) -> FreeBody:
-    """The body that parameters describe; raises ParameterError."""
-    known(parameters, PARAMETERS)
-    return FreeBody(**parameters)
 
 
 def facts(body: FreeBody) -> Mapping[str, Any]:
@@ -63,7 +54,7 @@ def _scene(
     duration: float = 10.0,
     **more: Any,
 ) -> Scene:
-    parameters = dict(zip(MOMENTS, inertia, strict=True)) | {"angular_velocity": rates}
+    parameters = field_values(FreeBody, (*inertia, rates))
     more = {"steps": step_sizes(5e-2, 2e-4)} | more
     return Scene(f"free-body/{case}", summary, parameters, duration, source=SOURCE, **more)
 
@@ -135,25 +126,23 @@ _SCENES = (
     ),
 )
 
-SYSTEM = System(
+SYSTEM = field_system(
+    FreeBody,
+    Path(__file__).parent / "free_body.xml",
     name="free-body",
     title="Free rigid body",
     observables=(
         *(Observable(name, "1") for name in ATTITUDE),
         *(Observable(name, "rad/s") for name in RATES),
     ),
-    parameters=PARAMETERS,
     scenes=_SCENES,
     default="flip",
-    problem=problem,
     reference=lambda body: body,
     errors=later("errors.free_body.error_series.free_body_errors"),
     stability=later("errors.stability.free_rotation.free_rotation_stability"),
     start=("angular_velocity",),
     invariants=FreeBody.invariants,
     facts=facts,
-    mjcf=Path(__file__).parent / "free_body.xml",
-    family="free_body",
     kind=FREE_ROTATION,
     interest=interest,
     sensitivity=later("sensitivities.smooth_systems.free_body_gradients"),

@@ -64,26 +64,11 @@ def command(chosen: argparse.Namespace) -> int:
 
 def records(fit: Identification) -> list[dict[str, Any]]:
     """One record for each parameter."""
+    apart = ("parameters", "low", "high")
     return [
-        {
-            "scene": fit.scene,
-            "method": fit.method,
-            "step": fit.step,
-            "parameter": parameter.parameter,
-            "true": parameter.true,
-            "identified": parameter.identified,
-            "residual": fit.residual,
-            "residual_at_true": fit.residual_at_true,
-            "deviation": parameter.deviation,
-            "correlation": parameter.correlation,
-            "within": [parameter.low, parameter.high],
-            "at_an_end": parameter.at_an_end,
-            "fitted": fit.fitted,
-            "samples": fit.samples,
-            "runs": fit.runs,
-            "way": fit.way,
-        }
-        for parameter in fit.parameters
+        {name: value for name, value in (vars(fit) | vars(of)).items() if name not in apart}
+        | {"within": [of.low, of.high], "at_an_end": of.at_an_end}
+        for of in fit.parameters
     ]
 
 

@@ -41,10 +41,11 @@ def command(chosen: argparse.Namespace) -> int:
     """Answer from everything that is stored of the scenes; run what is missing. 0 where a method
     reaches the error, 1 where none does."""
     from plumbob.reports.advice.advice import Question, advise
+    from plumbob.reports.commands.arguments.like import own_method
     from plumbob.reports.commands.validate import progress
 
     error = _wanted(chosen)
-    user_method = _user_method(chosen.like) if chosen.like else None
+    user_method = own_method(chosen.like) if chosen.like else None
     out = Path(chosen.out)
     scenes = _scenes(chosen.scene, values.changes(chosen.changes))
     if user_method and len(scenes) > 1:
@@ -74,12 +75,6 @@ def _wanted(chosen: argparse.Namespace) -> float:
     if chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     return values.positive_number("error", chosen.error)
-
-
-def _user_method(path: str) -> Method:
-    from plumbob.reports.commands.arguments.like import own_method
-
-    return own_method(path)
 
 
 def _scenes(name: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:

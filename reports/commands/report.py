@@ -11,11 +11,6 @@ from plumbob.engines.study import store
 from plumbob.reports.commands.arguments import values
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Take --jobs too, which does nothing: one process draws, it takes seconds."""
-    parser.add_argument("--jobs", help=argparse.SUPPRESS)
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
     of them, or a folder to publish, and print where it is."""
@@ -24,7 +19,6 @@ def command(chosen: argparse.Namespace) -> int:
     public = None if chosen.publish is None else new_folder(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
-    values.jobs(chosen)
     study = store.load(Path(chosen.out) / store.FILE, number)
     if study is None and number is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")

@@ -12,6 +12,7 @@ from plumbob.engines.abilities import FileChecks, Settings, SettingsToPaste
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.registry import engine_of, installed, method
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.view.tables import lines
 
 CHECKED = "mujoco/euler+coulomb"  # what a file is held against unless a method is given
 
@@ -71,14 +72,7 @@ def _check(chosen: argparse.Namespace) -> int:
     checked = checks.check(Path(chosen.check), named)
     if chosen.json:
         values.print_json(asdict(checked))
-        return 1 if checked.warnings else 0
-    for warning in checked.warnings:
-        print(f"warning: {warning}")
-    if not checked.differences:
-        print(f"{chosen.check}: the settings of {checked.method} at its step of {checked.step:g} s")
     else:
-        print(f"{chosen.check} differs from {checked.method} at its step of {checked.step:g} s:")
-    width = max((len(field) for field, _, _ in checked.differences), default=0)
-    for field, value, wanted in checked.differences:
-        print(f"  {field:<{width}}  {value}, there {wanted}")
+        width = max((len(field) for field, _, _ in checked.differences), default=0)
+        print(*lines("check", file=chosen.check, checked=checked, width=width), sep="\n")
     return 1 if checked.warnings else 0
