@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -17,7 +16,8 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.judge.gradients import JudgedGradient, study_gradients
+from plumbob.reports.commands.stability import measured
+from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected
 
 INCOMPLETE = 3
@@ -30,7 +30,7 @@ def command(chosen: argparse.Namespace) -> int:
     with values.representable(changed, chosen):
         case = case_of(find_scene(chosen.scene, changed))
         searches = [s for method in methods for s in _searches(chosen, case, method, changed)]
-        judged = _judged(chosen, methods, searches)
+        judged = list(study_gradients(measured(chosen, methods, searches)))
     if chosen.json:
         values.print_json([of.record() for of in judged])
     else:
@@ -90,24 +90,3 @@ def _usual(case: Case) -> list[str]:
     parameters = case.scene.parameters
     floats = [name for name, value in parameters.items() if isinstance(value, float) and value]
     return [name for name in parameters if name in floats or name in case.system.start]
-
-
-def _judged(
-    chosen: argparse.Namespace, methods: Sequence[Method], searches: Sequence[GradientSearch]
-) -> list[JudgedGradient]:
-    """The derivatives, from a study of nothing else."""
-    from plumbob.engines.study.runner import run_study
-    from plumbob.reports.commands.validate import progress
-
-    jobs = min(values.jobs(chosen), len(searches))
-    with progress() as show:
-        study = run_study(
-            (),
-            methods,
-            jobs=jobs,
-            progress=show,
-            timed=False,
-            requests=lambda plan: searches,
-            command=chosen.line,
-        )
-    return list(study_gradients(study))

@@ -51,7 +51,6 @@ def command(chosen: argparse.Namespace) -> int:
                 run=run,
                 judgement=judgement,
                 units={o.name: o.unit for o in case.system.observables},
-                decided=_decided(run, judgement),
                 cost=cost,
                 unit=unit,
                 factor=records[-1]["real_time_factor"],
@@ -119,10 +118,3 @@ def _code(scene: Scene, method: Method, run: Measurement, judged: Judgement) -> 
     if method.name == USER_METHOD:  # of a user's own settings only a run is expected
         return INCOMPLETE if run.status == "unsupported" else 0
     return 1 if run_surprise(scene, method, judged) else 0
-
-
-def _decided(run: Measurement, judgement: Judgement) -> str | None:
-    """The observable that the verdict is due to: the first that its reason names; None where the
-    reason names none, as where all are within their tolerances."""
-    words = judgement.reason.replace(",", " ").split()
-    return next((word for word in words if word in run.errors), None)

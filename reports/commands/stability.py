@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import engine_of, installed
@@ -21,6 +21,7 @@ from plumbob.reports.judge.stability import JudgedLimit, study_limits
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
+    from plumbob.engines.study.request import RunRequest
     from plumbob.engines.study.results import Study
     from plumbob.models.scene import Scene
 
@@ -59,9 +60,8 @@ def _measured(
     chosen: argparse.Namespace, scenes: Sequence[Scene], methods: Sequence[Method]
 ) -> Study:
     """A study of these searches, and of nothing else, kept where a folder is given."""
-    from plumbob.engines.study.checkpoint import measured_into
-    from plumbob.engines.study.runner import pairs, run_study
-    from plumbob.reports.commands.validate import noted, progress, writable
+    from plumbob.engines.study.runner import pairs
+    from plumbob.reports.commands.validate import writable
 
     step = None if chosen.step is None else values.positive_number("step", chosen.step)
     if step is not None and not chosen.long:
@@ -73,13 +73,26 @@ def _measured(
     if not searches:
         given = ",".join(chosen.method) or None
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
-    jobs = values.jobs(chosen)
     file = writable("out", Path(chosen.out)) / FILE if chosen.out else None
+    return measured(chosen, methods, searches, file)
+
+
+def measured(
+    chosen: argparse.Namespace,
+    methods: Sequence[Method],
+    searches: Sequence[RunRequest[Any]],
+    file: Path | None = None,
+) -> Study:
+    """A study of these searches, and of nothing else, kept in `file`; raises ParameterError."""
+    from plumbob.engines.study.checkpoint import measured_into
+    from plumbob.engines.study.runner import run_study
+    from plumbob.reports.commands.validate import noted, progress
+
     with measured_into(file, note=noted) as kept, progress() as show:
         return run_study(
             (),
             methods,
-            jobs=min(jobs, max(1, len(searches) // 2)),
+            jobs=min(values.jobs(chosen), len(searches)),
             progress=show,
             timed=False,
             requests=lambda plan: searches,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -51,8 +50,6 @@ def command(chosen: argparse.Namespace) -> int:
     page = write_sweep_page(
         swept, Path(chosen.out), provenance(chosen.line), store.key_of_sweep(asked)
     )
-    if chosen.csv:
-        _write_csv(Path(chosen.csv), swept)
     for number, why in swept.lost.items():
         print(f"plumbob: points from {number * asked.chunk} on are missing: {why}", file=sys.stderr)
     if chosen.json:
@@ -90,18 +87,6 @@ def step_sizes(texts: Sequence[str] | None, method: Method) -> list[float]:
     if texts:
         return list(dict.fromkeys(values.positive_number("step", text) for text in texts))
     return [*(method.step_sizes or (1e-3,))[-1:]]
-
-
-def _write_csv(file: Path, swept: Swept) -> None:
-    of = swept.sweep
-    heads = [f"{m.name} at {h:g}" for m in of.methods for h in of.steps]
-    flat = swept.errors.reshape(len(heads), of.points)
-    with open(file, "w", newline="", encoding="utf-8") as target:
-        writer = csv.writer(target)
-        writer.writerow([*(s.name for s in of.box.sides), *heads])
-        for point in range(of.points):
-            at = [s.at(x) for s, x in zip(of.box.sides, of.place(point), strict=True)]
-            writer.writerow([*at, *flat[:, point].tolist()])
 
 
 def _print_json(swept: Swept, page: Path) -> None:
