@@ -42,10 +42,15 @@ def test_a_defect_is_one_line_and_its_traceback_a_file(folder, capsys, monkeypat
         assert f"{__file__}:" in err
 
 
-def test_an_interrupt_is_one_line(capsys, monkeypatch):
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ImportError])
+def test_an_interrupt_is_one_line(error, capsys, monkeypatch):
+    """Where a library makes an error of its own of it, too."""
+
     def interrupted():
-        os.kill(os.getpid(), signal.SIGINT)
-        raise AssertionError("not interrupted")
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+        except KeyboardInterrupt:
+            raise error from None
 
     usual = signal.getsignal(signal.SIGINT)
     monkeypatch.setattr(cite, "systems", interrupted)
