@@ -1,6 +1,7 @@
 """The command line as a user types it: answers, one clear line for bad input, exit codes."""
 
 import json
+import os
 
 import pytest
 
@@ -62,3 +63,19 @@ def test_list_and_cite_name_everything(capsys):
 def test_version_is_printed(capsys):
     code, out, _ = _run(capsys, "--version")
     assert (code, out) == (0, f"plumbob {__version__}\n")
+
+
+@pytest.mark.long
+def test_the_umask_is_followed(tmp_path):
+    """But by stores, to which SQLite gives others no right to write."""
+    out, site = tmp_path / "out", tmp_path / "site"
+    before = os.umask(0o027)
+    try:
+        words = f"--scenes linear-pendulum/overdamped --methods ode/rk4 --jobs 1 --out {out}"
+        assert main(["validate", *words.split()]) == 0
+        assert main(["report", str(out), "--publish", str(site)]) == 0
+    finally:
+        os.umask(before)
+    modes = {(path.is_dir(), path.stat().st_mode & 0o777) for path in site.rglob("*")}
+    assert modes == {(True, 0o750), (False, 0o640)}
+    assert (out / "index.html").stat().st_mode & 0o777 == 0o640

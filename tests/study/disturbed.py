@@ -1,6 +1,5 @@
 """A small study by `plumbob validate` in processes of its own, which a test ends too early."""
 
-import signal
 import sqlite3
 import subprocess
 import sys
@@ -8,12 +7,9 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from plumbob.engines.study.convergence import convergence_study
-from plumbob.engines.study.results import TaskResult
 from plumbob.engines.study.store import FILE, load
 
 SCENE = "linear-pendulum/overdamped"
-FATAL = "ode/leapfrog"  # the method that `fatal` does not survive
 METHODS = "ode/rk4,ode/leapfrog,mujoco/euler"
 ENDS = 2.0  # [s] after which an interrupted study has ended
 LOADED = 10.0  # times that on a machine with other work
@@ -107,11 +103,3 @@ def rows(out):
     """How many studies, and how many rows in all, a folder's store has."""
     with closing(sqlite3.connect(f"file:{out / FILE}?mode=ro", uri=True)) as opened:
         return opened.execute("select count(distinct study), count(*) from result").fetchone()
-
-
-def fatal(scene, method, most, seed):
-    """The convergence study of a pair, for a worker; with one method it ends its process."""
-    if method.name == FATAL:
-        signal.raise_signal(signal.SIGKILL)
-    found = convergence_study(scene, method, most)
-    return TaskResult(found, pair=(scene.name, method.name))

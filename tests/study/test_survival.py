@@ -9,7 +9,6 @@ from collections import Counter
 
 import pytest
 
-from plumbob.engines.study import runner
 from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.reports.cli import main
 from plumbob.tests.study import disturbed
@@ -104,24 +103,6 @@ def test_a_second_process_waits_for_the_first(out, undisturbed, capsys):
     assert disturbed.ended(first)[0] == ""
     assert first.returncode == 0
     assert disturbed.rows(out)[0] == 2
-    assert disturbed.figures(out) == disturbed.figures(undisturbed)
-
-
-@pytest.mark.long
-def test_what_two_workers_die_of_is_named_and_tried_again(out, undisturbed, capsys, monkeypatch):
-    with monkeypatch.context() as patched:
-        patched.setattr(runner, "_pair", disturbed.fatal)
-        assert main(disturbed.words(out, 2)) == 3
-    captured = capsys.readouterr()
-    label = f"{disturbed.SCENE} {disturbed.FATAL}"
-    assert f"given up: {label}: its process was ended by SIGKILL, 2 times" in captured.err
-    assert "missing" in captured.out
-    shown = {c.method: c.measurements for c in disturbed.stored(out).convergence}
-    assert [m.status for m in shown.pop(disturbed.FATAL)] == ["missing"]
-    assert {m.status for found in shown.values() for m in found} == {"done"}
-    assert main(disturbed.words(out, 1)) == 0
-    assert "goes on: " in capsys.readouterr().err
-    assert disturbed.rows(out)[0] == 1
     assert disturbed.figures(out) == disturbed.figures(undisturbed)
 
 
