@@ -10,7 +10,7 @@ import pytest
 
 from plumbob.analytic.sensitivities.capsule import phased
 from plumbob.models.gradient import exact_gradient
-from plumbob.models.registry import case_of, scene
+from plumbob.models.registry import case_of, scene, systems
 from plumbob.tests.support.derivatives import scaled
 from plumbob.tests.support.extrapolation import tuples
 
@@ -187,3 +187,11 @@ def test_derivatives_exist_on_a_separatrix():
             assert values == pytest.approx(off[name].values[observable], rel=1e-5, abs=1e-5)
     growth = on["angular_velocity[0]"].values["angular_velocity_x"]
     assert abs(growth[1]) > 5 * abs(growth[0])
+
+
+@pytest.mark.long
+def test_a_switch_of_plan_has_no_derivative():
+    """Another sequence of manoeuvres is another motion."""
+    cases = (case_of(scene(f"capsule-plan/{name}-free")) for name in ("near", "half-turn"))
+    near, half = (systems()["capsule-plan"].structure(case.problem) for case in cases)
+    assert near != half
