@@ -22,7 +22,7 @@ print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
 """
 
 
-def test_nor_do_the_first_that_a_process_begins():
+def test_workers_never_see_an_interrupt():
     """With the first of them Python begins another process, and lets interrupts through then."""
     said = subprocess.run(
         [sys.executable, "-c", BEGINS], capture_output=True, text=True, timeout=300, check=True

@@ -77,9 +77,3 @@ def test_what_a_task_raises_is_raised_and_ends_the_others():
         _worked_out(tasks, jobs=2)
     assert "in a worker process" in str(raised.value.__cause__)
     assert set(multiprocessing.active_children()) <= others
-
-
-def test_workers_never_see_an_interrupt():
-    found, _ = _worked_out([Task(1, signal.pthread_sigmask, (signal.SIG_BLOCK, ()), 60.0)])
-    assert signal.SIGINT in found[1]
-    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())

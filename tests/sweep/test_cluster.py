@@ -1,4 +1,4 @@
-"""A cluster on this machine: one worker of two is killed, and nothing is lost."""
+"""A cluster on this machine: results are those of one process, and a killed worker loses none."""
 
 from dataclasses import replace
 
@@ -7,11 +7,13 @@ import pytest
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.box import Side, box
-from plumbob.engines.registry import method
+from plumbob.engines.registry import method, methods
 from plumbob.engines.study.provenance import provenance
+from plumbob.engines.study.runner import run_study
 from plumbob.engines.sweep import cluster as module
 from plumbob.engines.sweep.cluster import cluster
 from plumbob.engines.sweep.sweep import sweep, sweep_of
+from plumbob.models.registry import scenes
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +42,16 @@ def test_a_worker_that_is_killed_loses_nothing(workers):
     assert sorted(kept) == list(range(10))
     alone = sweep(asked, {}, lambda number, chunk: None)
     assert np.array_equal(found.errors, alone.errors)
+
+
+@pytest.mark.long
+def test_a_study_on_a_cluster_is_the_local_one_to_the_bit(workers):
+    asked = scenes("simple-pendulum/free-small"), methods("mujoco/rk4,ode/dop853"), "quick"
+    with cluster(workers.scheduler_address) as (executor, count):
+        far = run_study(*asked, count, executor, timed=False)
+    near = run_study(*asked, 1, timed=False)
+    errors = [[m.errors for c in of.convergence for m in c.measurements] for of in (far, near)]
+    assert errors[0] == errors[1]
 
 
 @pytest.mark.long
