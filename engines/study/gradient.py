@@ -41,13 +41,16 @@ if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
 
 SIDES = MappingProxyType({"central": (-1, 1), "forward": (0, 1)})
 ORDERS = MappingProxyType({"central": 2, "forward": 1})  # of the difference, in eps
-SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 10))
+SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 11))
 """Of a parameter, or of its unit where that is 0: the differences that are tried."""
 NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
 # Calibrated: with a parameter the bound of a model's error changes as its power 4 at most.
 POWER = 4.0
-# Calibrated, by tests/gradients: what rounding does to runs, of its bound.
-TYPICAL = 3e-3
+# Of the number: how far those runs are apart whose ends tell what rounding makes of one, and how
+# many. Third differences leave nothing of what is smooth (More and Wild 2011, SIAM J. Sci. Comput.
+# 33, 1292).
+FINE = MappingProxyType({"step": 1e-9, "tolerance": 1e-5})
+BESIDE, SMOOTH = 8, 3
 # Calibrated by capsule-plan/beside-curve-31: where a support stops within a step, and a solver's
 # residual with it, a model's error jumps from one parameter to the next, by 2e-3 of its bound.
 JUMP = 5e-3
@@ -68,6 +71,7 @@ class Difference:
     slope: float | None  # that of the predicted error; None without theory
     rounding: float  # bound, over eps
     remainder: float  # bound on what else is left open
+    noise: float = 0.0  # what rounding makes of it, by runs beside it
 
     @property
     def predicted(self) -> float | None:
@@ -82,7 +86,7 @@ class Difference:
     @property
     def size(self) -> float:
         """Of the error that is to be expected of the difference itself."""
-        return abs(self.truncation) + TYPICAL * self.rounding
+        return abs(self.truncation) + self.noise
 
 
 @dataclass(frozen=True)
@@ -230,6 +234,25 @@ class _Runs:
             remainder,
         )
 
+    def slope(self, name: str) -> float:
+        """That of the predicted error, one for all differences: where a theory takes the run's own
+        steps, it has their rounding, too; 0 where there is none on both sides."""
+        value, size = self.number.value, NEAR * self.number.size
+        try:
+            return self.difference(name, (value - size, value + size), 0.0).slope or 0.0
+        except (ParameterError, Unsupported):
+            return 0.0
+
+    def noise(self, name: str) -> float:
+        """The standard deviation of what rounding makes of an end; 0 where there is no run."""
+        shifts = FINE[self.method.control] * self.number.size * (np.arange(BESIDE) + 0.5)
+        try:
+            ends = [self.at(self.number.value + shift)[name] for shift in shifts]
+        except (ParameterError, Unsupported):
+            return 0.0
+        apart = np.diff([end.value for end in ends], SMOOTH)
+        return float(np.sqrt(np.mean(apart**2) / math.comb(2 * SMOOTH, SMOOTH)))
+
     def jumps(self, name: str, low: float, high: float) -> float:
         """A bound on those of a model's error, over how far two values are apart."""
         return JUMP * sum(self.at(value)[name].model for value in (low, high)) / (high - low)
@@ -353,8 +376,13 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     if not tried:
         raise Unsupported(why)
     order, epses = ORDERS[record.way], [d.eps or 0.0 for d in tried]
+    if len(tried) >= LEAST:
+        low, high = SIDES[record.way]
+        apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
+        tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
     predicted = [d.size for d in tried]
-    measured = [abs(d.computed - record.reference - (d.slope or 0.0)) for d in tried]
+    slope = runs.slope(record.of)
+    measured = [abs(d.computed - record.reference - slope) for d in tried]
     return replace(
         record,
         tried=tuple(tried),
