@@ -122,7 +122,7 @@ class SteppedSimulation:
 
 @dataclass(frozen=True)
 class Followed:
-    """What a solver that chooses its own steps reaches."""
+    """The samples that a solver that chooses its own steps reaches."""
 
     times: Array  # [s] of the samples, shape (n,)
     states: Any  # there, as the scene observes them

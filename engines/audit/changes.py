@@ -47,7 +47,7 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]
 
 
 def _settings(audit: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
-    """What an audit is of: settings of these names, the body, versions and the model's fields."""
+    """Settings of these names, the body, versions and the fields of an audited model."""
     groups = {
         f"{group} {name}": value
         for group, key in (("version of", "versions"), ("field", "fields"))

@@ -50,4 +50,5 @@ def test_an_engine_takes_these_steps(name, method, step):
         / (theory.uncertainty[n].max() * (1 + 2 * math.sqrt(steps)))
         for n, error in errors.items()
     ]
-    assert 1e-4 < max(parts) < 1.0
+    assert max(parts) < 1.0
+    assert max(parts) > 1e-4 or not any(parts)  # leapfrog's are the same to the bit

@@ -117,7 +117,7 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
 
 
 def _left_out(model: Any, data: Any, root: int, plane: int) -> Iterator[str]:
-    """What acts on the free joint of the body at the start, and is not copied."""
+    """Names of all that acts on the free joint of the body at the start, and is not copied."""
     if model.opt.density or model.opt.viscosity:
         yield "the medium"
     first, floor = model.body_dofadr[root], (data.contact.geom == plane).any(axis=1)
