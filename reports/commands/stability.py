@@ -61,7 +61,6 @@ def _measured(
 ) -> Study:
     """A study of these searches, and of nothing else, kept where a folder is given."""
     from plumbob.engines.study.runner import pairs
-    from plumbob.reports.commands.validate import writable
 
     step = None if chosen.step is None else values.positive_number("step", chosen.step)
     if step is not None and not chosen.long:
@@ -73,26 +72,28 @@ def _measured(
     if not searches:
         given = ",".join(chosen.method) or None
         raise ParameterError("method", given, f"one that is meant for {chosen.scene}")
-    file = writable("out", Path(chosen.out)) / FILE if chosen.out else None
-    return measured(chosen, methods, searches, file)
+    return measured(chosen, methods, searches, chosen.out)
 
 
 def measured(
     chosen: argparse.Namespace,
     methods: Sequence[Method],
     searches: Sequence[RunRequest[Any]],
-    file: Path | None = None,
+    out: str | None = None,
 ) -> Study:
-    """A study of these searches, and of nothing else, kept in `file`; raises ParameterError."""
+    """A study of these searches, and of nothing else, kept in the folder `out`; raises
+    ParameterError."""
     from plumbob.engines.study.checkpoint import measured_into
     from plumbob.engines.study.runner import run_study
-    from plumbob.reports.commands.validate import noted, progress
+    from plumbob.reports.commands.validate import noted, progress, writable
 
+    jobs = min(values.jobs(chosen), len(searches))
+    file = writable("out", Path(out)) / FILE if out else None
     with measured_into(file, note=noted) as kept, progress() as show:
         return run_study(
             (),
             methods,
-            jobs=min(values.jobs(chosen), len(searches)),
+            jobs=jobs,
             progress=show,
             timed=False,
             requests=lambda plan: searches,

@@ -87,7 +87,6 @@ def spoiled(study):
                             name: replace(e, largest=UNITED, end=UNITED)
                             for name, e in m.errors.items()
                         },
-                        channels={name: 3.0 * v for name, v in m.channels.items()},
                     )
                     for m in c.measurements
                 ),

@@ -95,7 +95,7 @@ def test_command_prints_and_writes(tmp_path, monkeypatch, capsys):
     assert max(map(abs, data["own"][0]["errors"])) > 0.01
     assert max(map(abs, data["pasted"][0]["errors"])) < 0.001
     page = Path("pages/audit-box-contacts.html").read_text("utf-8")
-    assert "plumbob audit box.xml --contacts --out pages" in page
+    assert "plumbob audit box.xml --contacts --json --out pages" in page
     assert main(["audit", "box.xml", "--contacts", "--speed", "1", "--absolute", "0.01"]) == 1
     printed = capsys.readouterr()
     assert "from 1 m/s at 16 headings" in printed.out
