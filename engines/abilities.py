@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,12 +24,6 @@ ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 
 Fields = Iterator[tuple[str, str, Any]]
 """The same as it is read: field, name, numbers."""
-
-
-def later(function: str) -> Callable[..., Any]:
-    """A function by its dotted name, whose module is imported when it is called."""
-    module, _, name = function.rpartition(".")
-    return lambda *about: getattr(import_module(module), name)(*about)
 
 
 @dataclass(frozen=True)

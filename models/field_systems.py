@@ -13,7 +13,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import known
 from plumbob.analytic.reference import Array
-from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System, later
+from plumbob.models.scene import ON_PLANE, SMOOTH, Parameters, System, from_analytic
 
 
 def field_names(model: type[Any]) -> tuple[str, ...]:
@@ -45,12 +45,12 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     invariants."""
     about = {
         "invariants": energy_drift,
-        "errors": lambda problem: later("errors.smooth_motion.stepped_system.smooth_errors")(
-            problem.motion, getattr(problem, "soft", None)
-        ),
-        "stability": lambda problem: later("errors.stability.smooth_systems.smooth_stability")(
-            problem.motion
-        ),
+        "errors": lambda problem: from_analytic(
+            "errors.smooth_motion.stepped_system.smooth_errors"
+        )(problem.motion, getattr(problem, "soft", None)),
+        "stability": lambda problem: from_analytic(
+            "errors.stability.smooth_systems.smooth_stability"
+        )(problem.motion),
         **about,
     }
     return field_system(
@@ -69,7 +69,7 @@ def contact_system(model: type[Any], mjcf: Path, theory: str, **about: Any) -> S
         model,
         mjcf,
         reference=lambda problem: problem,
-        errors=later(theory),
+        errors=from_analytic(theory),
         invariants=lambda problem, observed: {},
         kind=ON_PLANE,
         **about,

@@ -78,9 +78,14 @@ class Scene:
         return self.name.partition("/")[0]
 
 
-def later(path: str) -> Callable[..., Any]:
+def later(function: str) -> Callable[..., Any]:
+    """A function by its dotted name, whose module is imported when it is called."""
+    return partial(_loaded, *function.rsplit(".", 1))
+
+
+def from_analytic(path: str) -> Callable[..., Any]:
     """The function MODULE.NAME below `plumbob.analytic`, which asking for a scene does not load."""
-    return partial(_loaded, *f"plumbob.analytic.{path}".rsplit(".", 1))
+    return later(f"plumbob.analytic.{path}")
 
 
 def _loaded(module: str, name: str, *arguments: Any) -> Any:

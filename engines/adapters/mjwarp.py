@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import Batches, RunsFiles, later
+from plumbob.engines.abilities import Batches, RunsFiles
 from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
 from plumbob.engines.adapters.stepping import Built, stepped
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, later
 
 METHODS = (ported("mjwarp/default", "EULER"), ported("mjwarp/rk4", "RK4"))
 LOADED = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "qacc_warmstart")

@@ -16,13 +16,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
-from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles, later
+from plumbob.engines.abilities import Batches, OwnDerivative, RunsFiles
 from plumbob.engines.adapters.own_derivatives import moved, nudged
 from plumbob.engines.adapters.ported import PORTED, built, compiled, model_error, ported
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
 from plumbob.engines.method import Engine, Method, Stepping, Unsupported
 from plumbob.engines.trajectory import ByName, Trajectory
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, later
 
 if TYPE_CHECKING:
     from plumbob.models.gradient import Number

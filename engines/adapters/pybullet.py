@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.schemes import EULER, Scheme
-from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase, later
+from plumbob.engines.abilities import Fields, ModelReader, RunsFiles, SchemeOfCase
 from plumbob.engines.adapters.chain import HINGE, SLIDE, Link, Vector, by_step
 from plumbob.engines.adapters.hinged_body import PENDULUMS, HingedBody, hinged_body, model_error
 from plumbob.engines.adapters.stepping import Built, stepped
@@ -35,7 +35,7 @@ from plumbob.engines.adapters.three_feet import (
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
 from plumbob.engines.trajectory import ByName
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, later
 
 EULER_STEP = Scheme(EULER, "start")
 OTHERWISE = Scheme("euler with damping, motors or contacts")  # without a theory here

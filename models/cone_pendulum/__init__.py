@@ -28,7 +28,7 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     System,
-    later,
+    from_analytic,
     replaced,
     scene_of,
     step_sizes,
@@ -145,7 +145,7 @@ def stability(problem: ConePendulum) -> StabilityTheory:
     """Theory of the largest steps on the motion."""
     motion = problem.motion
     theta, theta_dot = (float(part[0]) for part in motion.closed_form.state(np.zeros(1)))
-    theory: StabilityTheory = later("errors.stability.pendulums.pendulum_stability")(
+    theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
         motion.rotor, (theta, theta_dot), motion, motion.period
     )
 
@@ -325,9 +325,9 @@ SYSTEMS = (
         default="rotating-base",
         problem=problem,
         reference=lambda problem: problem.reference,
-        errors=lambda problem: later("errors.smooth_motion.pendulum_errors.pendulum_errors")(
-            problem.motion
-        ),
+        errors=lambda problem: from_analytic(
+            "errors.smooth_motion.pendulum_errors.pendulum_errors"
+        )(problem.motion),
         stability=stability,
         start=("theta", "theta_dot"),
         invariants=invariants,
@@ -337,7 +337,7 @@ SYSTEMS = (
         kind=ONE_SMOOTH,
         change=change,
         interest=interest,
-        sensitivity=later("sensitivities.smooth_systems.cone_pendulum_gradients"),
+        sensitivity=from_analytic("sensitivities.smooth_systems.cone_pendulum_gradients"),
         also=over_time,
         by_angle=over_angle,
     ),

@@ -17,7 +17,7 @@ from plumbob.models.scene import (
     Observable,
     Quantity,
     Scene,
-    later,
+    from_analytic,
     step_sizes,
 )
 
@@ -138,14 +138,14 @@ SYSTEM = field_system(
     scenes=_SCENES,
     default="flip",
     reference=lambda body: body,
-    errors=later("errors.free_body.error_series.free_body_errors"),
-    stability=later("errors.stability.free_rotation.free_rotation_stability"),
+    errors=from_analytic("errors.free_body.error_series.free_body_errors"),
+    stability=from_analytic("errors.stability.free_rotation.free_rotation_stability"),
     start=("angular_velocity",),
     invariants=FreeBody.invariants,
     facts=facts,
     kind=FREE_ROTATION,
     interest=interest,
-    sensitivity=later("sensitivities.smooth_systems.free_body_gradients"),
+    sensitivity=from_analytic("sensitivities.smooth_systems.free_body_gradients"),
     weight=2.0,
 )
 SYSTEMS = (SYSTEM,)

@@ -11,7 +11,7 @@ from plumbob.analytic.systems.heavy_top import ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
-from plumbob.models.scene import Observable, Scene, later, step_sizes
+from plumbob.models.scene import Observable, Scene, from_analytic, step_sizes
 
 
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
@@ -63,7 +63,7 @@ SYSTEM = smooth_system(
         ),
     ),
     default="wobbling",
-    errors=later("errors.contact_models.disc_steps.DiscErrors"),
+    errors=from_analytic("errors.contact_models.disc_steps.DiscErrors"),
     facts=facts,
     interest=interest,
     start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),

@@ -13,7 +13,7 @@ from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing
-from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, later, step_sizes
+from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, from_analytic, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -33,7 +33,7 @@ def errors(servo: Servo) -> ErrorTheory:
     if not servo.saturates:
         theory: ErrorTheory = linear.errors(servo.started)
     else:
-        smooth_errors = later("errors.smooth_motion.stepped_system.smooth_errors")
+        smooth_errors = from_analytic("errors.smooth_motion.stepped_system.smooth_errors")
         theory = smooth_errors(servo, None, servo.implicit)
     return theory
 

@@ -22,7 +22,7 @@ from plumbob.models.scene import (
     Parameters,
     Scene,
     System,
-    later,
+    from_analytic,
     replaced,
     scene_of,
     step_sizes,
@@ -125,13 +125,13 @@ def stability(problem: SimplePendulum) -> StabilityTheory:
     start, elliptic = problem.started, problem.elliptic
     period = math.inf if elliptic is None else elliptic.period
     begun = start.theta, start.theta_dot
-    theory: StabilityTheory = later("errors.stability.pendulums.pendulum_stability")(
+    theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
         problem.rotor, begun, reference(problem), period
     )
     return theory
 
 
-errors = later("errors.smooth_motion.pendulum_errors.simple_pendulum_errors")
+errors = from_analytic("errors.smooth_motion.pendulum_errors.simple_pendulum_errors")
 """Theory of the errors of fixed steps on the motion of a problem."""
 
 
@@ -388,7 +388,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         kind=ONE_SMOOTH,
         change=change,
         interest=swing,
-        sensitivity=later("sensitivities.smooth_systems.simple_pendulum_gradients"),
+        sensitivity=from_analytic("sensitivities.smooth_systems.simple_pendulum_gradients"),
         left_out={"mass": MASS},
     )
 

@@ -17,7 +17,7 @@ from plumbob.models.scene import (
     Observable,
     Parameters,
     System,
-    later,
+    from_analytic,
     replaced,
 )
 
@@ -59,15 +59,15 @@ capsule_system = partial(
     reference=lambda problem: problem.in_world,
     observables=ALONG,
     invariants=lambda problem, observed: {},  # friction and the actuator do work
-    errors=later("errors.sliding_motion.sliding_errors.capsule_errors"),
+    errors=from_analytic("errors.sliding_motion.sliding_errors.capsule_errors"),
     start=("heading",),
     mjcf=MJCF,
     family="capsule",
     kind=ON_SUPPORTS,
     weight=CONTACTS,
     interest=displaced,
-    sensitivity=later("sensitivities.capsule.capsule_gradients"),
-    alike=later("sensitivities.capsule.alike"),
+    sensitivity=from_analytic("sensitivities.capsule.capsule_gradients"),
+    alike=from_analytic("sensitivities.capsule.alike"),
 )
 """A system that has the capsule's model and family; the arguments as in `System`."""
 

@@ -17,12 +17,11 @@ from plumbob.engines.abilities import (
     RunsFiles,
     SchemeOfCase,
     SecondRun,
-    later,
 )
 from plumbob.engines.adapters.hinged_body import PENDULUMS, model_error_on_platform
 from plumbob.engines.adapters.three_feet import scheme
 from plumbob.engines.method import Engine, Method, Simulation
-from plumbob.models.scene import Case
+from plumbob.models.scene import Case, later
 
 EULER_STEP = Scheme(EULER, "start", implicit_damping=True)
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 8))

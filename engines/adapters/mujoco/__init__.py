@@ -22,12 +22,11 @@ from plumbob.engines.abilities import (
     StepsOfFiles,
     UserModels,
     UserSettings,
-    later,
 )
 from plumbob.engines.adapters.mujoco.methods import METHODS
 from plumbob.engines.method import Engine, Method
 from plumbob.engines.registry import find_builder, model_error
-from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case
+from plumbob.models.scene import FREE_ROTATION, ON_PLANE, SMOOTH, Case, later
 
 prepare = later(f"{__name__}.simulation.compiled")
 

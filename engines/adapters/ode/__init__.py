@@ -4,10 +4,10 @@ three of scipy's adaptive ones."""
 from __future__ import annotations
 
 from plumbob.analytic.schemes import ADAPTIVE, EULER, LEAPFROG, RK4, Scheme
-from plumbob.engines.abilities import OwnDerivative, SecondRun, later
+from plumbob.engines.abilities import OwnDerivative, SecondRun
 from plumbob.engines.adapters.stepping import no_error
 from plumbob.engines.method import Engine, Method
-from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH
+from plumbob.models.scene import FREE_ROTATION, ONE_SMOOTH, SMOOTH, later
 
 # relative; of order 5 and implicit, Radau takes seconds for its tenth digit of a swing
 TOLERANCES = tuple(float(f"1e-{digits}") for digits in range(3, 14))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from plumbob.engines.abilities import SettingsToPaste, later
+from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.pymunk.methods import METHODS
 from plumbob.engines.method import Engine
 from plumbob.engines.registry import model_error
+from plumbob.models.scene import later
 
 prepare = later(f"{__name__}.simulation.prepared")
 ENGINE = Engine(
