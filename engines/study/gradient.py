@@ -234,24 +234,28 @@ class _Runs:
             remainder,
         )
 
+    def beside(self, name: str, shifts: Sequence[float]) -> list[_End]:
+        """The ends of runs with so much more of the number; none where one of them is not
+        possible."""
+        try:
+            return [self.at(self.number.value + shift)[name] for shift in shifts]
+        except (ParameterError, Unsupported):
+            return []
+
     def slope(self, name: str) -> float:
         """That of the predicted error, one for all differences: where a theory takes the run's own
         steps, it has their rounding, too; 0 where there is none on both sides."""
-        value, size = self.number.value, NEAR * self.number.size
-        try:
-            return self.difference(name, (value - size, value + size), 0.0).slope or 0.0
-        except (ParameterError, Unsupported):
-            return 0.0
+        size = NEAR * self.number.size
+        errors = [end.error for end in self.beside(name, (-size, size)) if end.error is not None]
+        return (errors[1] - errors[0]) / (2.0 * size) if len(errors) == 2 else 0.0
 
     def noise(self, name: str) -> float:
         """The standard deviation of what rounding makes of an end; 0 where there is no run."""
-        shifts = FINE[self.method.control] * self.number.size * (np.arange(BESIDE) + 0.5)
-        try:
-            ends = [self.at(self.number.value + shift)[name] for shift in shifts]
-        except (ParameterError, Unsupported):
+        apart = FINE[self.method.control] * self.number.size
+        if not (ends := self.beside(name, [(n + 0.5) * apart for n in range(BESIDE)])):
             return 0.0
-        apart = np.diff([end.value for end in ends], SMOOTH)
-        return float(np.sqrt(np.mean(apart**2) / math.comb(2 * SMOOTH, SMOOTH)))
+        scatter = np.diff([end.value for end in ends], SMOOTH)
+        return float(np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH, SMOOTH)))
 
     def jumps(self, name: str, low: float, high: float) -> float:
         """A bound on those of a model's error, over how far two values are apart."""
@@ -261,12 +265,8 @@ class _Runs:
         """By how much the slopes of the predicted error differ on both sides: it jumps where the
         motion is a special one, next to which another theory holds, and has a corner where a
         switch falls on the end of a step."""
-        value = self.number.value
-        try:
-            ends = [self.at(at)[name].error for at in (value - eps, value, value + eps)]
-        except (ParameterError, Unsupported):
-            return 0.0
-        errors = [error for error in ends if error is not None]
+        ends = self.beside(name, (-eps, 0.0, eps))
+        errors = [end.error for end in ends if end.error is not None]
         return abs(float(np.diff(errors, 2)[0])) / eps if len(errors) == 3 else 0.0
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,6 @@ class SmoothStability:
     """The limits on a `motion` whose coordinates are angles."""
 
     motion: CertifiedMotion
-    _found: dict[Scheme, tuple[StepLimit, ...]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def orbit(self) -> Array:
@@ -82,11 +81,6 @@ class SmoothStability:
         for leapfrog, whose implicit half steps take minutes."""
         if scheme.integrator == ADAPTIVE:
             return (NO_STEP,)
-        if scheme not in self._found:
-            self._found[scheme] = self._by_steps(scheme)
-        return self._found[scheme]
-
-    def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         system, scales = self.motion.system, self.scales[:, None]
         advance = advance_of(scheme, system)
         soft = scheme.loop is not None or scheme.contact is not None
@@ -127,7 +121,7 @@ def smooth_stability(motion: CertifiedMotion) -> StabilityTheory:
     return StabilityTheory(
         math.tau / theory.rate,
         False,
-        theory.limits,
+        cache(theory.limits),
         lambda duration: float(theory.growth(np.array(duration))),
         theory.kind_of,
     )
