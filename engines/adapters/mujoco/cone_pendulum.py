@@ -32,14 +32,10 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a cone pendulum; `problem` is a ConePendulum. Settings of the method that change
     the model: `platform_armature` [kg m^2] in place of one that keeps the rate to the last bit,
     `drive_rate` [1/s] at which a drive brings the rate of such a platform back to the one
-    prescribed, `axle_damping_rate` [1/s], and `reads_energy`, for MuJoCo's own energies."""
+    prescribed, and `reads_energy`, for MuJoCo's own energies."""
     problem, settings = problem.started, method.settings
     spec = whole(mjcf, problem, settings.get("platform_armature"))
     control = _drive(spec, problem, settings["drive_rate"]) if "drive_rate" in settings else None
-    if "axle_damping_rate" in settings:
-        spec.joint("theta").damping[:] = 0.0
-        spec.joint("theta").damping[0] = settings["axle_damping_rate"] * problem.body.inertia_x
-        spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
     return at_start(
         bare(spec),
         _observe,

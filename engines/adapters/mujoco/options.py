@@ -25,7 +25,7 @@ CHOICES: tuple[tuple[str, type[Any], str], ...] = (
 # Settings that builders and runs read, not options.
 ELSEWHERE = (
     *("contact", "control_at", "height", "model", "slider_ahead"),
-    *("axle_damping_rate", "drive_rate", "platform_armature", "reads_acceleration", "reads_energy"),
+    *("drive_rate", "platform_armature", "reads_acceleration", "reads_energy"),
 )
 
 

@@ -32,17 +32,11 @@ def build(problem: Any, method: Method) -> Equation:
     def without_symmetry(time: float, theta: float, theta_dot: float) -> float:
         return acceleration(time, theta, theta_dot) + product * cos(2 * theta)
 
-    undamped = without_symmetry if product else acceleration
-    damping_rate: float = method.settings.get("axle_damping_rate", 0.0)  # [1/s]
-
-    def damped(time: float, theta: float, theta_dot: float) -> float:
-        return undamped(time, theta, theta_dot) - damping_rate * theta_dot
-
     return Equation(
-        damped if damping_rate else undamped,
+        without_symmetry if product else acceleration,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
         possible_speed(problem.motion.rotor, problem.theta_dot),
-        damping_rate=damping_rate,
+        damping_rate=0.0,
         limits=limits_on_platform(problem),
     )
