@@ -92,6 +92,11 @@ def _loaded(module: str, name: str, *arguments: Any) -> Any:
     return getattr(import_module(module), name)(*arguments)
 
 
+def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
+    """Parameters with some values changed."""
+    return {**parameters, **changes}
+
+
 def scene_of(
     case: str,
     summary: str,
@@ -103,7 +108,7 @@ def scene_of(
     steps: tuple[float, ...],
     base: Parameters,
     source: str,
-    change: Callable[[Parameters, Parameters], Parameters],
+    change: Callable[[Parameters, Parameters], Parameters] = replaced,
     **values: Any,
 ) -> Scene:
     """A scene with `values` in place of some of the parameters of `base`."""
@@ -117,11 +122,6 @@ def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
     # Through decimal text: 5e-4 is the double nearest to 0.0005, 5 * 10**-4 need not be.
     round_numbers = [float(f"{digit}e{exponent}") for exponent in decades for digit in (5, 2, 1)]
     return tuple(h for h in round_numbers if fine * (1 - 1e-9) <= h <= coarse * (1 + 1e-9))
-
-
-def replaced(parameters: Parameters, changes: Parameters) -> Parameters:
-    """Parameters with some values changed."""
-    return {**parameters, **changes}
 
 
 def nothing_else(problem: Any, places: Array) -> Mapping[Observable, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
 
 
 def facts(ball: BouncingBall) -> Mapping[str, Any]:
@@ -25,23 +26,13 @@ def facts(ball: BouncingBall) -> Mapping[str, Any]:
     }
 
 
-def interest(case: Case) -> tuple[Quantity, ...]:
-    """The height, relative to that of the start."""
-    return (Quantity("z", case.problem.height),)
-
-
-def _scene(case: str, summary: str, restitution: float, duration: float, **more: Any) -> Scene:
-    return Scene(
-        f"bouncing-ball/{case}",
-        summary,
-        field_values(BouncingBall, (1.0, restitution, 9.81)),
-        duration,
-        step_sizes(5e-3, 5e-4),
-        "Falcon et al. 1998, Eur. Phys. J. B 3, 45; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    system="bouncing-ball",
+    base=field_values(BouncingBall, (1.0, 0.5, 9.81)),
+    steps=step_sizes(5e-3, 5e-4),
+    source="Falcon et al. 1998, Eur. Phys. J. B 3, 45; the numbers are ours",
+)
 SYSTEM = contact_system(
     BouncingBall,
     Path(__file__).parent / "bouncing_ball.xml",
@@ -50,26 +41,25 @@ SYSTEM = contact_system(
     title="Bouncing ball",
     observables=(Observable("z", "m"),),
     scenes=(
-        _scene("half", "half of the speed comes back, three times", 0.5, 1.2, profile="quick"),
+        _scene("half", "half of the speed comes back, three times", 1.2, "quick"),
         _scene(
             "to-rest",
             "as half, and on to rest",
-            0.5,
             1.5,
             hard="infinitely many impacts end at 1.35 s",
         ),
-        _scene("elastic", "all of the speed comes back, for ever", 1.0, 3.0),
-        _scene("plastic", "no speed comes back", 0.0, 1.0),
+        _scene("elastic", "all of the speed comes back, for ever", 3.0, restitution=1.0),
+        _scene("plastic", "no speed comes back", 1.0, restitution=0.0),
         _scene(
             "lively",
             "nine tenths come back",
-            0.9,
             4.0,
+            restitution=0.9,
             hard="each impact amplifies errors: a rebound depends on where in a step it begins",
         ),
     ),
     default="half",
     facts=facts,
-    interest=interest,
+    interest=lambda case: (Quantity("z", case.problem.height),),  # of the start
 )
 SYSTEMS = (SYSTEM,)

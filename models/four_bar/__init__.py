@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.four_bar import FourBar
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 REACTION = tuple(Observable(f"rocker_axis_{x}", "N") for x in "xy")
 
@@ -23,16 +24,13 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return Quantity("angle", 1.0), *(Quantity(f"coupler_{x}", case.problem.crank) for x in "xy")
 
 
-def _scene(case: str, summary: str, rocker: float, start: tuple[float, ...], **more: Any) -> Scene:
-    return Scene(
-        f"four-bar/{case}",
-        summary,
-        field_values(FourBar, (0.2, 0.5, rocker, 0.5, 0.5, 1.0, 0.8, 9.81, *start)),
-        source="Uicker, Pennock and Shigley 2017, 3.8; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    duration=0.5,
+    system="four-bar",
+    base=field_values(FourBar, (0.2, 0.5, 0.4, 0.5, 0.5, 1.0, 0.8, 9.81, 1.0, 10.0)),
+    source="Uicker, Pennock and Shigley 2017, 3.8; the numbers are ours",
+)
 SYSTEM = smooth_system(
     FourBar,
     Path(__file__).parent / "four_bar.xml",
@@ -43,18 +41,13 @@ SYSTEM = smooth_system(
         _scene(
             "crank-rocker",
             "the crank turns, the rocker swings",
-            0.4,
-            (1.0, 10.0),
-            duration=0.5,
             steps=step_sizes(1e-2, 1e-3),
             profile="quick",
         ),
         _scene(
             "near-change-point",
             "a rocker one part in a thousand longer than its crank, opposite links all but equal",
-            0.2002,
-            (1.0, 10.0),
-            duration=0.5,
+            rocker=0.2002,
             steps=step_sizes(2e-3, 2e-4),
             hard="nearly on one line, where for equal links the motion is not unique",
         ),

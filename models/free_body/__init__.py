@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,10 @@ from plumbob.models.scene import (
     Quantity,
     Scene,
     from_analytic,
+    scene_of,
     step_sizes,
 )
 
-SOURCE = "Whittaker 1937, Analytical Dynamics, 69; the numbers are ours"
 HALF = 0.5  # an error of 1 rad of the attitude is one of 0.5 of its quaternion
 
 
@@ -46,24 +47,21 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     )
 
 
-def _scene(
-    case: str,
-    summary: str,
-    rates: tuple[float, float, float],
-    inertia: tuple[float, float, float] = (1.0, 2.0, 2.25),
-    duration: float = 10.0,
-    **more: Any,
-) -> Scene:
-    parameters = field_values(FreeBody, (*inertia, rates))
-    more = {"steps": step_sizes(5e-2, 2e-4)} | more
-    return Scene(f"free-body/{case}", summary, parameters, duration, source=SOURCE, **more)
+_scene = partial(
+    scene_of,
+    duration=10.0,
+    system="free-body",
+    base=field_values(FreeBody, (1.0, 2.0, 2.25, (0.02, 4.0, 0.0))),
+    steps=step_sizes(5e-2, 2e-4),
+    source="Whittaker 1937, Analytical Dynamics, 69; the numbers are ours",
+)
 
 
 def _near_separatrix(k: int) -> Scene:
     return _scene(
         f"separatrix-1e-{k}",
         f"10^-{k} off the separatrix, relatively, and over to the other side",
-        (3.0 * (1.0 + float(f"1e-{k}")), 0.0, 4.0),
+        angular_velocity=(3.0 * (1.0 + float(f"1e-{k}")), 0.0, 4.0),
         duration=float(math.ceil(2.5 + 1.9 * k)),
         hard=f"errors grow as e^(1.6 t) next to the unstable axis, by up to 10^{k} in all",
     )
@@ -73,36 +71,38 @@ _SCENES = (
     _scene(
         "flip",
         "next to the unstable axis: the body turns over within ten seconds",
-        (0.02, 4.0, 0.0),
-        duration=10.0,
         profile="quick",
         hard="errors grow as e^(1.3 t) next to the unstable axis, before each flip",
     ),
     _scene(
         "symmetric",
         "a symmetric body: the axis goes round the angular momentum evenly",
-        (0.4, 0.0, 2.0),
-        inertia=(1.0, 1.0, 1.75),
+        angular_velocity=(0.4, 0.0, 2.0),
+        inertia_y=1.0,
+        inertia_z=1.75,
         profile="quick",
     ),
     _scene(
-        "about-largest", "about the axis of the largest moment, with some nutation", (0.3, 0.2, 2.0)
+        "about-largest",
+        "about the axis of the largest moment, with some nutation",
+        angular_velocity=(0.3, 0.2, 2.0),
     ),
     _scene(
         "about-smallest",
         "about the axis of the smallest moment, with some nutation",
-        (2.0, 0.2, 0.3),
+        angular_velocity=(2.0, 0.2, 0.3),
     ),
     _scene(
         "spherical",
         "equal moments: a uniform rotation about an axis off the body's",
-        (1.0, -1.0, 1.5),
-        inertia=(2.0, 2.0, 2.0),
+        angular_velocity=(1.0, -1.0, 1.5),
+        inertia_x=2.0,
+        inertia_z=2.0,
     ),
     _scene(
         "separatrix",
         "on the separatrix itself: ends on the unstable axis, never to turn over",
-        (3.0, 0.0, 4.0),
+        angular_velocity=(3.0, 0.0, 4.0),
         duration=6.0,
         hard="errors grow as e^(1.6 t) next to the unstable axis, to no end",
     ),
@@ -110,8 +110,9 @@ _SCENES = (
     _scene(
         "flip-1e-3",
         "a flip of a body whose moments differ by 10^-3: it turns a thousand times meanwhile",
-        (0.5, 10.0, 0.0),
-        inertia=(1.0, 1.001, 1.002),
+        angular_velocity=(0.5, 10.0, 0.0),
+        inertia_y=1.001,
+        inertia_z=1.002,
         duration=500.0,
         steps=step_sizes(2e-2, 1e-3),
         hard="moments within 10^-3: an error of a moment weighs 10^3 times as much in the flip",
@@ -119,7 +120,7 @@ _SCENES = (
     _scene(
         "million-steps",
         "about the axis of the largest moment, for 318 turns",
-        (0.3, 0.2, 2.0),
+        angular_velocity=(0.3, 0.2, 2.0),
         duration=1000.0,
         steps=(8e-3, 4e-3, 2e-3, 1e-3),
         hard="10^6 steps of 1 ms: an error of the rate becomes one of the attitude",

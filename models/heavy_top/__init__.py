@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.heavy_top import ANGLES, HeavyTop
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
 def invariants(top: HeavyTop, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -29,17 +30,12 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, 1.0) for name in ANGLES)
 
 
-def _scene(case: str, summary: str, start: tuple[float, ...], **more: Any) -> Scene:
-    values = (0.5, 0.1, 2e-3, 1e-3, 9.81, *start)
-    return Scene(
-        f"heavy-top/{case}",
-        summary,
-        field_values(HeavyTop, values),
-        source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    system="heavy-top",
+    base=field_values(HeavyTop, (0.5, 0.1, 2e-3, 1e-3, 9.81, 0.5, 1.0, 0.5, 200.0)),
+    source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",
+)
 SYSTEM = smooth_system(
     HeavyTop,
     Path(__file__).parent / "heavy_top.xml",
@@ -50,17 +46,19 @@ SYSTEM = smooth_system(
         _scene(
             "nutating",
             "the axis nods while it goes round",
-            (0.5, 1.0, 0.5, 200.0),
-            duration=1.0,
+            1.0,
+            "quick",
             steps=step_sizes(5e-3, 5e-4),
-            profile="quick",
         ),
         _scene(
             "nearly-sleeping",
             "almost upright, and spinning fast enough to stay so",
-            (0.02, 0.0, 0.0, 400.0),
-            duration=0.5,
+            0.5,
             steps=step_sizes(5e-4, 5e-5),
+            tilt=0.02,
+            precession_rate=0.0,
+            tilt_rate=0.0,
+            spin_rate=400.0,
             hard="next to the vertical, where Euler's angles end, precession and spin run fast",
         ),
     ),

@@ -11,7 +11,7 @@ import numpy as np
 
 from plumbob.analytic.systems.incline import Incline
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, Scene, scene_of, step_sizes
 
 FRICTION = 0.4
 
@@ -39,14 +39,16 @@ def interest(case: Case) -> tuple[Quantity, ...]:
 def _scene(
     case: str, summary: str, part: float, speed: float, heading: float = 0.0, **more: Any
 ) -> Scene:
-    values = (math.atan(part * FRICTION), FRICTION, 1.0, 0.1, speed, 9.81, heading)
-    return Scene(
-        f"incline/{case}",
+    return scene_of(
+        case,
         summary,
-        field_values(Incline, values),
         1.0,
-        step_sizes(5e-3, 5e-4),
-        "Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
+        system="incline",
+        base=field_values(
+            Incline, (math.atan(part * FRICTION), FRICTION, 1.0, 0.1, speed, 9.81, heading)
+        ),
+        steps=step_sizes(5e-3, 5e-4),
+        source="Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
         **more,
     )
 

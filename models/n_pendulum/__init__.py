@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
 from plumbob.models.field_systems import energy_at_start, smooth_system
-from plumbob.models.scene import Case, Observable, Parameters, Quantity, Scene, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
@@ -17,28 +17,14 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return Quantity("tip_x", length), Quantity("tip_z", length)
 
 
-def _scene(
-    case: str,
-    summary: str,
-    values: Parameters,
-    duration: float,
-    steps: tuple[float, ...],
-    **more: Any,
-) -> Scene:
-    return Scene(
-        f"n-pendulum/{case}",
-        summary,
-        MappingProxyType({"masses": 1.0, "gravity": 9.81, "angular_velocities": 0.0, **values}),
-        duration,
-        steps,
-        source="Landau and Lifshitz 1976, Mechanics, 5, for rods; the numbers are ours",
-        **more,
-    )
-
-
-_TRIPLE = MappingProxyType(
-    {"lengths": (0.5, 0.4, 0.3), "masses": (1.0, 0.8, 0.6), "angles": (1.5, 2.0, 2.5)}
+_scene = partial(
+    scene_of,
+    system="n-pendulum",
+    base=MappingProxyType({"masses": 1.0, "gravity": 9.81, "angular_velocities": 0.0}),
+    steps=step_sizes(1e-2, 1e-3),
+    source="Landau and Lifshitz 1976, Mechanics, 5, for rods; the numbers are ours",
 )
+_triple = partial(_scene, lengths=(0.5, 0.4, 0.3), masses=(1.0, 0.8, 0.6), angles=(1.5, 2.0, 2.5))
 SYSTEM = smooth_system(
     NPendulum,
     Path(__file__).parent / "n_pendulum.xml",
@@ -46,40 +32,32 @@ SYSTEM = smooth_system(
     title="Pendulum of n rods",
     observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
     scenes=(
-        _scene(
-            "triple",
-            "three rods, released above the axis: chaos within seconds",
-            _TRIPLE,
-            1.0,
-            step_sizes(1e-2, 1e-3),
-            profile="quick",
+        _triple(
+            "triple", "three rods, released above the axis: chaos within seconds", 1.0, "quick"
         ),
         _scene(
             "small",
             "a small swing of three rods in all modes",
-            {"lengths": 0.4, "angles": (0.02, 0.0, 0.01)},
             2.0,
-            step_sizes(1e-2, 1e-3),
+            lengths=0.4,
+            angles=(0.02, 0.0, 0.01),
         ),
-        _scene(
+        _triple(
             "triple-long",
             "the same for longer",
-            _TRIPLE,
             2.5,
-            step_sizes(1e-3, 2e-4),
+            steps=step_sizes(1e-3, 2e-4),
             hard="chaotic: an error grows tenfold each half second",
         ),
         _scene(
             "stiff-chain",
             "six rods with a short, light one at the end",
-            {
-                "masses": (1.0, 1.0, 1.0, 1.0, 1.0, 0.01),
-                "lengths": (0.1, 0.1, 0.1, 0.1, 0.1, 0.01),
-                "angles": (0.5, 0.5, 0.5, 0.5, 0.5, 1.0),
-            },
             0.5,
-            step_sizes(2e-3, 2e-4),
+            steps=step_sizes(2e-3, 2e-4),
             hard="a fast mode, nine times the slowest's rate, takes a small step",
+            masses=(1.0, 1.0, 1.0, 1.0, 1.0, 0.01),
+            lengths=(0.1, 0.1, 0.1, 0.1, 0.1, 0.01),
+            angles=(0.5, 0.5, 0.5, 0.5, 0.5, 1.0),
         ),
     ),
     default="triple",

@@ -9,7 +9,7 @@ from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Observable, Quantity, Scene, scene_of, step_sizes
 
 MASS, FRICTION, GRAVITY = 0.2, 0.6, 9.81
 
@@ -20,24 +20,19 @@ def facts(pinch: Pinch) -> Mapping[str, Any]:
     return {"load": pinch.load, "fraction": pinch.fraction, "least_normal_force": least}
 
 
-def interest(case: Case) -> tuple[Quantity, ...]:
-    """The slip, relative to the edge."""
-    return (Quantity("slip", case.problem.size),)
-
-
 def _scene(
     case: str, summary: str, fraction: float, push: float = 0.0, lift: float = 0.0, **more: Any
 ) -> Scene:
     load = math.hypot(MASS * (GRAVITY + lift), push)
     normal_force = load / (2.0 * FRICTION * fraction)
-    values = (MASS, 0.08, 0.5, FRICTION, normal_force, GRAVITY, push, lift)
-    return Scene(
-        f"pinch/{case}",
+    return scene_of(
+        case,
         summary,
-        field_values(Pinch, values),
         1.0,
-        step_sizes(5e-3, 5e-4),
-        "Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
+        system="pinch",
+        base=field_values(Pinch, (MASS, 0.08, 0.5, FRICTION, normal_force, GRAVITY, push, lift)),
+        steps=step_sizes(5e-3, 5e-4),
+        source="Coulomb 1785, Mem. Math. Phys. 10, 161; the numbers are ours",
         **more,
     )
 
@@ -65,6 +60,6 @@ SYSTEM = contact_system(
     ),
     default="0.9",
     facts=facts,
-    interest=interest,
+    interest=lambda case: (Quantity("slip", case.problem.size),),  # an edge
 )
 SYSTEMS = (SYSTEM,)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from plumbob.analytic.systems.projectile import Projectile
 from plumbob.models.field_systems import field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
 def interest(case: Case) -> tuple[Quantity, ...]:
@@ -17,17 +17,13 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return Quantity("z", way), Quantity("x", way), Quantity("angle", 1.0)
 
 
-def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:
-    return Scene(
-        f"projectile/{case}",
-        summary,
-        field_values(Projectile, (*values, 9.81)),
-        steps=step_sizes(1e-2, 1e-3),
-        source="Landau and Lifshitz 1976, Mechanics, 2; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    system="projectile",
+    base=field_values(Projectile, (10.0, 0.9, 20.0, 9.81)),
+    steps=step_sizes(1e-2, 1e-3),
+    source="Landau and Lifshitz 1976, Mechanics, 2; the numbers are ours",
+)
 SYSTEM = smooth_system(
     Projectile,
     Path(__file__).parent / "projectile.xml",
@@ -35,10 +31,8 @@ SYSTEM = smooth_system(
     title="Projectile",
     observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),
     scenes=(
-        _scene(
-            "thrown", "thrown upward, spinning", (10.0, 0.9, 20.0), duration=1.5, profile="quick"
-        ),
-        _scene("dropped", "free fall from rest", (0.0, 0.0, 0.0), duration=1.0),
+        _scene("thrown", "thrown upward, spinning", 1.5, "quick"),
+        _scene("dropped", "free fall from rest", 1.0, speed=0.0, elevation=0.0, spin=0.0),
     ),
     default="thrown",
     facts=lambda body: {"apex": body.apex},  # [m]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.rolling_ball import RollingBall
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Observable, Scene, step_sizes
+from plumbob.models.scene import Observable, scene_of, step_sizes
 
 
 def facts(ball: RollingBall) -> Mapping[str, Any]:
@@ -25,21 +26,14 @@ def facts(ball: RollingBall) -> Mapping[str, Any]:
     }
 
 
-def _scene(
-    case: str, summary: str, start: tuple[float, float], rolling_friction: float = 0.0, **more: Any
-) -> Scene:
-    values = (0.1, 1.0, *start, 0.2, 9.81, 0.0, rolling_friction)
-    return Scene(
-        f"rolling-ball/{case}",
-        summary,
-        field_values(RollingBall, values),
-        3.0 if rolling_friction else 1.0,
-        step_sizes(5e-3, 5e-4),
-        "Hopkins and Patterson 1977, Am. J. Phys. 45, 263; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    duration=1.0,
+    system="rolling-ball",
+    base=field_values(RollingBall, (0.1, 1.0, 2.0, 0.0, 0.2, 9.81, 0.0, 0.0)),
+    steps=step_sizes(5e-3, 5e-4),
+    source="Hopkins and Patterson 1977, Am. J. Phys. 45, 263; the numbers are ours",
+)
 SYSTEM = contact_system(
     RollingBall,
     Path(__file__).parent / "rolling_ball.xml",
@@ -48,13 +42,14 @@ SYSTEM = contact_system(
     title="Rolling ball",
     observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
     scenes=(
-        _scene("slide-to-roll", "thrown without spin", (2.0, 0.0), profile="quick"),
-        _scene("backspin", "thrown with backspin, it comes back", (1.0, -40.0)),
+        _scene("slide-to-roll", "thrown without spin", profile="quick"),
+        _scene("backspin", "thrown with backspin, it comes back", speed=1.0, spin=-40.0),
         _scene(
             "to-rest",
             "rolling friction stops it",
-            (0.5, 0.0),
-            2e-3,
+            duration=3.0,
+            speed=0.5,
+            rolling_friction=2e-3,
             hard="rolling friction acts while it slides too, and stops it for good",
         ),
     ),

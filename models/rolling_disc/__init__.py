@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from plumbob.analytic.systems.heavy_top import ANGLES
 from plumbob.analytic.systems.rolling_disc import RollingDisc
 from plumbob.models.field_systems import field_values, smooth_system
 from plumbob.models.heavy_top import interest
-from plumbob.models.scene import Observable, Scene, from_analytic, step_sizes
+from plumbob.models.scene import Observable, from_analytic, scene_of, step_sizes
 
 
 def facts(disc: RollingDisc) -> Mapping[str, Any]:
@@ -25,20 +26,14 @@ def facts(disc: RollingDisc) -> Mapping[str, Any]:
     }
 
 
-def _scene(
-    case: str, summary: str, start: tuple[float, ...], duration: float = 1.0, **more: Any
-) -> Scene:
-    return Scene(
-        f"rolling-disc/{case}",
-        summary,
-        field_values(RollingDisc, (0.1, 9.81, *start)),
-        duration,
-        step_sizes(2e-3, 2e-4),
-        "Routh 1905, Advanced Dynamics of a System of Rigid Bodies, 244; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    duration=1.0,
+    system="rolling-disc",
+    base=field_values(RollingDisc, (0.1, 9.81, math.pi / 2, 0.0, 1.0, 30.0)),
+    steps=step_sizes(2e-3, 2e-4),
+    source="Routh 1905, Advanced Dynamics of a System of Rigid Bodies, 244; the numbers are ours",
+)
 _STEADY = RollingDisc(0.1, 9.81, 1.2, 4.0, 0.0, 0.0).steady_spin
 SYSTEM = smooth_system(
     RollingDisc,
@@ -50,15 +45,22 @@ SYSTEM = smooth_system(
         _scene(
             "wobbling",
             "upright and fast enough to stay so, it wobbles",
-            (math.pi / 2, 0.0, 1.0, 30.0),
-            0.3,
+            duration=0.3,
             profile="quick",
         ),
-        _scene("circle", "leaning, round a circle of 0.19 m", (1.2, 4.0, 0.0, _STEADY)),
+        _scene(
+            "circle",
+            "leaning, round a circle of 0.19 m",
+            tilt=1.2,
+            precession_rate=4.0,
+            tilt_rate=0.0,
+            spin_rate=_STEADY,
+        ),
         _scene(
             "falling",
             "upright and too slow to stay so, it falls and rises again",
-            (math.pi / 2, 0.0, 0.5, 4.0),
+            tilt_rate=0.5,
+            spin_rate=4.0,
             hard="rolling upright is unstable below 5.7 rad/s",
         ),
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from plumbob.analytic.theory import ErrorTheory
 from plumbob.models import simple_pendulum as linear
 from plumbob.models.field_systems import field_system, field_values
 from plumbob.models.quantities import swing
-from plumbob.models.scene import ONE_SMOOTH, Observable, Scene, from_analytic, step_sizes
+from plumbob.models.scene import ONE_SMOOTH, Observable, from_analytic, scene_of, step_sizes
 
 
 def facts(servo: Servo) -> Mapping[str, Any]:
@@ -38,17 +39,16 @@ def errors(servo: Servo) -> ErrorTheory:
     return theory
 
 
-def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:
-    return Scene(
-        f"servo/{case}",
-        summary,
-        field_values(Servo, values),
-        source="MuJoCo's documentation, Computation, Actuation model; the numbers are ours",
-        **more,
-    )
-
-
-_ARM = (0.05, 0.15, 10.0)  # inertia, armature, gear
+_scene = partial(
+    scene_of,
+    duration=0.5,
+    system="servo",
+    base=field_values(Servo, (0.05, 0.15, 10.0, 0.8, 0.056, 0.0, 6.0, -0.5, 0.0)),
+    steps=step_sizes(1e-2, 1e-3),
+    source="MuJoCo's documentation, Computation, Actuation model; the numbers are ours",
+)
+_light = partial(_scene, duration=2.0, kv=1.2e-3, damping=0.12)
+_direct = partial(_scene, inertia=1.0, armature=0.0, gear=1.0, steps=step_sizes(5e-4, 5e-6))
 SYSTEM = field_system(
     Servo,
     Path(__file__).parent / "servo.xml",
@@ -59,55 +59,50 @@ SYSTEM = field_system(
         _scene(
             "motor-damped",
             "a step of half a radian, damped by the motor's kv at 0.7 of critical",
-            (*_ARM, 0.8, 0.056, 0.0, 6.0, -0.5, 0.0),
-            duration=0.5,
-            steps=step_sizes(1e-2, 1e-3),
             profile="quick",
         ),
         _scene(
             "joint-damped",
             "the same motion with all damping in the joint",
-            (*_ARM, 0.8, 0.0, 5.6, 6.0, -0.5, 0.0),
-            duration=0.5,
-            steps=step_sizes(1e-2, 1e-3),
             profile="quick",
+            kv=0.0,
+            damping=5.6,
         ),
-        _scene(
+        _light(
             "lightly-damped",
             "three hundredths of critical damping, half in the motor and half in the joint",
-            (*_ARM, 0.8, 1.2e-3, 0.12, 6.0, -0.5, 0.0),
-            duration=2.0,
             steps=step_sizes(1e-2, 1e-4),
         ),
-        _scene(
+        _direct(
             "stiff",
             "kp = 10^6 without armature, from a blow",
-            (1.0, 0.0, 1.0, 1e6, 200.0, 0.0, 1e4, 0.0, 5.0),
             duration=0.1,
-            steps=step_sizes(5e-4, 5e-6),
             hard="omega = 1000 rad/s, a tenth of critical damping: explicit steps of 2 ms diverge",
+            kp=1e6,
+            kv=200.0,
+            force_limit=1e4,
+            theta=0.0,
+            theta_dot=5.0,
         ),
-        _scene(
+        _direct(
             "overdamped",
             "kv of 10^4/s in the motor, where kp alone would turn at 50 rad/s",
-            (1.0, 0.0, 1.0, 2500.0, 1e4, 0.0, 1e5, -0.5, 5.0),
             duration=0.2,
-            steps=step_sizes(5e-4, 5e-6),
             hard="rates of 10^4/s and 0.25/s: implicit steps of 1 ms hold, explicit ones diverge",
+            kp=2500.0,
+            kv=1e4,
+            force_limit=1e5,
+            theta_dot=5.0,
         ),
         _scene(
             "saturated",
             "motor-damped with an eighth of the force, the limit at the start and in braking",
-            (*_ARM, 0.8, 0.056, 0.0, 0.5, -0.5, 0.0),
-            duration=0.5,
-            steps=step_sizes(1e-2, 1e-3),
+            force_limit=0.5,
         ),
-        _scene(
+        _light(
             "saturated-swings",
             "lightly-damped with a quarter of the force, the limit in every swing",
-            (*_ARM, 0.8, 1.2e-3, 0.12, 1.0, -0.5, 0.0),
-            duration=2.0,
-            steps=step_sizes(1e-2, 1e-3),
+            force_limit=1.0,
         ),
     ),
     default="motor-damped",

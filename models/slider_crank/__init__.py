@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.slider_crank import SliderCrank
 from plumbob.models.field_systems import energy_at_start, field_values, smooth_system
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Case, Observable, Quantity, scene_of, step_sizes
 
 
 def facts(crank: SliderCrank) -> Mapping[str, Any]:
@@ -22,16 +23,12 @@ def interest(case: Case) -> tuple[Quantity, ...]:
     return Quantity("angle", 1.0), Quantity("slider", case.problem.crank)
 
 
-def _scene(case: str, summary: str, values: tuple[float, ...], **more: Any) -> Scene:
-    return Scene(
-        f"slider-crank/{case}",
-        summary,
-        field_values(SliderCrank, values),
-        source="Uicker, Pennock and Shigley 2017, 2.8; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    system="slider-crank",
+    base=field_values(SliderCrank, (0.2, 0.5, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0)),
+    source="Uicker, Pennock and Shigley 2017, 2.8; the numbers are ours",
+)
 SYSTEM = smooth_system(
     SliderCrank,
     Path(__file__).parent / "slider_crank.xml",
@@ -42,16 +39,15 @@ SYSTEM = smooth_system(
         _scene(
             "turning",
             "the crank turns over, faster below than above",
-            (0.2, 0.5, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0),
-            duration=1.0,
+            1.0,
+            "quick",
             steps=step_sizes(1e-2, 1e-3),
-            profile="quick",
         ),
         _scene(
             "nearly-singular",
             "a rod one part in a thousand longer than its crank",
-            (0.2, 0.2002, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0),
-            duration=0.5,
+            0.5,
+            rod=0.2002,
             steps=step_sizes(2e-3, 2e-4),
             hard="upright, with slider on axis, where the motion is not unique for equal lengths",
         ),

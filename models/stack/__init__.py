@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.stack import Stack
 from plumbob.models.field_systems import contact_system, field_values
-from plumbob.models.scene import Case, Observable, Quantity, Scene, step_sizes
+from plumbob.models.scene import Observable, Quantity, scene_of, step_sizes
 
 
 def facts(stack: Stack) -> Mapping[str, Any]:
@@ -18,23 +19,15 @@ def facts(stack: Stack) -> Mapping[str, Any]:
     return {"masses": stack.masses.tolist(), "normal_forces": forces, "topples": stack.topples}
 
 
-def interest(case: Case) -> tuple[Quantity, ...]:
-    """The height of the top, relative to an edge."""
-    return (Quantity("top", case.problem.size),)
-
-
-def _scene(case: str, summary: str, count: int, ratio: float, **more: Any) -> Scene:
-    return Scene(
-        f"stack/{case}",
-        summary,
-        field_values(Stack, (count, 0.2, 1.0, ratio, 9.81)),
-        1.0,
-        step_sizes(5e-3, 5e-4),
-        "statics; the numbers are ours",
-        **more,
-    )
-
-
+_scene = partial(
+    scene_of,
+    system="stack",
+    base=field_values(Stack, (5, 0.2, 1.0, 1.0, 9.81)),
+    duration=1.0,
+    steps=step_sizes(5e-3, 5e-4),
+    source="statics; the numbers are ours",
+)
+_two = partial(_scene, count=2)
 SYSTEM = contact_system(
     Stack,
     Path(__file__).parent / "stack.xml",
@@ -43,20 +36,19 @@ SYSTEM = contact_system(
     title="Stack of cubes",
     observables=(Observable("top", "m"),),
     scenes=(
-        _scene("equal", "five equal cubes", 5, 1.0, profile="quick"),
-        _scene("tall", "twenty equal cubes", 20, 1.0),
-        _scene("light-top", "a ten-thousandth on top", 2, 1e-4),
-        _scene("heavy-top-100", "a hundred times as much on top", 2, 100.0),
-        _scene(
+        _scene("equal", "five equal cubes", profile="quick"),
+        _scene("tall", "twenty equal cubes", count=20),
+        _two("light-top", "a ten-thousandth on top", mass_ratio=1e-4),
+        _two("heavy-top-100", "a hundred times as much on top", mass_ratio=100.0),
+        _two(
             "heavy-top",
             "ten thousand times as much on top",
-            2,
-            1e4,
+            mass_ratio=1e4,
             hard="a contact pushes as if it carried the lighter cube alone",
         ),
     ),
     default="equal",
     facts=facts,
-    interest=interest,
+    interest=lambda case: (Quantity("top", case.problem.size),),  # an edge
 )
 SYSTEMS = (SYSTEM,)

@@ -20,7 +20,7 @@ from plumbob.analytic.systems.three_points.friction import Start, three_point_mo
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
-from plumbob.models.scene import Observable, Parameters, replaced, scene_of, step_sizes
+from plumbob.models.scene import Observable, Parameters, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
@@ -134,7 +134,6 @@ _scene = partial(
     steps=step_sizes(1e-3, 1e-5),
     base=_CHECK,
     source=SOURCE,
-    change=replaced,
 )
 
 
