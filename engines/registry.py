@@ -3,10 +3,9 @@ entry points of the group `plumbob.engines`; and their builders of systems."""
 
 from __future__ import annotations
 
-import fnmatch
 import importlib.util
 import pkgutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.machinery import PathFinder
@@ -18,7 +17,7 @@ from plumbob.engines import added
 from plumbob.engines.known_limits import Limits, declared_by
 from plumbob.engines.method import Engine, Method, ModelError, Unsupported
 from plumbob.models import entry_points
-from plumbob.models.registry import unknown
+from plumbob.models.registry import matches, unknown
 from plumbob.models.scene import SMOOTH, Case, System
 
 _ADAPTERS = "plumbob.engines.adapters"
@@ -39,19 +38,24 @@ def engines() -> Mapping[str, Engine]:
     """All engines by name, in the order of their names, installed or not; those of other packages
     among them, whose modules are loaded for it."""
     every = dict(built_in())
-    for name in entry_points.points(entry_points.ENGINES):
-        if (engine := _added(name)) is not None:
-            every.setdefault(name, engine)
+    for name, addition in _additions().items():
+        if not addition.reason:
+            every[name] = added.guarded(addition)
     return {name: every[name] for name in sorted(every)}
 
 
+def _engines_of(*names: str) -> Mapping[str, Engine]:
+    """The engines among which names of engines or methods are: those of other packages are loaded
+    where a name is none of ours."""
+    ours = built_in()
+    return ours if all(name.partition("/")[0] in ours for name in names) else engines()
+
+
 def find_engine(name: str) -> Engine:
-    """The engine of this name; no package is loaded that adds another. Raises ParameterError."""
-    if name in built_in():
-        return built_in()[name]
-    if (engine := _added(name)) is not None:
+    """The engine of this name; raises ParameterError."""
+    if (engine := _engines_of(name).get(name)) is not None:
         return engine
-    raise ParameterError("engine", name, broken(name) or f"one of {', '.join(engines())}")
+    raise ParameterError("engine", name, _broken(name) or f"one of {', '.join(engines())}")
 
 
 def limits_of(method: str) -> Limits:
@@ -67,29 +71,15 @@ def unguarded(name: str) -> Engine:
     """The engine of this name as its package gives it, whose errors are raised and whose output is
     seen; raises ParameterError."""
     engine = find_engine(name)
-    if not engine.distribution:
-        return engine
-    adapter: Engine = entry_points.addition(entry_points.ENGINES, name, _wrong).found
-    return adapter
+    return _additions()[name].found if engine.distribution else engine
 
 
-def broken(name: str) -> str:
-    """The requirement on an engine's name where a package that adds it cannot be used; else
-    empty."""
-    if name in built_in() or name not in entry_points.points(entry_points.ENGINES):
-        return ""
-    adds = entry_points.addition(entry_points.ENGINES, name, _wrong)
-    return f"of an engine that can be used; {adds.package}: {adds.reason}" if adds.reason else ""
+def _additions() -> Mapping[str, entry_points.Addition]:
+    return entry_points.additions(entry_points.ENGINES, _wrong)
 
 
-@cache
-def _added(name: str) -> Engine | None:
-    """The engine that another package adds under this name; None where there is none, or it is
-    broken."""
-    if name not in entry_points.points(entry_points.ENGINES):
-        return None
-    entry = entry_points.addition(entry_points.ENGINES, name, _wrong)
-    return None if entry.reason else added.guarded(entry)
+def _broken(name: str) -> str:
+    return entry_points.broken(entry_points.ENGINES, _wrong, name)
 
 
 def _wrong(engine: object, name: str) -> str:
@@ -108,31 +98,20 @@ def installed(engine: Engine) -> bool:
     return PathFinder.find_spec(inner, spec.submodule_search_locations) is not None
 
 
-def _of(pattern: str) -> Iterable[Engine]:
-    """The engines that one part of a pattern can mean: one where it names one, otherwise all."""
-    name = pattern.partition("/")[0]
-    if name in built_in():
-        return (built_in()[name],)
-    if name in entry_points.points(entry_points.ENGINES):
-        return filter(None, (_added(name),))
-    return engines().values()
-
-
 def methods(pattern: str = "*") -> tuple[Method, ...]:
     """Methods whose name, or engine, matches the shell pattern (several with commas), installed or
     not; raises ParameterError when one part of the pattern matches none."""
     wanted = pattern.split(",")
-    of = {engine.name: engine for part in wanted for engine in _of(part)}
-    every = [method for name in sorted(of) for method in of[name].methods]
+    every = [method for engine in _engines_of(*wanted).values() for method in engine.methods]
     for part in wanted:
-        if not any(_matches(method, part) for method in every):
+        if not any(matches(method.name, part) for method in every):
             raise ParameterError("methods", part, _one_of(part))
-    return tuple(m for m in every if any(_matches(m, part) for part in wanted))
+    return tuple(m for m in every if any(matches(m.name, part) for part in wanted))
 
 
 def method(name: str) -> Method:
     """The method `engine/name`; raises ParameterError when there is none."""
-    for engine in _of(name):
+    for engine in _engines_of(name).values():
         for candidate in engine.methods:
             if candidate.name == name:
                 return candidate
@@ -142,16 +121,12 @@ def method(name: str) -> Method:
 def _one_of(name: str) -> str:
     """The requirement on a method's name: the names there are, or why one cannot be used."""
     every = [method.name for engine in engines().values() for method in engine.methods]
-    return broken(name.partition("/")[0]) or unknown(name, every)
+    return _broken(name.partition("/")[0]) or unknown(name, every)
 
 
 def engine_of(method: Method) -> Engine:
     """The engine that a method belongs to; raises ParameterError where it is no longer there."""
     return find_engine(method.engine)
-
-
-def _matches(method: Method, pattern: str) -> bool:
-    return fnmatch.fnmatchcase(method.name, pattern) or method.engine == pattern
 
 
 def find_builder(engine: str, system: System) -> ModuleType:

@@ -1,5 +1,5 @@
-"""Additions of other installed packages by entry points: each is loaded when it is asked for by
-name, and a broken one costs a line on stderr, not the study."""
+"""Additions of other installed packages by entry points: they are loaded when a name is asked for
+that is none of ours, and a broken one costs a line on stderr, not the study."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ Wrong = Callable[[Any, str], str]  # object and its name -> why it is not valid
 
 @dataclass(frozen=True)
 class Addition:
-    """An object that a package adds under a name, or the reason why it cannot."""
+    """An object that a package adds, or the reason why it cannot."""
 
-    name: str
     package: str  # with its version: "toy-engine 1.0"
     found: Any = None
     reason: str = ""  # why there is nothing, one line
@@ -35,19 +34,11 @@ class Addition:
 
 
 @cache
-def _installed() -> metadata.EntryPoints:
-    """Those of every installed package, whose files are read once."""
-    # Python 3.11 returns another type, which selects a group in the same way
-    every: Any = metadata.entry_points()
-    return every  # type: ignore[no-any-return]
-
-
-@cache
 def points(group: str) -> Mapping[str, tuple[metadata.EntryPoint, ...]]:
     """The entry points of a group by name, none of them loaded; several packages may have one of
     the same name."""
     by_name: dict[str, tuple[metadata.EntryPoint, ...]] = {}
-    for point in _installed().select(group=group):
+    for point in metadata.entry_points(group=group):
         if point not in by_name.get(point.name, ()):  # a folder may be on the path twice
             by_name[point.name] = (*by_name.get(point.name, ()), point)
     return MappingProxyType(by_name)
@@ -62,23 +53,33 @@ def versions() -> Mapping[str, str]:
 
 
 @cache
-def addition(group: str, name: str, wrong: Wrong) -> Addition:
-    """The object that entry point `name` of a group adds, loaded once a process; where it cannot be
-    used, or prints, stderr says so. Raises KeyError for a name that no package has."""
-    several = points(group)[name]
+def additions(group: str, wrong: Wrong) -> Mapping[str, Addition]:
+    """The objects that packages add to a group, by their names, loaded once a process; of one that
+    cannot be used, or prints, stderr says so."""
+    return {name: _addition(name, several, wrong) for name, several in points(group).items()}
+
+
+def broken(group: str, wrong: Wrong, name: str) -> str:
+    """The requirement on a name whose package cannot be used; else empty."""
+    added = additions(group, wrong).get(name)
+    reason = added and added.reason and f"one that can be used; {added.package}: {added.reason}"
+    return reason or ""
+
+
+def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong) -> Addition:
     packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
+    loaded, output = None, ""
     if len(several) > 1:
-        loaded, output = None, ""
         reason = f"more than one package adds {name!r}: {', '.join(packages)}"
     else:
         loaded, reason, output = _loaded(several[0])
         reason = reason or _one_line(wrong(loaded, name))
     if reason:
         print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
-        return Addition(name, packages[0], None, reason)
+        return Addition(packages[0], None, reason)
     if output:
         print(f"plumbob: {packages[0]} prints when it is imported: {output}", file=sys.stderr)
-    return Addition(name, packages[0], loaded)
+    return Addition(packages[0], loaded)
 
 
 def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:

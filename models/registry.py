@@ -42,54 +42,38 @@ def systems() -> Mapping[str, System]:
     >>> "cone-pendulum" in systems()
     True
     """
-    by_name = dict(built_in())
-    for name in entry_points.points(entry_points.SYSTEMS):
-        if (system := _usable(name)) is not None:
-            by_name.setdefault(name, system)
-    return {name: by_name[name] for name in sorted(by_name)}
+    every = dict(built_in())
+    for name, added in entry_points.additions(entry_points.SYSTEMS, _wrong).items():
+        if not added.reason:
+            kind = added.found.kind or ONE_SMOOTH
+            system = replace(added.found, distribution=added.distribution, kind=kind)
+            every[name] = _of_its_kind(system)
+    return {name: every[name] for name in sorted(every)}
 
 
-def system_called(name: str) -> System | None:
-    """The system of this name, None where there is none; no package is loaded that adds another."""
-    return built_in().get(name) or added_system(name)
+def systems_of(*names: str) -> Mapping[str, System]:
+    """The systems among which names of systems or scenes are: those of other packages are loaded
+    where a name is none of ours."""
+    ours = built_in()
+    return ours if all(name.partition("/")[0] in ours for name in names) else systems()
 
 
 def find_system(name: str) -> System:
-    """The system of this name; no package is loaded that adds another. Raises ParameterError."""
-    if (system := system_called(name)) is not None:
+    """The system of this name; raises ParameterError."""
+    if (system := systems_of(name).get(name)) is not None:
         return system
-    raise ParameterError("scene", name, broken(name) or unknown(name, list(systems())))
-
-
-def broken(name: str) -> str:
-    """The requirement on the name of a system whose package cannot be used; else empty."""
-    if name in built_in() or (added := _addition(name)) is None or not added.reason:
-        return ""
-    return f"a system that can be used; {added.package}: {added.reason}"
+    raise ParameterError("scene", name, _one_of(name, systems()))
 
 
 def added_system(name: str) -> System | None:
-    """The system that another package adds under this name; None where there is none, or it is
-    broken."""
-    # Where no package adds it, nothing needs to be loaded.
-    added = name in entry_points.points(entry_points.SYSTEMS) and name not in built_in()
-    return _usable(name) if added else None
+    """The system that another package adds under this name; else None."""
+    return None if name in built_in() else systems().get(name)
 
 
-def _usable(name: str) -> System | None:
-    added = _addition(name)
-    if added is None or added.reason:
-        return None
-    system: System = added.found
-    kind = system.kind or ONE_SMOOTH
-    return _of_its_kind(replace(system, distribution=added.distribution, kind=kind))
-
-
-def _addition(name: str) -> entry_points.Addition | None:
-    """The system that another package adds under this name, or why it cannot; else None."""
-    if name not in entry_points.points(entry_points.SYSTEMS):
-        return None
-    return entry_points.addition(entry_points.SYSTEMS, name, _wrong)
+def _one_of(name: str, names: Iterable[str]) -> str:
+    """The requirement on a name of a system or a scene."""
+    system = name.partition("/")[0]
+    return entry_points.broken(entry_points.SYSTEMS, _wrong, system) or unknown(name, list(names))
 
 
 def _wrong(candidate: Any, name: str) -> str:
@@ -119,34 +103,27 @@ def _wrong(candidate: Any, name: str) -> str:
     return ""
 
 
-def _of(pattern: str) -> Iterable[System]:
-    """The systems that one part of a pattern can mean: one where it names one, otherwise all."""
-    name = pattern.partition("/")[0]
-    if name in built_in():
-        return (built_in()[name],)
-    if name in entry_points.points(entry_points.SYSTEMS):
-        return filter(None, (added_system(name),))
-    return systems().values()
+def matches(name: str, pattern: str) -> bool:
+    """Whether `system/case` or `engine/method` is of a shell pattern, or of the system or engine
+    that it names."""
+    return fnmatch.fnmatchcase(name, pattern) or name.partition("/")[0] == pattern
 
 
 def scenes(pattern: str = "*", profile: str = "full") -> tuple[Scene, ...]:
     """Scenes whose name, or system, matches the shell pattern (several with commas), of the
     profile; raises ParameterError when there is none."""
     wanted = pattern.split(",")
-    of = {system.name: system for part in wanted for system in _of(part)}
-    every = [scene for name in sorted(of) for scene in of[name].scenes]
-    chosen = tuple(
+    every = [scene for system in systems_of(*wanted).values() for scene in system.scenes]
+    for part in wanted:
+        if not any(matches(scene.name, part) for scene in every):
+            names = (scene.name for system in systems().values() for scene in system.scenes)
+            raise ParameterError("scenes", part, _one_of(part, names))
+    return tuple(
         scene
         for scene in every
-        if any(fnmatch.fnmatchcase(scene.name, w) or scene.system == w for w in wanted)
+        if any(matches(scene.name, part) for part in wanted)
         and (profile == "full" or scene.profile == "quick" or scene.name in wanted)
     )
-    for part in wanted:
-        if not any(fnmatch.fnmatchcase(s.name, part) or s.system == part for s in every):
-            why = broken(part.partition("/")[0])
-            names = [s.name for system in systems().values() for s in system.scenes]
-            raise ParameterError("scenes", part, why or unknown(part, names))
-    return chosen
 
 
 def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:

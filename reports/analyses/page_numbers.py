@@ -14,7 +14,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import REFERENCE_STEP, Measurement
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import case_of, system_called, system_of
+from plumbob.models.registry import case_of, system_of, systems_of
 from plumbob.models.scene import Case, Scene, System
 from plumbob.reports.advice.advice import from_study
 from plumbob.reports.advice.user_settings import user_results
@@ -45,7 +45,8 @@ FRICTION = 0.3  # coefficient in settings, as `plumbob settings` has it by defau
 def study_record(study: Study, judged: Judgements) -> StudyRecord:
     """The record of a study, apart from its scenes."""
     names = dict.fromkeys(scene.system for scene in study.scenes)
-    systems = [system for name in names if (system := system_called(name)) is not None]
+    there = systems_of(*names)
+    systems = [there[name] for name in names if name in there]
     return StudyRecord(
         tuple(_system(system) for system in systems),
         {name: png for system in systems for name, png in _picture(system).items()},

@@ -68,11 +68,9 @@ def seen(site):
 
 def _forget(site):
     for kept in (
-        entry_points._installed,
         entry_points.points,
-        entry_points.addition,
+        entry_points.additions,
         engines.engines,
-        engines._added,
         models.systems,
         models._worked_out,
     ):
