@@ -21,7 +21,7 @@ from plumbob.engines.study.results import Analysed, Study
 from plumbob.engines.workers import Lost, Task, Workers, workers_of
 from plumbob.reports.analyses import page_numbers
 from plumbob.reports.analyses.analysis import Section, analysed
-from plumbob.reports.analyses.replay.runs import requests as replay_requests
+from plumbob.reports.analyses.replay import requests as replay_requests
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.records import SCENE, STUDY
 from plumbob.reports.view.site.views import OF_ENGINES

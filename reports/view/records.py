@@ -47,8 +47,7 @@ class Replay:
     speeds: Mapping[str, float]  # to choose from, by their texts
     speed: float  # that is chosen first
     factors: tuple[int, ...]
-    moments: Mapping[str, float]  # [s], by their texts, of still pictures on paper
-    magnified: int  # how many times as large errors are drawn there
+    magnified: int  # how many times as large the page of an audit draws errors at first
     data: str  # JSON for the script, which no HTML parser takes for a tag
 
 
@@ -113,7 +112,7 @@ class ExactRecord:
 
     motion: Motion
     facts: Mapping[str, Any]  # exactly known: numbers and texts
-    replay: Replay
+    replay: Replay | None  # of a system with a picture
 
 
 @dataclass(frozen=True)

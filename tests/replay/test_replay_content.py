@@ -11,27 +11,27 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.convergence import chosen_step_sizes, steps_beside
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.runner import most_steps
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
+from plumbob.reports.analyses.replay import PICTURES
 from plumbob.reports.analyses.replay.capsule import motion
 from plumbob.reports.analyses.replay.runs import (
     shown_runs,
 )
-from plumbob.reports.analyses.replay.samples import COUNTS, sampled
 from plumbob.tests.replay.all_replays import decoded, plan, replay_of
 
 KILOBYTES = 160.0  # of a scene's data, in 24 bits a number
-NAMES = [scene.name for scene in plan().scenes]
+NAMES = [scene.name for scene in plan().scenes if system_of(scene).family in PICTURES]
 FRACTION = 2e-3  # of a channel's range, or of a radian: 0.4 pixel of 200
 
 
 @pytest.mark.long(keep=8)
 @pytest.mark.parametrize("name", NAMES)
-def test_few_samples_follow_the_exact_motion_between_them(name):
+def test_samples_follow_the_exact_motion_between_them(name):
     """At times that are no samples, interpolated as the page's script does it."""
     case, data = case_of(find_scene(name)), json.loads(replay_of(name).data)
     assert len(replay_of(name).data) < 1e3 * KILOBYTES
-    layer, smooth = data["layers"][0], set(data["smooth"])
+    layer = data["layers"][0]
     samples = np.linspace(0.0, data["seconds"], layer["count"])
     times = np.linspace(0.0, data["seconds"], 977)
     exact = motion(case, times) if data["kind"] == "capsule" else case.reference.observe(times)
@@ -39,43 +39,16 @@ def test_few_samples_follow_the_exact_motion_between_them(name):
         if channel not in layer["channels"]:
             continue
         values = decoded(layer["channels"][channel], layer["count"])
-        found = between(samples, values, times, cubic=channel in smooth)
+        found = np.interp(times, samples, values)
         span = float(np.ptp(exact[channel]))
         allowed = FRACTION * min(span, 1.0)
         assert np.abs(found - exact[channel]).max() <= allowed + 1e-9, channel
 
 
-def between(samples, values, times, *, cubic):
-    """Values at `times`, by a line or a cubic through the nearest samples."""
-    if not cubic:
-        return np.interp(times, samples, values)
-    first = np.clip(np.searchsorted(samples, times, side="right") - 2, 0, len(samples) - 4)
-    found = np.zeros_like(times)
-    for j in range(4):
-        weight = np.ones_like(times)
-        for k in range(4):
-            if k != j:
-                weight *= (times - samples[first + k]) / (samples[first + j] - samples[first + k])
-        found += weight * values[first + j]
-    return found
-
-
-def test_fewer_samples_would_not_do():
-    """The count found is the smallest that follows the motion: half as many do not."""
-
-    def swing(times):
-        return {"theta": np.sin(40.0 * times)}
-
-    found = sampled(swing, 1.0, ["theta"], False)
-    # A line departs by h^2/8 theta'' at most; 1e-3 rad are allowed.
-    enough = [40.0**2 / 8.0 / (n - 1) ** 2 <= 1e-3 for n in COUNTS]
-    assert enough == [False, False, True, True, True]
-    assert len(found.times) == COUNTS[2]
-
-
 def test_a_replay_is_of_runs_of_the_study():
     """Whose errors stand beside it."""
-    for scene in plan().scenes:
+    for name in NAMES:
+        scene = find_scene(name)
         shown = shown_runs(plan(), scene)
         assert [one.words for one in shown] == [
             "default settings but for the step",

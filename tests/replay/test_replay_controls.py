@@ -1,4 +1,4 @@
-"""The replays' controls in a real browser: buttons, keys, magnifier, less motion, paper."""
+"""The replays' controls in a real browser: buttons, keys, magnifier, less motion."""
 
 import json
 
@@ -29,12 +29,6 @@ COVERED = """(canvas, [x, y, radius, colour]) => {
     count += alpha > 100 && Math.hypot(r - colour[0], g - colour[1], b - colour[2]) < 60;
   }
   return count / 90;
-}"""
-PICTURE = """(canvas, like) => {
-  const copy = document.createElement("canvas");
-  [copy.width, copy.height] = like || [canvas.width, canvas.height];
-  copy.getContext("2d").drawImage(canvas, 0, 0);
-  return [copy.width, copy.height, copy.toDataURL()];
 }"""
 FIRST = [0xC9, 0x57, 0x00]  # of the style sheet, on a light page
 RING = 8.5  # [pixel] radius of the first run's mark
@@ -247,24 +241,3 @@ def labelled(browser, tmp_path_factory):
         tmp_path_factory.mktemp("labelled"),
     )
     yield from opened(browser, file, lambda page: page.add_init_script(WRITTEN))
-
-
-def test_the_printed_page_has_six_moments(page):
-    """As they are drawn for the screen, when the time is theirs and errors are as large."""
-    name = SHOWN[2]
-    figure, shown = found(page, name), replay_of(name)
-    strip, pictures = figure.locator(".replay-strip"), figure.locator(".moment canvas")
-    assert not strip.is_visible()
-    page.emulate_media(media="print")
-    assert strip.is_visible()
-    assert not figure.locator(".live").is_visible()
-    moments = list(shown.moments.values())
-    assert pictures.count() == len(moments) == 6
-    printed = [picture.evaluate(PICTURE) for picture in pictures.all()]
-    assert len({drawn for *_, drawn in printed}) == 6
-    page.emulate_media(media="screen")
-    assert shown.magnified > 1
-    figure.locator(".factor").select_option(str(shown.magnified))
-    for moment, picture in zip(moments, printed, strict=True):
-        set_time(figure, moment / shown.seconds)
-        assert figure.locator(".live canvas").evaluate(PICTURE, picture[:2]) == picture

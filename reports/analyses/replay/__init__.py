@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from plumbob.engines.study.extra_runs import StudyPlan
+from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.registry import case_of
+from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.analyses.replay.body import body
 from plumbob.reports.analyses.replay.capsule import capsule
 from plumbob.reports.analyses.replay.pendulums import companion, cone, pendulum
-from plumbob.reports.analyses.replay.picture import Picture, charts
+from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
-from plumbob.reports.analyses.replay.samples import Samples, coded, sampled
-from plumbob.reports.view import notation
+from plumbob.reports.analyses.replay.samples import COUNT, Samples, coded
 from plumbob.reports.view.records import Layer, Replay
 
-PICTURES = MappingProxyType(
+PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
 )  # by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
@@ -37,12 +35,20 @@ SPEEDS = tuple(
 LASTING = 8.0  # [s] of a replay at the speed that is chosen first
 VISIBLE = 0.1  # of the picture: how large the smallest errors are drawn at the largest factor
 MOST = 12  # powers of ten of the largest factor
-MOMENTS = (0.0, 0.19, 0.38, 0.61, 0.81, 1.0)  # of the replay; unequal, or a swing looks at rest
-LARGE = 0.15  # of the picture: how large the first run's largest error is drawn on paper at most
+LARGE = 0.15  # of the picture: how large an audit's largest error is drawn at first, at most
 
 
-def replay(study: Study, scene: Scene) -> Replay:
-    """The replay of a scene: a function of the stored study, which runs no engine."""
+def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
+    """The runs that the replays of a plan's scenes show."""
+    pictured = (scene for scene in plan.scenes if system_of(scene).family in PICTURES)
+    return [shown.run for scene in pictured for shown in shown_runs(plan, scene)]
+
+
+def replay(study: Study, scene: Scene) -> Replay | None:
+    """The replay of a scene: a function of the stored study, which runs no engine; None of a system
+    without a picture."""
+    if system_of(scene).family not in PICTURES:
+        return None
     seconds = shown_seconds(scene)
     picture, exact = _drawn(case_of(scene), seconds)
     runs: list[Drawn] = []
@@ -92,8 +98,6 @@ def assembled(
         "box": picture.box,
         "size": next(iter(picture.sizes.values())),
         "geometry": dict(picture.geometry),
-        "charts": [asdict(chart) for chart in picture.charts],
-        "smooth": list(picture.held) if picture.cubic else [],
         "layers": [
             _coded(exact),
             *(_coded(run) | {"times": coded(run[1].times)} for run in runs),
@@ -113,11 +117,6 @@ def assembled(
         best,
         # up to where the smallest errors are seen
         tuple(10**k for k in range(max(1, *(math.ceil(_power(VISIBLE, p)) for p in parts), 0) + 1)),
-        {
-            notation.seconds(time) if time else "0 s": time
-            for time in (seconds * p for p in MOMENTS)
-        },
-        # on paper: as large as the first run's errors stay small
         10 ** math.floor(_power(LARGE, parts[0])) if parts else 1,
         text.replace("<", "\\u003c"),
     )
@@ -136,8 +135,8 @@ def _coded(drawn: Drawn) -> dict[str, Any]:
 
 def _drawn(case: Case, seconds: float) -> tuple[Picture, Samples]:
     """The picture of a case and its exact motion."""
-    picture = PICTURES.get(case.system.family, charts)(case, seconds)
-    return picture, sampled(picture.motion, seconds, picture.held, picture.cubic)
+    picture, times = PICTURES[case.system.family](case, seconds), np.linspace(0.0, seconds, COUNT)
+    return picture, Samples(times, picture.motion(times))
 
 
 def _speed(speed: float) -> str:

@@ -36,7 +36,6 @@ def body(case: Case, seconds: float) -> Picture:
         {"rad": 1.0},
         *observed(case.reference.observe, ATTITUDE),
         _apart,
-        ATTITUDE,
     )
 
 

@@ -32,8 +32,6 @@ def capsule(case: Case, seconds: float) -> Picture:
         lambda at: motion(case, at),
         lambda run: deviations(case, run),
         lambda off: {"m": np.hypot(off["x"], off["y"]), "rad": np.abs(off["heading"])},
-        ("x", "y", "heading", "qx", "qy"),
-        cubic=False,
     )
 
 

@@ -84,5 +84,4 @@ def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
         {"m": size},
         *observed(lambda at: {n: np.interp(at, times, v) for n, v in exact.items()}, list(exact)),
         apart,
-        list(exact),
     )

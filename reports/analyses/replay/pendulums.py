@@ -27,9 +27,7 @@ def pendulum(case: Case, seconds: float) -> Picture:
     reach = 1.2 * length
     geometry = {"length": length, "trail": seconds / TRAIL}
     motions = observed(case.reference.observe, ("theta",))
-    return Picture(
-        "pendulum", (-reach, reach) * 2, geometry, {"rad": 1.0}, *motions, _apart, ("theta",)
-    )
+    return Picture("pendulum", (-reach, reach) * 2, geometry, {"rad": 1.0}, *motions, _apart)
 
 
 def companion(scene: Scene) -> Case | None:
@@ -74,7 +72,6 @@ def cone(case: Case, seconds: float) -> Picture:
         {"rad": 1.0},
         *observed(case.reference.observe, ("theta",)),
         _apart,
-        ("theta",),
     )
 
 

@@ -11,26 +11,13 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.trajectory import Trajectory
-from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.samples import Channels
 from plumbob.reports.view import notation
 
 Box = tuple[float, float, float, float]  # left, right, bottom, top
-MARGIN = 1.16  # of a chart's range
 STILL = 1e-9  # [m] or [rad]: beside another size, a smaller one is not mentioned
-MOST = 3  # observables that are drawn of a system without a picture
 # Where the camera stands: its direction round the vertical and above the horizontal.
 AZIMUTH, ELEVATION = math.radians(25.0), math.radians(20.0)
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A channel over time, of a system without a picture."""
-
-    label: str
-    channel: str
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -39,16 +26,13 @@ class Picture:
     a run differs by, at the run's times, in the same channels; `apart` how far that is, by unit,
     beside which `sizes` are as large as the picture."""
 
-    kind: Literal["pendulum", "cone", "capsule", "body", "chart", "geoms"]
+    kind: Literal["pendulum", "cone", "capsule", "body", "geoms"]
     box: Box  # that the picture shows [m]
     geometry: Mapping[str, Any]  # what the script needs beside that, as JSON
     sizes: Mapping[str, float]
     motion: Callable[[Array], Channels]
     deviations: Callable[[Trajectory], Channels]
     apart: Callable[[Channels], Mapping[str, Array]]
-    held: Sequence[str]  # channels that are drawn to a pixel's fraction between samples
-    cubic: bool = True  # these are interpolated by cubics
-    charts: tuple[Chart, ...] = ()
 
     def part(self, deviations: Channels) -> float:
         """The largest deviation, of the picture."""
@@ -88,29 +72,3 @@ def camera(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> list[list[
     ca, sa = math.cos(azimuth), math.sin(azimuth)
     ce, se = math.cos(elevation), math.sin(elevation)
     return [[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]]
-
-
-def charts(case: Case, seconds: float) -> Picture:
-    """The replay of a system without a picture over `seconds` [s]: its first observables."""
-    units = {o.name: o.unit for o in case.system.observables[:MOST]}
-    first = next(iter(units))
-    motion, deviations = observed(case.reference.observe, list(units))
-    exact = motion(np.linspace(0.0, seconds, 801))
-    middles = {name: 0.5 * (v.max() + v.min()) for name, v in exact.items()}
-    halves = {name: 0.5 * MARGIN * np.ptp(v) or 1.0 for name, v in exact.items()}
-    return Picture(
-        "chart",
-        (0.0, 1.0, 0.0, 1.0),
-        {},
-        {units[first]: float(np.ptp(exact[first])) or 1.0},
-        motion,
-        deviations,
-        lambda differences: {units[first]: np.abs(differences[first])},
-        [first],
-        charts=tuple(
-            Chart(
-                f"{name} [{unit}]", name, middles[name] - halves[name], middles[name] + halves[name]
-            )
-            for name, unit in units.items()
-        ),
-    )

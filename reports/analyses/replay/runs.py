@@ -11,7 +11,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.measurement import REFERENCE_STEP
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import ON_PLANE, Scene
+from plumbob.models.scene import Scene
 from plumbob.reports.view import notation
 
 OWN, RECOMMENDED = "your settings", "recommended settings"
@@ -46,11 +46,6 @@ def shown_seconds(scene: Scene) -> float:
     return float(min(scene.duration, MOST_MANOEUVRES * case_of(scene).problem.motion.period))
 
 
-def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
-    """The runs that the replays of a plan's scenes show."""
-    return [shown.run for scene in plan.scenes for shown in shown_runs(plan, scene)]
-
-
 def shown_runs(plan: StudyPlan, scene: Scene) -> Sequence[ShownRun]:
     """The two runs that a scene's replay shows, at one step: default settings, or the user's own,
     and the recommended ones; of a plan without these its first methods. None where the scene is not
@@ -79,7 +74,7 @@ def _best(scene: Scene) -> tuple[str, ...]:
     """The methods that are recommended for a scene, the first one first."""
     if system_of(scene).family == "capsule":
         return IN_PLANE if scene.system in PLANE else ON_LINE
-    return (*ON_LINE, *SMOOTH) if system_of(scene).kind == ON_PLANE else SMOOTH
+    return SMOOTH
 
 
 def _shown(

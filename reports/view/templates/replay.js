@@ -3,7 +3,7 @@
   // Replays: a canvas that draws the exact answer and runs over it. What is drawn is a function of
   // the time, the factor of the errors, and which layers are on.
   const reduced = matchMedia("(prefers-reduced-motion: reduce)");
-  const dark = matchMedia("(prefers-color-scheme: dark)"), printed = matchMedia("print");
+  const dark = matchMedia("(prefers-color-scheme: dark)");
   const STILLS = 12;  // moments that are played where motion is to be reduced, one a second
   const FONT = "12px system-ui, sans-serif";
   const TURN = 2 * Math.PI;
@@ -36,12 +36,9 @@
     }
     return "0 s";
   };
-  const ticks = (low, high, most) => {
-    const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
-    const found = [];
-    for (let k = Math.ceil(low / step); k * step <= high; k += 1) found.push(k * step);
-    return {step, values: found};
+  const rounded = (raw) => {
+    const power = 10 ** Math.floor(Math.log10(raw));
+    return [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
   };
   const turned = (angle) => angle - TURN * Math.round(angle / TURN);
 
@@ -61,21 +58,13 @@
     }
     return low;
   };
-  const valueAt = (layer, name, t, smooth) => {
+  const valueAt = (layer, name, t) => {
     const v = layer.channels[name], x = layer.times, n = layer.count;
     if (!v) return 0;
     if (t <= x[0]) return v[0];
     if (t >= x[n - 1]) return v[n - 1];
     const i = before(x, t);
-    if (!smooth.has(name) || n < 4) return v[i] + (v[i + 1] - v[i]) * (t - x[i]) / (x[i + 1] - x[i]);
-    const first = Math.min(Math.max(i - 1, 0), n - 4);
-    let sum = 0;
-    for (let j = first; j < first + 4; j += 1) {
-      let weight = v[j];
-      for (let k = first; k < first + 4; k += 1) if (k !== j) weight *= (t - x[k]) / (x[j] - x[k]);
-      sum += weight;
-    }
-    return sum;
+    return v[i] + (v[i + 1] - v[i]) * (t - x[i]) / (x[i + 1] - x[i]);
   };
 
   const hull = (places) => {
@@ -102,11 +91,10 @@
     const speed = figure.querySelector(".speed"), factor = figure.querySelector(".factor");
     const errors = [...figure.querySelectorAll(".layers li")];
     const layers = data.layers.map((given) => layerOf(given, data));
-    const smooth = new Set(data.smooth), exact = layers[0], shape = data.geometry;
+    const exact = layers[0], shape = data.geometry;
     const last = Number(range.max);
-    let paper = 0;  // how many times as large errors are drawn on paper, while that is drawn
-    const enlarged = () => paper || Number(factor.value);
-    let t = 0, plan = null, backdrop = null, ink = {}, pen = front;
+    const enlarged = () => Number(factor.value);
+    let t = 0, plan = null, ink = {}, pen = front;
 
     // ---- states -----------------------------------------------------------------------------
     const derived = (state) => {
@@ -121,22 +109,21 @@
     };
     const stateAt = (layer, at) => {
       const from = layer.absolute ? layer : exact, state = {t: at};
-      for (const name of Object.keys(from.channels)) state[name] = valueAt(from, name, at, smooth);
+      for (const name of Object.keys(from.channels)) state[name] = valueAt(from, name, at);
       if (!layer.absolute) {
         const times = enlarged();
         for (const name of Object.keys(layer.channels)) {
-          state[name] += times * valueAt(layer, name, at, smooth);
+          state[name] += times * valueAt(layer, name, at);
         }
       }
       return derived(state);
     };
     const apart = (layer, at) => {
-      const of = (name) => valueAt(layer, name, at, smooth);
+      const of = (name) => valueAt(layer, name, at);
       if (data.kind === "geoms") {
         return {size: Math.max(...shape.bodies.map((k) => Math.hypot(...["x", "y", "z"].map((axis) => of(k + axis))))), turn: 0};
       }
       if (data.kind === "capsule") return {size: Math.hypot(of("x"), of("y")), turn: of("heading")};
-      if (data.kind === "chart") return {size: Math.abs(of(Object.keys(layer.channels)[0])), turn: 0};
       if (data.kind === "body") return {size: 0, turn: 2 * Math.hypot(...ATTITUDE.map(of))};
       return {size: 0, turn: of("theta")};
     };
@@ -146,42 +133,23 @@
       if (data.kind === "capsule" || data.kind === "geoms") {
         return times * size > 4 * data.size || (times > 1 && times * Math.abs(turn) > Math.PI);
       }
-      return times > 1 && times * Math.max(Math.abs(turn), size / data.size) > Math.PI;
+      return times > 1 && times * Math.abs(turn) > Math.PI;
     };
 
-    // A chart shows the runs too, as they are, where that does not make the exact answer small.
-    const boxes = data.charts.map(({channel, low, high}) => {
-      const most = 0.8 * (high - low), edge = 0.04 * (high - low);
-      let [bottom, top] = [low, high];
-      for (const layer of layers.filter((one) => !one.absolute)) {
-        const values = Array.from({length: 401}, (_, i) => stateAt(layer, data.seconds * i / 400)[channel]);
-        const from = Math.min(...values), to = Math.max(...values);
-        if (from < bottom && from > low - most) bottom = from - edge;
-        if (to > top && to < high + most) top = to + edge;
-      }
-      return [bottom, top];
-    });
-
     // ---- where things are -------------------------------------------------------------------
-    const bare = data.kind === "chart", EACH = 132;
     const laidOut = () => {
       const width = canvas.clientWidth, [left, right, bottom, top] = data.box;
-      const height = bare ? EACH * data.charts.length : Math.min(width * (top - bottom) / (right - left), 440);
+      const height = Math.min(width * (top - bottom) / (right - left), 440);
       const scale = Math.min(width / (right - left), height / (top - bottom));
       return {
         width, height,
         picture: {
-          width: bare ? 0 : width, height, scale,
+          width, height, scale,
           x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (top + bottom) / 2,
         },
-        charts: boxes.map((box, k) => ({x: 50, y: k * EACH + 22, w: width - 70, h: EACH - 46, box})),
       };
     };
     const place = (x, y) => [plan.picture.x + plan.picture.scale * x, plan.picture.y - plan.picture.scale * y];
-    const spot = (k, at, value) => {
-      const {x, y, w, h, box: [low, high]} = plan.charts[k];
-      return [x + w * at / data.seconds, y + h * (high - value) / (high - low)];
-    };
 
     // ---- drawing ----------------------------------------------------------------------------
     const WIDTHS = {exact: 5, first: 2, second: 1.3, companion: 1.5};
@@ -244,7 +212,7 @@
       pen.fill();
     };
     const ruler = () => {
-      const most = 0.3 * plan.picture.width / plan.picture.scale, size = ticks(0, most, 1).step;
+      const most = 0.3 * plan.picture.width / plan.picture.scale, size = rounded(most);
       const length = (size > most ? size / 2 : size), y = plan.picture.height - 14;
       const end = 14 + length * plan.picture.scale;
       thin([[14, y - 4], [14, y], [end, y], [end, y - 4]], ink.quiet);
@@ -514,83 +482,27 @@
       label("C", [c[0] - 18, c[1] + 14], ink.label);
     };
 
-    const drawChart = (k) => {
-      const {x, y, w, h, box: [low, high]} = plan.charts[k], {label: title, channel} = data.charts[k];
-      label(title, [x, y - 11], ink.quiet, "left");
-      thin([[x, y], [x, y + h], [x + w, y + h]], ink.rule);
-      const level = ticks(low, high, Math.max(3, h / 28));
-      for (const value of level.values) {
-        const [, at] = spot(k, 0, value);
-        thin([[x, at], [x + w, at]], ink.grid);
-        label(tick(value, level.step), [x - 5, at], ink.quiet, "right");
-      }
-      const along = ticks(0, data.seconds, Math.max(3, w / 60));
-      for (const value of along.values) label(`${tick(value, along.step)} s`, [spot(k, value, low)[0], y + h + 10]);
-      clipped(k, () => {
-        for (const layer of layers.filter((one) => one.on)) {
-          stroke(layer.role, Array.from({length: 1201}, (_, i) => {
-            const at = data.seconds * i / 1200;
-            return outside(layer, at) ? null : spot(k, at, stateAt(layer, at)[channel]);
-          }));
-        }
-      });
-    };
-    const tick = (value, step) => (Math.abs(value) < 1e-9 * step ? "0" : step < 1e-3 || Math.abs(value) >= 1e5
-      ? number(value, 2) : value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
-    const clipped = (k, draw) => {
-      const {x, y, w, h} = plan.charts[k];
-      pen.save();
-      pen.beginPath();
-      pen.rect(x, y - 2, w + 2, h + 4);
-      pen.clip();
-      draw();
-      pen.restore();
-    };
-    const drawNow = (k, shown) => clipped(k, () => {
-      const {x, y, h} = plan.charts[k], [now] = spot(k, t, 0);
-      thin([[now, y], [now, y + h]], ink.quiet, 1, [2, 2]);
-      for (const {layer, state} of shown) mark(layer.role, spot(k, t, state[data.charts[k].channel]));
-    });
-
-    // What does not change while it plays: charts over all of the time.
-    const makeBackdrop = () => {
-      const ratio = devicePixelRatio || 1;
-      backdrop = document.createElement("canvas");
-      backdrop.width = canvas.width;
-      backdrop.height = canvas.height;
-      pen = backdrop.getContext("2d");
-      pen.scale(ratio, ratio);
-      [pen.font, pen.lineJoin] = [FONT, "round"];
-      data.charts.forEach((_, k) => drawChart(k));
-      pen = front;
-    };
-
     const DRAW = {pendulum: drawPendulum, cone: drawCone, capsule: drawCapsule, body: drawBody, geoms: drawGeoms};
     const draw = () => {
       if (!plan) return;
-      if (!backdrop) makeBackdrop();
       pen.clearRect(0, 0, plan.width, plan.height);
-      pen.drawImage(backdrop, 0, 0, plan.width, plan.height);
       const truth = stateAt(exact, t);
       const shown = layers.filter((layer) => layer.on && !outside(layer, t))
         .map((layer) => ({layer, state: layer === exact ? truth : stateAt(layer, t)}));
-      if (!bare) {
-        pen.save();
-        pen.beginPath();
-        pen.rect(0, 0, plan.picture.width, plan.picture.height);
-        pen.clip();
-        DRAW[data.kind](truth, shown);
-        if (data.kind !== "body") ruler();
-        pen.restore();
-      }
-      data.charts.forEach((_, k) => drawNow(k, shown));
+      pen.save();
+      pen.beginPath();
+      pen.rect(0, 0, plan.picture.width, plan.picture.height);
+      pen.clip();
+      DRAW[data.kind](truth, shown);
+      if (data.kind !== "body") ruler();
+      pen.restore();
     };
 
     // ---- controls ---------------------------------------------------------------------------
     const apartText = (layer) => {
       const {size, turn} = apart(layer, t);
       if (data.kind === "capsule" || data.kind === "geoms") return metres(size) + (Math.abs(turn) > 1e-9 ? `, ${number(Math.abs(turn))} rad` : "");
-      return data.kind === "chart" ? number(size) : `${number(Math.abs(turn))} rad`;
+      return `${number(Math.abs(turn))} rad`;
     };
     const report = () => {
       now.textContent = `${clock(t)} of ${clock(data.seconds)}`;
@@ -665,11 +577,11 @@
       else return;
       event.preventDefault();
     });
-    factor.addEventListener("change", () => { backdrop = null; draw(); report(); });
+    factor.addEventListener("change", () => { draw(); report(); });
     layers.forEach((layer, k) => {
       const box = errors[k].querySelector("input");
       box.hidden = false;
-      box.addEventListener("change", () => { layer.on = box.checked; backdrop = null; draw(); });
+      box.addEventListener("change", () => { layer.on = box.checked; draw(); });
     });
 
     const dip = () => {
@@ -689,7 +601,6 @@
       canvas.height = Math.round(plan.height * ratio);
       front.setTransform(ratio, 0, 0, ratio, 0, 0);
       [front.font, front.lineJoin] = [FONT, "round"];
-      backdrop = null;
       canvas.dataset.plan = JSON.stringify(plan);
       draw();
     };
@@ -699,25 +610,6 @@
     report();
     new ResizeObserver(() => { if (!plan || canvas.clientWidth !== plan.width) fit(); }).observe(canvas);
     dark.addEventListener("change", fit);
-
-    // Six moments on paper, each as it is drawn then, errors as large as can be seen.
-    const onPaper = () => {
-      if (!printed.matches || !plan) return;
-      const shown = t, {width, height} = plan;
-      const ratio = canvas.width / plan.width;
-      dip();
-      [paper, backdrop] = [Number(figure.dataset.magnified), null];
-      for (const still of figure.querySelectorAll(".moment canvas")) {
-        t = Number(still.dataset.time);
-        draw();
-        [still.width, still.height] = [Math.round(ratio * width), Math.round(ratio * height)];
-        still.getContext("2d").drawImage(canvas, 0, 0);
-      }
-      [t, paper, backdrop] = [shown, 0, null];
-      draw();
-    };
-    printed.addEventListener("change", onPaper);
-    onPaper();
 
     // It starts by itself, once, when all of it is in sight, unless motion is to be reduced.
     let begun = reduced.matches;
