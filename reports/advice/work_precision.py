@@ -27,6 +27,11 @@ class Point:
     error: float  # relative to the scales; infinite for a run that diverged
     ns_per_second: float  # [ns] of wall time per simulated second
 
+    @property
+    def speed(self) -> float:
+        """The real-time factor: simulated time over wall time."""
+        return 1e9 / self.ns_per_second if self.ns_per_second else math.inf
+
 
 def points(study: Study, scene: str, quantities: Quantities | None = None) -> tuple[Point, ...]:
     """Every run of `scene` whose cost is known, by method, coarse to fine, with the

@@ -9,14 +9,12 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
-
-import numpy as np
 
 from plumbob.reports.view import compiled_templates
 from plumbob.reports.view.content import Figure
@@ -34,7 +32,6 @@ UNITS = re.compile(
 INDENT = re.compile(r"^ +(?:// .*\n)?", re.MULTILINE)  # of a script, with its remarks
 EXPONENT = re.compile(r"-?\d[\d.]*e-\d+")  # a line may end after a hyphen
 PLAIN = " =/:;,.()'-{}!*"  # what an address of data may hold as it is
-FIRST = 0x1000  # the character that stands for 0, after all that a script may not hold
 STYLE, SCRIPT, PLOTLY, ICON = "page.css", "page.js", "plotly.js", "icon.svg"
 
 
@@ -45,14 +42,14 @@ class Plots:
 
     folder: str | None = None  # where the page finds their files; None: inside the page
     page: str = ""  # its name
-    data: list[str] = field(default_factory=list)  # JSON, a figure each
+    data: list[Mapping[str, Any]] = field(default_factory=list)  # a figure each, as plotly takes it
     tables: list[str] = field(default_factory=list)  # HTML, a table each
-    files: dict[str, bytes] = field(default_factory=dict)  # by name
+    files: dict[str, str] = field(default_factory=dict)  # by name
 
     def picture(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
         """The address and size of a figure's picture, of the `chosen` methods if it has some, which
         plotly draws anew where it is pressed."""
-        self.data.append(figure_json(figure))
+        self.data.append({"data": figure.traces, "layout": figure.layout})
         return self._file(drawing(figure, chosen))
 
     def still(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
@@ -62,11 +59,11 @@ class Plots:
     def _file(self, drawn: Drawing | None) -> tuple[str, Drawing | None]:
         if drawn is None:
             return "", None
+        svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
         if self.folder is None:
-            return f"data:image/svg+xml,{quote(drawn.svg, safe=PLAIN)}", drawn
-        content = drawn.svg.encode("utf-8")
-        name = f"{hashlib.sha256(content).hexdigest()[:12]}.svg"
-        self.files[name] = content
+            return f"data:image/svg+xml,{quote(svg, safe=PLAIN)}", drawn
+        name = f"{hashlib.sha256(svg.encode('utf-8')).hexdigest()[:12]}.svg"
+        self.files[name] = svg
         return f"{self.folder}{name}", drawn
 
     def later(self, table: str) -> int:
@@ -76,9 +73,7 @@ class Plots:
 
     def script(self) -> str:
         """The data compressed: its text, or the address of the script that has it."""
-        return self.beside(
-            self.page, f'{{"figures":[{",".join(self.data)}],"tables":{_json(self.tables)}}}'
-        )
+        return self.beside(self.page, _json({"figures": self.data, "tables": self.tables}))
 
     def beside(self, name: str, text: str) -> str:
         """A text compressed, or the address of the script of a name that has it."""
@@ -90,24 +85,13 @@ class Plots:
 
 def packed(text: str) -> str:
     """A text compressed, in base64, which our script unpacks when it is wanted."""
-    return base64.b64encode(compressed(text)).decode("ascii")
+    return base64.b64encode(gzip.compress(text.encode("utf-8"), 6, mtime=0)).decode("ascii")
 
 
-def carried(text: str) -> bytes:
+def carried(text: str) -> str:
     """A script whose element holds a text compressed after it ran: a page in a folder can load no
-    other. It is in UTF-16, which its first bytes say whatever a server says, and holds 15 bits a
-    character, after one that counts the bytes to leave out at the end."""
-    bits = np.unpackbits(np.frombuffer(compressed(text), np.uint8))
-    more = -len(bits) % 15
-    rows = np.pad(bits, (0, more)).reshape(-1, 15)
-    codes = np.packbits(np.pad(rows, ((0, 0), (1, 0))), axis=1).view(">u2").ravel() + FIRST
-    held = np.concatenate([[FIRST + more // 8], codes]).astype("<u2").tobytes().decode("utf-16-le")
-    return f'\ufeffdocument.currentScript.textContent="{held}"'.encode("utf-16-le")
-
-
-def compressed(text: str) -> bytes:
-    """A text compressed, the same bytes for the same text."""
-    return gzip.compress(text.encode("utf-8"), 6, mtime=0)
+    other."""
+    return f'document.currentScript.textContent="{packed(text)}"'
 
 
 def filled(
@@ -118,7 +102,8 @@ def filled(
     its `plots` are added to these."""
     from markupsafe import Markup
 
-    inside = {name: Markup(text) for name, text in _inside().items()} if shared is None else {}
+    held = shared_files(packed) if shared is None else {}
+    inside = {name: Markup(text) for name, text in held.items()}
     defaults: dict[str, Any] = {
         "styles": {},
         "frame": "frame.html.jinja",
@@ -152,31 +137,19 @@ def _kept(text: str) -> Markup:
 
 
 @cache
-def shared_files() -> Mapping[str, bytes]:
-    """The style sheet, our script, plotly and the icon, by name: what all pages of a site load."""
+def shared_files(hold: Callable[[str], str] = carried) -> Mapping[str, str]:
+    """The style sheet, our script, plotly as `hold` has it and the icon, by name: what all pages of
+    a site load, or one page holds."""
     from plotly.offline import get_plotlyjs
 
-    files = {name: text.encode("utf-8") for name, text in _ours().items()}
-    return {**files, PLOTLY: carried(get_plotlyjs())}
-
-
-@cache
-def _inside() -> Mapping[str, str]:
-    """The same for a page that holds them, plotly compressed."""
-    from plotly.offline import get_plotlyjs
-
-    return {**_ours(), PLOTLY: packed(get_plotlyjs())}
-
-
-def _ours() -> dict[str, str]:
-    """Our style sheets, our scripts and the icon."""
     styles, scripts = (
         "\n".join(
             INDENT.sub("", path.read_text("utf-8")) for path in sorted(TEMPLATES.glob(f"*.{kind}"))
         )
         for kind in ("css", "js")
     )
-    return {STYLE: styles, SCRIPT: scripts, ICON: (TEMPLATES / ICON).read_text("utf-8")}
+    icon = (TEMPLATES / ICON).read_text("utf-8")
+    return {STYLE: styles, SCRIPT: scripts, PLOTLY: hold(get_plotlyjs()), ICON: icon}
 
 
 def written(text: str | bytes, folder: Path, name: str) -> Path:
@@ -191,26 +164,8 @@ def written(text: str | bytes, folder: Path, name: str) -> Path:
     return folder / name
 
 
-def figure_json(figure: Figure) -> str:
-    """A figure's traces and layout as JSON that no HTML parser takes for a tag; x and y are places
-    in a list of arrays, since many methods share their times and some their errors."""
-    arrays: dict[str, int] = {}
-    traces = [
-        {key: _once(value, arrays) if key in "xy" else value for key, value in trace.items()}
-        for trace in figure.traces
-    ]
-    encoded = _json({"data": traces, "layout": figure.layout})
-    text = f'{{"arrays":[{",".join(arrays)}],{encoded[1:]}'
-    return text.replace("<", "\\u003c")
-
-
 def _json(values: Any) -> str:
     return json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-
-
-def _once(values: Any, arrays: dict[str, int]) -> int:
-    """The place of an array among `arrays`, where it stands once."""
-    return arrays.setdefault(_json(values), len(arrays))
 
 
 def _same_page(place: str) -> str:

@@ -7,57 +7,62 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
 from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.palette import BLUE, GREY, RED, Style
 
-MOST = 300  # points of a curve: a screen shows no more
+MOST = 240  # points of a curve: a screen shows no more
 ZERO = 1e-17  # where an error of exactly zero is drawn on a logarithmic axis
 DIGITS = 4
 FRONT = "front"  # in place of a method: the Pareto front of the methods that are shown
+DIVERGING = ((0.0, BLUE), (0.5, "#ffffff"), (1.0, RED))
+PLAIN = Style(GREY, "circle", 6.0, "solid")
 
 
 def curve(
-    x: Sequence[float] | Array,
-    y: Sequence[float] | Array,
-    style: Style | None = None,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    style: Style = PLAIN,
     *,
     name: str = "",
     method: str = "",
     colour: str = "",
-    dash: str = "solid",
+    dash: str = "",
     width: float = 1.6,
     marks: bool = False,
     lines: bool = True,
+    symbol: str = "",
+    size: float = 0.0,
     hints: Sequence[str] = (),
     hint: str = "",
+    **more: Any,
 ) -> Trace:
     """A curve, or points: those of `method` follow its style and its place in the legend; `hint`
-    is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it."""
-    x, y, hints = _thinned(np.asarray(x, dtype=float), np.asarray(y, dtype=float), hints)
-    colour = colour or (style.colour if style else GREY)
-    mode = "+".join(word for word, on in (("lines", lines), ("markers", marks)) if on)
-    line_dash = style.dash if style and dash == "solid" else dash
+    is shown on hover, with a point's %{x}, %{y} and %{text}, its entry of `hints`, in it; `more` as
+    plotly takes it."""
+    xs, ys = np.ravel(x), np.ravel(y)
+    kept = np.unique(np.linspace(0, len(xs) - 1, min(len(xs), MOST)).astype(int))
+    colour = colour or style.colour
     trace: dict[str, Any] = {
         "type": "scatter",
-        "mode": mode,
-        "x": rounded(x),
-        "y": rounded(y),
+        "mode": "+".join(word for word, on in (("lines", lines), ("markers", marks)) if on),
+        "x": rounded(xs[kept]),
+        "y": rounded(ys[kept]),
         "name": name or method,
-        "line": {"color": colour, "width": width, "dash": line_dash},
+        "line": {"color": colour, "width": width, "dash": dash or style.dash},
     }
     if marks:
-        size = style.size if style else 6
-        marker = style.marker if style else "circle"
-        trace["marker"] = {"color": colour, "size": size, "symbol": marker}
+        look = {"size": size or style.size, "symbol": symbol or style.marker}
+        trace["marker"] = {"color": colour, **look}
     if method:
         trace["meta"] = method  # what the page's legend switches off and on
     if hints:
-        trace["text"] = list(hints)
+        trace["text"] = [hints[i] for i in kept]
     if hint:
         trace["hovertemplate"] = f"{hint}<extra></extra>"
-    return trace
+    return {**trace, **more}
 
 
 def figure(
@@ -82,28 +87,32 @@ def over_time(title: str, caption: str, traces: Sequence[Trace], y: Layout, **mo
     return figure(title, caption, traces, linear("time [s]"), y, legend=True, **more)
 
 
-def marks(
-    x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str, name: str, size: float = 6
-) -> Trace:
+def marks(x: npt.ArrayLike, y: npt.ArrayLike, colour: str, name: str, size: float = 6) -> Trace:
     """Marks without a line: samples of a run."""
-    trace = curve(x, y, colour=colour, marks=True, lines=False, name=name)
-    return {**trace, "marker": {**trace["marker"], "size": size}}
+    return curve(x, y, colour=colour, marks=True, lines=False, name=name, size=size)
 
 
 def heat(
-    x: Sequence[float], y: Sequence[float], rows: Sequence[Sequence[float]], middle: float
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    rows: npt.ArrayLike,
+    low: float,
+    high: float,
+    colours: Sequence[tuple[float, str]] = DIVERGING,
+    **more: Any,
 ) -> Trace:
-    """A map of values, white in the middle, as far as 0.5 below it in blue and above it in red."""
-    low, high = middle - 0.5, middle + 0.5  # beyond them the colour says enough
+    """A map of values, shape (y, x), from `low` in blue to `high` in red, or in other colours;
+    beyond them the colour says enough; `more` as plotly takes it."""
     return {
         "type": "heatmap",
         "x": rounded(x),
         "y": rounded(y),
-        "z": [rounded(np.clip(row, low, high)) for row in rows],
+        "z": [rounded(row) for row in np.clip(np.asarray(rows, dtype=float), low, high)],
         "zmin": low,
         "zmax": high,
-        "colorscale": [[0.0, BLUE], [0.5, "#ffffff"], [1.0, RED]],
+        "colorscale": colours,
         "colorbar": {"thickness": 10},
+        **more,
     }
 
 
@@ -114,25 +123,19 @@ def linear(title: str, **more: Any) -> Layout:
 
 def logarithmic(title: str, **more: Any) -> Layout:
     """A logarithmic axis, labelled at powers of ten."""
-    return {
-        "title": {"text": title},
-        "type": "log",
-        "exponentformat": "power",
-        "tickfont": {"size": 10.5},
-        **more,
-    }
+    look = {"type": "log", "exponentformat": "power", "tickfont": {"size": 10.5}}
+    return linear(title, **look, **more)
 
 
-def positive(values: Sequence[float] | Array) -> Array:
+def positive(values: npt.ArrayLike) -> Array:
     """Magnitudes as a logarithmic axis takes them: zero is drawn at its bottom."""
     return np.asarray(np.maximum(np.abs(np.asarray(values, dtype=float)), ZERO))
 
 
-def rounded(values: Sequence[float] | Array) -> list[float | None]:
+def rounded(values: npt.ArrayLike) -> list[float | None]:
     """Values with as many digits as can be seen; what is not finite leaves a gap."""
-    return [
-        float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in np.ravel(values).tolist()
-    ]
+    numbers = np.ravel(np.asarray(values, dtype=float)).tolist()
+    return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in numbers]
 
 
 def _fitted(axis: Layout, traces: Sequence[Trace], letter: str) -> Layout:
@@ -143,10 +146,3 @@ def _fitted(axis: Layout, traces: Sequence[Trace], letter: str) -> Layout:
     shown = [v for trace in traces for v in trace[letter] if v is not None and v > 0.0]
     decades = math.log10(max(shown) / min(shown)) if shown else 1.0
     return {**axis, "dtick": max(1, math.ceil(decades / 7)) if decades > 1.5 else "D2"}
-
-
-def _thinned(x: Array, y: Array, hints: Sequence[str]) -> tuple[Array, Array, Sequence[str]]:
-    if len(x) <= MOST:
-        return x, y, hints
-    kept = np.unique(np.linspace(0, len(x) - 1, MOST).astype(int))
-    return x[kept], y[kept], [hints[i] for i in kept] if hints else ()

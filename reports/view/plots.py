@@ -13,15 +13,8 @@ from plumbob.engines.study.results import Observables
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.advice.work_precision import Point, front
 from plumbob.reports.view import notation
-from plumbob.reports.view.content import Figure, Trace
-from plumbob.reports.view.palette import GREY, Style
-from plumbob.reports.view.plotly_figure import (
-    FRONT,
-    curve,
-    figure,
-    logarithmic,
-    positive,
-)
+from plumbob.reports.view.content import Figure
+from plumbob.reports.view.palette import Style
 from plumbob.reports.view.records import Motion
 from plumbob.reports.view.step_ranges import StepRange, finite_limits
 from plumbob.reports.view.tables import figures
@@ -114,80 +107,24 @@ def error_against_cost(
     styles: Mapping[str, Style],
     limits: Mapping[str, float],
 ) -> Figure:
-    """Relative error against speed, with the Pareto front; `limits` are the
-    largest steps [s] before a method is lost. A closed form,
-    which simulates nothing, is left out."""
-    simulated = [
-        p
-        for p in points
-        if np.isfinite(p.error) and p.ns_per_second and methods[p.method].scheme.integrator != EXACT
-    ]
-    best = front(simulated, lambda p: (p.ns_per_second, p.error))
-    traces = [_edge(best)] if best else []
-    for name in dict.fromkeys(p.method for p in simulated):
-        line = [p for p in simulated if p.method == name]
-        hints = [
-            f"{notation.step(p.step, methods[name].control)}, "
-            f"{notation.number(p.ns_per_second)} ns per simulated second"
-            + (", on the Pareto front" if p in best else "")
-            for p in line
-        ]
-        hint = f"{name}<br>%{{text}}<br>relative error %{{y:.3g}}<br>real-time factor %{{x:.3g}}"
-        traces.append(
-            curve(
-                [_speed(p) for p in line],
-                positive([p.error for p in line]),
-                styles[name],
-                method=name,
-                marks=True,
-                width=1.2,
-                hints=hints,
-                hint=hint,
-            )
-        )
-    ends = list(_ends(simulated, limits, styles))
-    text = " A cross marks where a method is lost: the speed at its largest step." if ends else ""
-    return figure(
-        "Work–precision: relative error against speed",
-        "Right and low is better. The grey band is the Pareto front: no other run is both faster "
-        f"and more accurate. Costs are measured with nothing else running.{text}",
-        [*traces, *ends],
-        logarithmic("real-time factor: simulated time / computing time [1]"),
-        logarithmic("relative error [1]"),
-        height=460,
-        wide=True,
+    """Relative error against speed, with the Pareto front; `limits` are the largest steps [s]
+    before a method is lost: its speed there is marked at the error of its largest step that is
+    stable. A closed form, which simulates nothing, is left out."""
+    lines: dict[str, list[Point]] = {}
+    for p in points:
+        if np.isfinite(p.error) and methods[p.method].scheme.integrator != EXACT:
+            lines.setdefault(p.method, []).append(p)
+    stable = {n: [p for p in lines.get(n, ()) if p.step <= limit] for n, limit in limits.items()}
+    last = {name: max(of, key=lambda p: p.step) for name, of in stable.items() if of}
+    (drawn,) = figures(
+        "work_precision",
+        methods=methods,
+        styles=styles,
+        lines=lines,
+        front=front((p for of in lines.values() for p in of), lambda p: (-p.speed, p.error)),
+        ends=[(limits[name], p, p.speed * limits[name] / p.step) for name, p in last.items()],
     )
-
-
-def _ends(
-    simulated: Sequence[Point], limits: Mapping[str, float], styles: Mapping[str, Style]
-) -> Iterator[Trace]:
-    """From the largest step of each method that is stable, a dotted line to the speed at its limit;
-    at the error of that run, since there is none at the limit."""
-    for name, limit in limits.items():
-        stable = [p for p in simulated if p.method == name and p.step <= limit]
-        if not stable:
-            continue
-        last = max(stable, key=lambda p: p.step)
-        error, speeds = positive([last.error]), (_speed(last), _speed(last) * limit / last.step)
-        hint = f"{name}<br>lost at steps above {notation.number(limit, 3)} s"
-        line = curve(speeds, np.repeat(error, 2), styles[name], method=name, dash="dot")
-        cross = curve(speeds[1:], error, styles[name], method=name, marks=True, hint=hint)
-        marker = {"color": styles[name].colour, "size": 9, "symbol": "x"}
-        yield {**line, "showlegend": False, "hoverinfo": "skip"}
-        yield {**cross, "mode": "markers", "marker": marker, "showlegend": False}
-
-
-def _edge(best: Sequence[Point]) -> Trace:
-    """The Pareto front, as a broad band."""
-    speeds, errors = [_speed(p) for p in best], positive([p.error for p in best])
-    edge = curve(speeds, errors, colour=GREY, dash="solid", width=7.0, name="Pareto front")
-    return {**edge, "opacity": 0.35, "hoverinfo": "skip", "meta": FRONT}
-
-
-def _speed(point: Point) -> float:
-    """The real-time factor of a run."""
-    return 1e9 / point.ns_per_second
+    return drawn
 
 
 def _done(convergence_study: ConvergenceStudy) -> list[Measurement]:

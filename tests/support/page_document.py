@@ -8,8 +8,6 @@ import shlex
 from functools import cache
 from html.parser import HTMLParser
 
-import numpy as np
-
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
 from plumbob.models.registry import scene as find_scene
@@ -17,7 +15,6 @@ from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.view.page import FIRST
 
 
 class Document(HTMLParser):
@@ -68,7 +65,7 @@ def plotted(file):
     holder = re.search(r'class="figures" data-src="([^"]+)"', file.read_text("utf-8"))
     if holder is None:
         return []
-    return with_arrays(json.loads(carried_text(file.parent / holder[1]))["figures"])
+    return json.loads(carried_text(file.parent / holder[1]))["figures"]
 
 
 def folded(file):
@@ -80,23 +77,12 @@ def folded(file):
 def plotted_inside(page):
     """The same of a page that holds them."""
     (text,) = re.findall(r'class="figures">([^<]+)<', page)
-    return with_arrays(unpacked_text(text)["figures"])
-
-
-def with_arrays(figures):
-    """Figures as a page holds them, their arrays in their places."""
-    for figure in figures:
-        for trace in figure["data"]:
-            trace |= {axis: figure["arrays"][trace[axis]] for axis in "xy"}
-    return figures
+    return unpacked_text(text)["figures"]
 
 
 def carried_text(file):
     """The text that a script beside a page holds compressed."""
-    after, *places = (ord(one) - FIRST for one in file.read_text("utf-16").split('"')[1])
-    rows = np.array(places, ">u2").view(np.uint8).reshape(-1, 2)
-    bits = np.unpackbits(rows, axis=1)[:, 1:].ravel()
-    return gzip.decompress(np.packbits(bits)[: bits.size // 8 - after].tobytes()).decode()
+    return gzip.decompress(base64.b64decode(file.read_text("utf-8").split('"')[1])).decode()
 
 
 def unpacked_text(text):

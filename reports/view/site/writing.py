@@ -72,7 +72,7 @@ def site(content: Content, folder: Path) -> Path:
         new, pages = Path(scratch) / PAGES, folder / PAGES
         new.mkdir()  # whose permissions are those that the user's umask leaves
         for name, text in files.items():
-            (new / name).write_bytes(text)
+            (new / name).write_bytes(text.encode("utf-8") if isinstance(text, str) else text)
         if pages.is_dir():
             pages.rename(Path(scratch) / "old")
         new.rename(pages)
@@ -106,10 +106,10 @@ def one_file(content: Content) -> str:
     )
 
 
-def _files(content: Content) -> tuple[Mapping[str, bytes], str]:
+def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
     """The files of the folder of a site's pages by name, and its index."""
     places, common = _places(content), content.common
-    files = dict(shared_files())
+    files: dict[str, str | bytes] = dict(shared_files())
     for name in {view.system.picture for view in content.views} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
     links = Links(places, SEARCH, "", single=False)
@@ -118,7 +118,7 @@ def _files(content: Content) -> tuple[Mapping[str, bytes], str]:
         links = Links(places, page_file(name), "", single=False)
         plots = Plots("", name)
         text = filled(template, shared="", href=links, plots=plots, search="", **common, **values)
-        files |= {**plots.files, page_file(name): text.encode("utf-8")}
+        files |= {**plots.files, page_file(name): text}
     plots = Plots(f"{PAGES}/", "index")
     index = filled(
         "index.html.jinja",

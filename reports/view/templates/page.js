@@ -15,21 +15,8 @@
     script.onerror = () => failed(new Error(`${holder.dataset.src} is missing`));
     document.head.append(script);
   }));
-  // Base64 inside a page; 15 bits a character beside it, after a count of bytes that are none.
-  const FIRST = 0x1000;
-  const bytes_of = (text) => {
-    if (text.charCodeAt(0) < FIRST) return Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
-    const bytes = new Uint8Array(((text.length - 1) * 15 >> 3) - (text.charCodeAt(0) - FIRST));
-    let held = 0, bits = 0, at = 0;
-    for (let i = 1; i < text.length; i += 1) {
-      held = (held << 15) | (text.charCodeAt(i) - FIRST);
-      for (bits += 15; bits >= 8; bits -= 8) bytes[at++] = held >> (bits - 8);
-      held &= (1 << bits) - 1;
-    }
-    return bytes;
-  };
   const unpacked = (text) => {
-    const bytes = bytes_of(text);
+    const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     return new Response(stream).text();
   };
@@ -87,9 +74,7 @@
 
   const read = async (area) => {
     const figure = (await held()).figures[area.dataset.figure];
-    const place = (found) => (typeof found === "number" ? figure.arrays[found] : found);
-    return {...figure, data: fronted(figure.data.map((trace) => ({...trace, visible: shown(trace),
-      x: place(trace.x), y: place(trace.y)})))};
+    return {...figure, data: fronted(figure.data.map((trace) => ({...trace, visible: shown(trace)})))};
   };
 
   // The middle of the window to the nearest part of a plot.
