@@ -5,25 +5,22 @@ default, and two of its explicit Runge-Kutta methods. The solver steps in C++ an
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.engines import sampling
-from plumbob.engines.adapters.divergence import within
 from plumbob.engines.adapters.hinged_body import (
     PENDULUMS,
     HingedBody,
     hinged_body,
     model_error_on_platform,
 )
+from plumbob.engines.adapters.stepping import Followed, FollowedSimulation
 from plumbob.engines.adapters.three_feet import CAPSULE
-from plumbob.engines.method import Engine, Method, Options, Simulation, Stepping, Unsupported
-from plumbob.engines.trajectory import Trajectory
+from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
 from plumbob.models.scene import Case
 
 NO_CONTACTS = (
@@ -63,66 +60,46 @@ METHODS = (
 )
 
 
-@dataclass
-class ExudynSimulation:
-    """A pendulum for one solver and step [s]; every run rebuilds it."""
-
-    body: HingedBody
-    settings: Options
-    steps: int
-    step: float
-    compile_seconds: float
-
-    def run(self) -> Trajectory:
-        """Run from the start to the end, or until the solver gives up."""
-        angles, rates, seconds, failure = self._solved(self.steps, time.perf_counter)
-        kept = sampling.sampled(self.steps)
-        kept = kept[kept < len(angles)]
-        done = Trajectory(
-            times=kept.astype(np.float64) * self.step,
-            observables={"theta": angles[kept, -1], "theta_dot": rates[kept, -1]},
-            steps=len(angles) - 1,
-            seconds=seconds,
-            diverged_at=len(angles) * self.step if len(angles) <= self.steps else None,
-            warnings=(failure,) if failure else (),
-        )
-        return within(done, self.body.limits)
-
-    def stepped(self, fraction: float) -> Stepping:
-        """The steps of the first `fraction` of the duration alone."""
-        steps = sampling.first_steps(self.steps, fraction)
-        angles, _, seconds, _ = self._solved(steps, time.thread_time)
-        return Stepping(len(angles) - 1, seconds)
-
-    def _solved(self, steps: int, clock: Callable[[], float]) -> tuple[Array, Array, float, str]:
-        """Time, angle and rate of so many steps, shapes (n, 2), what they took by the clock [s],
-        and why the solver gave up, if it did."""
-        import exudyn
-
-        exudyn.config.printToConsole = False  # warnings of memory go there
-        system, sensors, container = _assembled(self.body)
-        begin, failure = clock(), ""
-        try:
-            solver = getattr(exudyn.DynamicSolverType, self.settings["solver"])
-            chosen = _options(self.settings, steps, self.step)
-            system.SolveDynamic(chosen, solverType=solver, showHints=False)
-        except (RuntimeError, ValueError) as error:
-            failure = " ".join(str(error).split())[:200]
-        seconds = clock() - begin
-        angles, rates = (np.atleast_2d(system.GetSensorStoredData(s)) for s in sensors)
-        container.Reset()
-        exudyn.config.printToConsole = True
-        return angles, rates, seconds, failure
-
-
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Assemble `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     if case.system.family == CAPSULE:
         raise Unsupported(NO_CONTACTS)
-    body, steps = hinged_body(case), sampling.step_count(case.scene.duration, step)
+    body, duration = hinged_body(case), case.scene.duration
+    sampling.step_count(duration, step)
     begin = time.perf_counter()
     _assembled(body)[2].Reset()
-    return ExudynSimulation(body, method.settings, steps, step, time.perf_counter() - begin)
+    seconds = time.perf_counter() - begin
+    follow = partial(_follow, body, method.settings, step)
+    return FollowedSimulation(follow, dict, duration, seconds, body.limits)
+
+
+def _follow(
+    body: HingedBody, settings: Options, step: float, duration: float, samples: int
+) -> Followed:
+    import exudyn
+
+    exudyn.config.printToConsole = False  # warnings of memory go there
+    (system, sensors, container), steps = _assembled(body), max(1, round(duration / step))
+    why: tuple[str, ...] = ()
+    try:
+        solver = getattr(exudyn.DynamicSolverType, settings["solver"])
+        chosen = _options(settings, steps, step)
+        system.SolveDynamic(chosen, solverType=solver, showHints=False)
+    except (RuntimeError, ValueError) as error:
+        why = (" ".join(str(error).split())[:200],)
+    angles, rates = (np.atleast_2d(system.GetSensorStoredData(s))[:, -1] for s in sensors)
+    container.Reset()
+    exudyn.config.printToConsole = True
+    kept = sampling.sampled(steps, samples)
+    kept = kept[kept < len(angles)]
+    observed = {"theta": angles[kept], "theta_dot": rates[kept]}
+    return Followed(
+        np.asarray(kept * step, dtype=np.float64),
+        observed,
+        len(angles) - 1,
+        len(angles) > steps,
+        why,
+    )
 
 
 def _assembled(body: HingedBody) -> tuple[Any, tuple[int, int], Any]:

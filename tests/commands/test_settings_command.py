@@ -15,7 +15,7 @@ from plumbob.reports.cli import main
 
 METHOD = "mujoco/euler+coulomb"
 CAPSULE = systems()["capsule-line"].mjcf
-WRITTEN = [m.name for m in engines()["mujoco"].methods if "planar" not in m.name]
+WRITTEN = [m.name for m in engines()["mujoco"].methods]
 
 
 def _run(capsys, *words):
@@ -134,7 +134,7 @@ def test_models_are_exported_for_a_step(step, tmp_path, capsys):
     assert main(["models", "export", str(tmp_path), "--step", step]) == 0
     capsys.readouterr()
     folder, fields = tmp_path / "tripod_capsule", coulomb_pair(float(step), softening=1.0)
-    for name in ("tripod_capsule.xml", "turning.xml", "planar.xml"):
+    for name in ("tripod_capsule.xml", "turning.xml"):
         first, text = (folder / name).read_text("utf-8").split("\n", 1)
         assert first == f"<!-- Contacts for a time step of {step} s, and no other. -->"
         assert "1e-4:" not in text

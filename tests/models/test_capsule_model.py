@@ -13,12 +13,11 @@ from plumbob.engines.adapters.mujoco.contacts import (
     ARMATURE_RATIO,
 )
 from plumbob.engines.adapters.mujoco.options import collected
-from plumbob.models.registry import scene, system_of
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LINE
 
 FOLDER = Path(__file__).parents[2] / "models" / "tripod_capsule"
-FULL, REDUCED, PLANAR = (FOLDER / f"{name}.xml" for name in ("tripod_capsule", "reduced", "planar"))
+FULL, REDUCED = (FOLDER / f"{name}.xml" for name in ("tripod_capsule", "reduced"))
 STEP = 1e-4  # that the files are written for
 
 
@@ -64,17 +63,10 @@ def test_numbers_are_the_check_values():
     assert model.dof_armature[-1] == model.actuator_gear[0, 0] >= ARMATURE_RATIO * CHECK.slider_mass
 
 
-def test_reduced_and_planar_have_the_same_numbers():
-    reduced, planar = load(REDUCED), load(PLANAR)
+def test_the_reduced_model_has_the_same_numbers():
+    reduced = load(REDUCED)
     assert reduced.dof_frictionloss[0] == pytest.approx(CHECK.friction * CHECK.weight, rel=1e-15)
     assert [reduced.body(b).mass[0] for b in ("body", "slider")] == [1.0, 0.3]
-    off = system_of(scene("capsule-line/off-centroid")).problem(
-        scene("capsule-line/off-centroid").parameters
-    )
-    for i, place in enumerate(off.setup.capsule.supports):
-        np.testing.assert_array_equal(planar.geom(f"support_{i + 1}").pos[:2], place)
-    line = off.setup.direction
-    np.testing.assert_allclose(planar.joint("slider").axis[:2], [np.cos(line), np.sin(line)])
 
 
 def displacement(file):

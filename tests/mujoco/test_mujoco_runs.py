@@ -10,7 +10,6 @@ import pytest
 
 from plumbob.engines import sampling
 from plumbob.engines.adapters.mujoco import ENGINE, prepare
-from plumbob.engines.adapters.mujoco import simulation as simulations
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation
 from plumbob.engines.adapters.mujoco.translation import Translation
 from plumbob.tests.mujoco.one_hinge import HINGE
@@ -75,10 +74,8 @@ def test_a_step_far_too_large_is_a_divergence(method):
         assert np.isfinite(values).all()
 
 
-@pytest.mark.parametrize("block", [1, 7, simulations.BLOCK])
-def test_the_engines_own_alarm_ends_the_run(block, tmp_path, monkeypatch, capfd):
+def test_the_engines_own_alarm_ends_the_run(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(simulations, "BLOCK", block)
     spring = HINGE.format(joint='stiffness="-1e6"', contype=0, more="")
     # qpos grows as e^{at}, past the engine's 1e10 long before 5000 steps of 2 ms
     trajectory = simulation(spring, {"qpos": np.array([1e-3])}, 5000).run()
@@ -91,14 +88,11 @@ def test_the_engines_own_alarm_ends_the_run(block, tmp_path, monkeypatch, capfd)
 
 
 @pytest.mark.parametrize("control_at", [0.0, 0.5])
-@pytest.mark.parametrize("block", [64, 8192])
-def test_controls_are_held_over_each_step(control_at, block, monkeypatch):
-    # With contacts, so that the solver's warm start must pass from block to block without changing
-    # a bit.
+def test_controls_are_held_over_each_step(control_at):
+    # with contacts, so that the solver has its warm start
     def control(times):
         return 20 * np.sin(40 * times)[:, None]
 
-    monkeypatch.setattr(simulations, "BLOCK", block)
     given = {"control": control, "control_at": control_at}
     simulated = simulation(PUSHED, given, 1000)
     trajectory = simulated.run()

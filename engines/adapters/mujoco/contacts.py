@@ -237,7 +237,7 @@ def soft_contact(problem: CapsuleProblem, settings: Options, step: float) -> Sof
         held = SoftContact(step, drift / both, EXACT, armature(setup))
         return None if without_formula(problem) else held
     chosen = contacts(problem, settings)
-    if model == "planar" or not chosen.convergent:
+    if not chosen.convergent:
         return None
     normal = NormalContact(
         compliance=chosen.compliance(step) / both,

@@ -88,7 +88,6 @@ _ONE_LINE = (
 )
 _REDUCED = "a body on a rail: friction is a joint's, and there are no contacts"
 _TALL = "a body of another height"
-_PLANAR = "a body that cannot tilt"
 METHODS = (
     *PLAIN,
     Method(
@@ -113,12 +112,5 @@ METHODS = (
     _capsule("reduced", "RK4", systems=_ONE_LINE, surrogate=_REDUCED, model="reduced"),
     _capsule(
         "tall", systems=("capsule-line/at-*",), surrogate=_TALL, contact="coulomb", height=0.05
-    ),
-    _capsule(
-        "planar",
-        systems=("capsule-line/off-centroid",),
-        surrogate=_PLANAR,
-        contact="coulomb",
-        model="planar",
     ),
 )

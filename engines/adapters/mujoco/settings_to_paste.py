@@ -48,8 +48,6 @@ def settings(method: Method, step: float, stiffness: float | None, friction: flo
     """Settings to paste for `method` at `step` [s]; raises ParameterError."""
     chosen = profile(method.settings)
     model = method.settings.get("model", "full")
-    if model == "planar":
-        raise ParameterError("method", method.name, "a method to use; this one is a known limit")
     convergent = chosen.convergent and model == "full"
     if stiffness is not None and not convergent:
         raise ParameterError("stiffness", stiffness, "left out: it is for `+coulomb` methods only")

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 
 import mujoco
 import numpy as np
-from mujoco.rollout import Rollout
 
 from plumbob.analytic.reference import Array
 from plumbob.engines import sampling
+from plumbob.engines.adapters.chain import by_step
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation
 from plumbob.engines.adapters.stepping import Built, SteppedSimulation
@@ -20,9 +21,7 @@ from plumbob.engines.registry import find_builder
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.scene import Case
 
-BLOCK = 8192  # steps under controls in one call, which costs as much as one or two
 STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # time, qpos, qvel and so on
-CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
 class MujocoSimulation(SteppedSimulation):
@@ -59,32 +58,20 @@ class MujocoSimulation(SteppedSimulation):
         model, data, translation = self.model, self.data, self.translation
         mujoco.mj_resetData(model, data)
         data.qpos[:], data.qvel[:] = translation.qpos, translation.qvel
+        controls = by_step(self.held_controls, self.step)
 
         def advance(first: int, last: int) -> None:
             if translation.control is None:
                 mujoco.mj_step(model, data, last - first)
             else:
-                for begin in range(first, last, BLOCK):
-                    self._under_controls(np.arange(begin, min(begin + BLOCK, last)))
+                for control in islice(controls, last - first):
+                    data.ctrl[:] = control
+                    mujoco.mj_step(model, data)
             # A state that is none is reset, as the engine's warnings show.
             if data.warning.number.any():
                 raise Diverged
 
         return Built(advance, self._state, translation.limits, gather=self._observed)
-
-    def _under_controls(self, steps: sampling.Indices) -> None:
-        with Rollout(nthread=0) as engine:
-            engine.rollout(
-                [self.model],
-                [self.data],
-                self._state()[None],
-                self.held_controls(steps)[None],
-                control_spec=CTRL,
-                skip_checks=True,
-                nstep=len(steps),
-                initial_warmstart=self.data.qacc_warmstart[None].copy(),
-                state=np.empty((1, len(steps), mujoco.mj_stateSize(self.model, STATE))),
-            )
 
     def _state(self) -> Array:
         state = np.empty(mujoco.mj_stateSize(self.model, STATE))
@@ -107,8 +94,8 @@ class MujocoSimulation(SteppedSimulation):
         option, before = model.opt, (model.opt.disableflags, model.opt.integrator)
         option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
         option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
-        marks = sampling.sampled(self.steps, self.samples)[: len(states)]
-        for state, control in zip(states, self.held_controls(marks), strict=True):
+        marks = sampling.sampled(self.steps, self.samples)[: len(states)].astype(np.float64)
+        for state, control in zip(states, self.held_controls(marks, self.step), strict=True):
             mujoco.mj_setState(model, data, state, STATE)
             data.ctrl[:] = control
             mujoco.mj_forward(model, data)
@@ -116,12 +103,11 @@ class MujocoSimulation(SteppedSimulation):
         option.disableflags, option.integrator = before
         return np.array(rows)
 
-    def held_controls(self, steps: sampling.Indices) -> Array:
-        """Controls held over each of the steps with these indices, shape (n, nu)."""
+    def held_controls(self, steps: Array, step: float) -> Array:
+        """Controls held over each of the steps of `step` [s] with these indices, shape (n, nu)."""
         if self.translation.control is None:
             return np.zeros((len(steps), self.model.nu))
-        times = (steps.astype(np.float64) + self.translation.control_at) * self.step
-        return self.translation.control(times)
+        return self.translation.control((steps + self.translation.control_at) * step)
 
 
 class Diverged(Exception):

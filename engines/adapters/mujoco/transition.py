@@ -120,7 +120,7 @@ def _beside(number: Number, method: Method, step: float) -> Beside:
 def _controls(beside: Beside) -> tuple[Array, Array]:
     """Those of each step, and their derivatives."""
     *runs, apart = beside
-    low, here, high = (run.held_controls(np.arange(run.steps, dtype=np.int64)) for run in runs)
+    low, here, high = (run.held_controls(np.arange(float(run.steps)), run.step) for run in runs)
     return here, (high - low) / apart
 
 

@@ -1,4 +1,4 @@
-"""The capsule in MuJoCo's terms: the full model, with a free joint and three contacts, or planar.
+"""The capsule in MuJoCo's terms: the full model, with a free joint and three contacts.
 
 The model's file with a problem's numbers in it (body, supports, contacts, slider), and the start of
 a run, which is where the body rests on contacts that deflect.
@@ -54,13 +54,11 @@ DEFAULT_STEP = 1e-3  # [s], for contacts with a time constant of their own, 0.02
 
 def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> Translation:
     """Translate a capsule's problem, in the model that the method's settings name: the full one
-    with a free joint, `planar`, or `reduced` to one line; raises Unsupported."""
-    model = method.settings.get("model", "full")
-    if model == "reduced":
+    with a free joint, or `reduced` to one line; raises Unsupported."""
+    if method.settings.get("model") == "reduced":
         return reduced.build(mjcf.with_name("reduced.xml"), problem, step)
-    file = mjcf.with_name("planar.xml") if model == "planar" else mjcf
     setup, chosen = problem.setup, contacts(problem, method.settings)
-    spec = whole(file, problem, method.settings, step)
+    spec = whole(mjcf, problem, method.settings, step)
     visual = spec.copy()
     for shown in [geom for geom in spec.geoms if geom.classname.name == "visual"]:
         spec.delete(shown)  # without effect, and a step costs less without them
@@ -69,7 +67,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
     def tune(compiled: mujoco.MjModel) -> None:
         weight = compiled.body_invweight0[compiled.body("body").id]
         weight *= chosen.softening
-        if chosen.convergent and model == "full":
+        if chosen.convergent:
             # MuJoCo's own is of a force at C, which also turns a body with its slider elsewhere:
             # with m/M = 1e3 the contacts would be 80 times softer than they are meant to be.
             weight[0] = chosen.softening / (setup.capsule.body_mass + setup.capsule.slider_mass)
@@ -78,7 +76,7 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
 
     if chosen.convergent:
         ahead = float(method.settings.get("slider_ahead", 0.0))
-        deflected = statics(setup, chosen.compliance(step), ahead) if model == "full" else None
+        deflected = statics(setup, chosen.compliance(step), ahead)
         rest_qpos = settled(spec, tune, setup.press, step, SETTLED, deflected)
     else:
         rest_qpos = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
@@ -170,7 +168,7 @@ def settled(
 ) -> Array:
     """Coordinates at rest under gravity of `press` [m/s^2] alone, shape (nq,), after so many
     `steps` of `step` [s], with the first two and any turn about the vertical at zero: a run from
-    elsewhere begins with a drop. The body of a free joint begins `deflected` (`statics`)."""
+    elsewhere begins with a drop. The body begins `deflected` (`statics`)."""
     resting = spec.copy()
     resting.option.gravity = [0.0, 0.0, -press]
     resting.option.timestep = step
@@ -185,12 +183,8 @@ def settled(
     held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, held)
     qpos = np.array(_at_rest(held.tobytes(), steps))
-    qpos[:2] = 0.0
-    if model.nq > model.nv:  # a free joint, its attitude a quaternion
-        qpos[3:7] = turned(qpos[3:7], -float(heading(qpos[3:7])))
-        qpos[7:] = 0.0
-    else:
-        qpos[3:] = 0.0
+    qpos[:2] = qpos[7:] = 0.0
+    qpos[3:7] = turned(qpos[3:7], -float(heading(qpos[3:7])))
     return qpos
 
 

@@ -28,7 +28,6 @@ CONTACT = sum(
     )
 )
 """The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
-FREE = 7  # least number of coordinates of the full model: place and quaternion; a planar has 5
 
 
 def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup, axis: tuple[float, float]) -> None:
@@ -73,24 +72,15 @@ def control(setup: CapsuleSetup, step: float) -> Callable[[Array], Array] | None
 def start(setup: CapsuleSetup, rest_qpos: Array) -> tuple[Array, Array]:
     """qpos, shape (nq,), and qvel, shape (nv,), of a body at `rest_qpos`, shape (nq,), turned by
     the heading, with the velocities of the start."""
-    qpos = np.array(rest_qpos)
-    if len(rest_qpos) >= FREE:
-        qpos[3:7] = turned(rest_qpos[3:7], setup.heading)
-    else:
-        qpos[3] = setup.heading
-    vx, vy = start_velocity(setup)
-    turn = np.array([0.0, 0.0, setup.heading_rate])
-    if len(rest_qpos) >= FREE:  # about the vertical, in the axes of a body that leans
-        mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
-    turn = turn if len(rest_qpos) >= FREE else turn[2:]
-    slider = [0.0] if setup.relative_velocity is not None else []
-    slider = slider if setup.plane_velocity is None else [0.0, 0.0]
-    return qpos, np.array([vx, vy, 0.0, *turn, *slider])
+    qpos, turn = np.array(rest_qpos), np.array([0.0, 0.0, setup.heading_rate])
+    qpos[3:7] = turned(rest_qpos[3:7], setup.heading)
+    # about the vertical, in the axes of a body that leans
+    mujoco.mju_rotVecQuat(turn, turn.copy(), qpos[3:7] * [1.0, -1.0, -1.0, -1.0])
+    return qpos, np.array([*start_velocity(setup), 0.0, *turn, *np.zeros(len(qpos) - 7)])
 
 
 def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
     """The observables that coordinates and rates show."""
-    full = len(rest_qpos) >= FREE
 
     def observe(qpos: Array, qvel: Array) -> Observed:
         still = np.zeros(len(qpos))
@@ -98,8 +88,8 @@ def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
         if setup.relative_velocity is not None:
             slid = qpos[:, -1], qvel[:, -1]
         place, velocity = (qpos[:, 0], qpos[:, 1]), (qvel[:, 0], qvel[:, 1])
-        facing, rate = _facing(qpos, setup.heading), qvel[:, 5 if full else 3]
-        pose = Pose(place, velocity, facing, rate, qpos[:, 2], *slid)
+        facing = _facing(qpos, setup.heading)
+        pose = Pose(place, velocity, facing, qvel[:, 5], qpos[:, 2], *slid)
         return observed(setup, pose), {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
 
     return observe
@@ -108,8 +98,6 @@ def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
 def _facing(qpos: Array, begun: float) -> Array:
     """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude
     determines it up to whole turns."""
-    if qpos.shape[1] < FREE:
-        return qpos[:, 3]
     angles = np.unwrap(heading(qpos[:, 3:7]))
     return np.asarray(angles + 2 * np.pi * np.round((begun - angles[0]) / (2 * np.pi)))
 
