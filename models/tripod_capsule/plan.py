@@ -16,7 +16,7 @@ from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
-from plumbob.analytic.systems.three_points.drive import plane_demand
+from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
 from plumbob.models.scene import Observable, Parameters, Scene, step_sizes

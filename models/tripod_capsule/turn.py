@@ -15,7 +15,7 @@ from plumbob.analytic.systems.capsule import lowest_normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.repeated_turn import RepeatedTurn
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
-from plumbob.analytic.systems.three_points.drive import plane_demand
+from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import turned
 from plumbob.models.scene import Observable, Parameters, Scene

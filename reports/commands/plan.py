@@ -14,7 +14,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError, known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.planner.result import Plan
-from plumbob.analytic.systems.three_points.drive import plane_demand
+from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.engines.method import Method
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import Measurement, measure

@@ -9,10 +9,9 @@ from hypothesis import given
 
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.three_points.balance import actuator_force
-from plumbob.analytic.systems.three_points.drive import plane_demand
+from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
-from plumbob.tests.support.plane_motions import loading
+from plumbob.tests.support.plane_motions import loadings
 from plumbob.tests.support.random_capsules import CHECK, lines
 
 
@@ -68,9 +67,8 @@ def test_in_the_plane_it_is_what_accelerates_the_slider():
         seen.append((after - 2 * here + before) / step**2)
     pushed = CHECK.slider_mass * (4 * seen[0] - seen[1]) / 3
     heading = motion.at(times).heading
-    found = np.concatenate(
-        [actuator_force(motion.body, load) for _, load in loading(motion, times)]
-    ) * np.exp(1j * heading)
+    found = np.concatenate([load.actuator for load in loadings(motion, times)])
+    found = found * np.exp(1j * heading)
     np.testing.assert_allclose(found, pushed, rtol=0, atol=1e-7 * np.abs(pushed).max())
     wanted = plane_demand(motion)
     assert wanted.rms < wanted.peak

@@ -17,7 +17,6 @@ from plumbob.analytic.systems.capsule import Capsule, Point, normal_forces
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.analytic.systems.three_points.smooth_segment import state_at
 
 CONVERGED = 1e-13  # of the quadrature, relative
 PIECES = 1000  # of it, at most
@@ -161,13 +160,9 @@ def residual_limit(
     # A stop from speed v turns the body by about v^2/(f g lever).
     scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
     body_velocity = scale * (velocity - 1j * omega * arm)
-    # With the combined centre at the ground's origin its small displacement keeps all its digits.
-    start = Start(
-        (-arm.real, -arm.imag), 0.0, (body_velocity.real, body_velocity.imag), scale * omega
-    )
+    start = Start((0.0, 0.0), 0.0, (body_velocity.real, body_velocity.imag), scale * omega)
     motion = three_point_motion(capsule, fixed(slider), start)
-    last = [segment for segment in motion.segments if segment.coefficients is not None][-1]
-    assert last.coefficients is not None
-    end = state_at(last.coefficients, last.last)
-    way = end.place - motion.segments[0].first.place
-    return way / scale**2, end.heading / scale**2, motion.rest_time / scale
+    end = motion.at(np.array([motion.rest_time]))
+    turn = float(end.heading[0])
+    way = complex(*end.position[0]) + arm * np.expm1(1j * turn)
+    return way / scale**2, turn / scale**2, motion.rest_time / scale

@@ -1,113 +1,96 @@
-"""Friction at the supports along a motion on three Coulomb points."""
+"""Forces of friction and of the slider's actuators along a motion on three Coulomb points."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial.legendre import legder
+from numpy.polynomial.legendre import legder, leggauss
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule_motion import Demand
 from plumbob.analytic.systems.three_points.equations import (
     Complex,
     Configuration,
+    Mechanics,
     configuration,
     cross,
-    sliding_forces,
-    support_velocities,
+    rates_in_time,
 )
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
-from plumbob.analytic.systems.three_points.pivoting import Pivot
-from plumbob.analytic.systems.three_points.rest import needed_wrench
-from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment, com_of
+from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
+
+LINEAR = 1e-9  # of a segment's length in time: it runs in time itself
+NODES = 16  # Gauss points of a segment, for the mean square; for the peak its ends as well
 
 
 @dataclass(frozen=True)
 class Loading:
-    """Motion and friction of a segment at n times, plane vectors complex and in body axes.
+    """Motion of a segment at n times, plane vectors complex and in body axes, and the forces that
+    its accelerations need."""
 
-    `support_forces` F_i [N], shape (n, 3), are not unique while the body rests, and NaN there;
-    their sum `force` [N] and moment `torque` about G [N m] always are.
-    """
-
+    body: Mechanics
     at: Configuration
-    centre: Complex  # V of G [m/s]
-    omega: Array  # [rad/s]
-    heading: Array  # [rad]
-    place: Complex  # of G on the ground [m]
-    velocities: Complex  # of the supports [m/s], shape (n, 3)
-    support_forces: Complex
-    force: Complex
-    torque: Array
+    states: Array  # p_x, p_y, omega, t, psi and the place of C, shape (n, 7)
+    rates: Array  # of (p_x, p_y, omega) by time, shape (n, 3)
+    pace: Array  # d(time)/d(fraction) [s]
+
+    @property
+    def point(self) -> Complex:
+        """p [m/s]."""
+        return np.asarray(self.states[:, 0] + 1j * self.states[:, 1])
+
+    @property
+    def acceleration(self) -> Complex:
+        """Of G [m/s^2]."""
+        mu, omega, carried = self.body.mass_ratio, self.states[:, 2], self.rates[:, :2] @ [1.0, 1j]
+        turned = 1j * omega * (self.point + mu * self.at.velocity)
+        return np.asarray(carried + mu * self.at.acceleration + turned)
+
+    @property
+    def friction(self) -> tuple[Complex, Array]:
+        """Resultant of friction [N] and its moment about G [N m] (Chernousko 2020, eqs. 2-4)."""
+        r, v, w = self.at.position, self.at.velocity, self.at.acceleration
+        growth = cross(r, w) + 2.0 * (r.conjugate() * v).real * self.states[:, 2]
+        moment = self.at.inertia * self.rates[:, 2] + self.body.reduced_mass * growth
+        return self.body.mass * self.acceleration, moment
+
+    @property
+    def actuator(self) -> Complex:
+        """Force F of the actuators on the slider [N] (Chernousko 2020, eq. 3)."""
+        r, v, omega = self.at.position, self.at.velocity, self.states[:, 2]
+        relative = self.at.acceleration + 2j * omega * v + (1j * self.rates[:, 2] - omega**2) * r
+        mu = self.body.mass_ratio
+        # Q is at (1 - mu) r from G.
+        return np.asarray(self.body.mass * mu * (self.acceleration + (1.0 - mu) * relative))
 
 
-def resting(motion: ThreePointMotion, segment: SmoothSegment, times: Array) -> Loading:
-    """Loading of a segment in which the body rests, at local `times` [s], shape (n,)."""
-    body, piece = motion.body, motion.piece(segment.piece)
-    at = configuration(body, piece, times)
-    com = com_of(body, piece, segment.first)
-    heading = np.full(times.size, segment.first.heading)
-    force, torque = needed_wrench(body, at)
-    return Loading(
-        at=at,
-        centre=body.mass_ratio * at.velocity,
-        omega=np.zeros(times.size),
-        heading=heading,
-        place=com + body.mass_ratio * at.position * np.exp(1j * heading),
-        velocities=np.zeros((times.size, 3), dtype=np.complex128),
-        support_forces=np.full((times.size, 3), np.nan + 0j),
-        force=-force,
-        torque=-torque,
-    )
-
-
-def moving(motion: ThreePointMotion, segment: SmoothSegment, places: Array) -> Loading:
-    """Loading of a segment in which the body moves, at parameters `places`, shape (n,)."""
-    assert segment.coefficients is not None
-    body, piece = motion.body, motion.piece(segment.piece)
-    px, py, omega, times, heading, x, y = evaluate(segment.coefficients, places).T
-    at = configuration(body, piece, times)
-    velocities = support_velocities(at, px + 1j * py, omega)
-    forces = sliding_forces(at, velocities)
-    if segment.mode == "pivot":
-        velocities[:, segment.support] = 0.0
-        forces = sliding_forces(at, velocities)
-        sense = float(np.sign(omega[np.argmax(np.abs(omega))]))
-        turning = Pivot(body, piece, segment.support, sense).motion(at, omega)
-        forces[:, segment.support] = turning.needed_force
-    elif segment.support >= 0:
-        forces[:, segment.support] += _missing(motion, segment, places, at, forces)
-    return Loading(
-        at=at,
-        centre=px + 1j * py + body.mass_ratio * at.velocity,
-        omega=omega,
-        heading=heading,
-        place=x + 1j * y,
-        velocities=velocities,
-        support_forces=forces,
-        force=forces.sum(axis=1),
-        torque=cross(at.arms, forces).sum(axis=1),
-    )
-
-
-def _missing(
-    motion: ThreePointMotion,
-    segment: SmoothSegment,
-    places: Array,
-    at: Configuration,
-    forces: Complex,
-) -> Complex:
-    """Force [N] that the acceleration of a segment needs in addition to `forces`, shape (n,).
-
-    Where a support slips from rest its velocity is at first a difference of nearly equal numbers
-    without a reliable direction; the acceleration of the motion still determines its friction.
-    """
-    assert segment.coefficients is not None
-    body = motion.body
-    px, py, omega, *_ = evaluate(segment.coefficients, places).T
+def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) -> Loading:
+    """Loading at `fractions` of a segment, in [0, 1], shape (n,)."""
+    places = segment.last * fractions
+    states = evaluate(segment.coefficients, places)
     slopes = evaluate(np.asarray(2.0 * legder(segment.coefficients)), places)
-    carried = px + 1j * py + body.mass_ratio * at.velocity
-    change = (slopes[:, 0] + 1j * slopes[:, 1]) / slopes[:, 3]
-    push = change + body.mass_ratio * at.acceleration + 1j * omega * carried
-    return np.asarray(body.mass * push - forces.sum(axis=1))
+    at = configuration(motion.body, motion.piece(segment.piece), states[:, 3])
+    if np.abs(segment.coefficients[2:, 3]).max(initial=0.0) <= LINEAR * segment.coefficients[1, 3]:
+        rates = slopes[:, :3] / slopes[:, 3:4]
+    else:  # in sigma, where nothing is left of a slope at the end, but all supports slide
+        rates = rates_in_time(motion.body, at, states)[:, :3]
+    return Loading(motion.body, at, states, rates, slopes[:, 3] * segment.last)
+
+
+def plane_demand(motion: ThreePointMotion) -> Demand:
+    """The demand of `motion` until the slider stops: the magnitude of the force, and the power
+    that it gives to the slider in the body."""
+    x, weights = leggauss(NODES)
+    fractions, stop = np.concatenate([[0.0], 0.5 * (x + 1.0), [1.0]]), motion.path.duration
+    peak = power = square = 0.0
+    for begin, segment in zip(motion.begins, motion.segments, strict=True):
+        if begin < stop * (1.0 - 1e-12):
+            load = loading(motion, segment, fractions)
+            sizes = np.abs(load.actuator)
+            powers = np.abs((load.actuator.conjugate() * load.at.velocity).real)
+            peak, power = max(peak, float(sizes.max())), max(power, float(powers.max()))
+            square += float((0.5 * weights * load.pace[1:-1]) @ sizes[1:-1] ** 2)
+    return Demand(peak, math.sqrt(square / stop) if stop else 0.0, power)

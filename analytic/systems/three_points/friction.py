@@ -37,8 +37,7 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
     Mode,
     SmoothSegment,
     State,
-    at_rest,
-    com_of,
+    resting,
 )
 
 EVENTS = 500  # in one piece, before giving up
@@ -136,15 +135,10 @@ def _resting(
     body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
 ) -> Phase:
     """Rest until static friction no longer suffices."""
-    state = now.state
-    broken = held_until(body, piece, state.time, duration)
+    broken = held_until(body, piece, now.state.time, duration)
     end = duration if broken is None else broken
-    resting = SmoothSegment("rest", -1, number, state.time, end, state)
-    segments = [resting] if end > state.time else []
-    if not np.isfinite(end):
-        return segments, now, True
-    com = com_of(body, piece, state)
-    state = at_rest(body, piece, end, state.heading, com)
+    segments = [resting(number, end, now.state)] if end > now.state.time else []
+    state = replace(now.state, time=end)
     if broken is None:
         return segments, Now(state, "rest"), True
     return segments, _leave_later(body, piece, state, None, duration), False
@@ -181,13 +175,11 @@ def _sliding(
 def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
     at = configuration(body, piece, np.zeros(1))
     turn = np.exp(1j * start.heading)
-    com, omega = complex(*start.position), start.angular_velocity
-    if not any(start.velocity) and omega == 0.0:
-        return Now(at_rest(body, piece, 0.0, start.heading, com), "rest")
-    place = com + body.mass_ratio * complex(at.position[0]) * turn
-    velocity = complex(*start.velocity) / turn
+    omega, velocity = start.angular_velocity, complex(*start.velocity) / turn
     point = velocity + 1j * omega * body.mass_ratio * complex(at.position[0])
-    state = State(0.0, complex(point), omega, start.heading, complex(place))
+    state = State(0.0, complex(point), omega, start.heading, complex(*start.position))
+    if point == omega == 0.0:
+        return Now(state, "rest")
     speeds = np.abs(velocity + 1j * omega * body.supports)
     still = np.flatnonzero(speeds <= STUCK * speeds.max())
     return Now(state, "pivot", int(still[0])) if still.size else Now(state, "slide")
@@ -299,15 +291,12 @@ def _leave_later(
     if support is not None:
         return now
     # The load only touched the limit: the body stays at rest from a little later on.
-    com = com_of(body, piece, state)
-    later = state.time + LATER * horizon
-    return Now(at_rest(body, piece, later, state.heading, com), "rest")
+    return Now(replace(state, time=state.time + LATER * horizon), "rest")
 
 
 def _stopped(body: Mechanics, piece: Piece, state: State) -> Now:
     """The mode that follows where the body has come to rest."""
-    com = com_of(body, piece, state)
-    return _from_rest(body, piece, at_rest(body, piece, state.time, state.heading, com), 0.0)
+    return _from_rest(body, piece, replace(state, point=0j, omega=0.0), 0.0)
 
 
 def _begin(body: Mechanics, piece: Piece, now: Now) -> Now:

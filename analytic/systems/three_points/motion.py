@@ -15,13 +15,11 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
-from plumbob.analytic.systems.three_points.equations import Complex, Mechanics, configuration
+from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
 from plumbob.analytic.systems.three_points.smooth_segment import (
-    Indices,
     Mode,
     SmoothSegment,
-    com_of,
-    states_of,
+    velocity_of_c,
 )
 
 Segments = tuple[SmoothSegment, ...]
@@ -122,54 +120,13 @@ class ThreePointMotion(SingleMotion):
         """Pose and velocity of the body at `times` [s], shape (n,)."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
         which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
-        place, speed = np.empty(times.size, dtype=complex), np.zeros(times.size, dtype=complex)
-        heading, omega = np.empty(times.size), np.zeros(times.size)
-        local = times - np.array([self.path.breakpoints[s.piece] for s in self.segments])[which]
-        met = {int(index): self.segments[index] for index in np.unique(which)}
-        for index, segment in met.items():
-            if segment.coefficients is None:
-                place[which == index], heading[which == index] = self._resting(segment)
-        for count in {len(s.coefficients) for s in met.values() if s.coefficients is not None}:
-            moving = [
-                index
-                for index, segment in met.items()
-                if segment.coefficients is not None and len(segment.coefficients) == count
-            ]
-            here = np.isin(which, moving)
-            state = self._moving(moving, which[here], local[here])
-            place[here], speed[here], heading[here], omega[here] = state
-        return Pose(
-            np.column_stack([place.real, place.imag]),
-            heading,
-            np.column_stack([speed.real, speed.imag]),
-            omega,
-        )
-
-    def _resting(self, segment: SmoothSegment) -> tuple[complex, float]:
-        """Place of C [m] and heading [rad] of a segment at rest."""
-        com = com_of(self.body, self.piece(segment.piece), segment.first)
-        return com, segment.first.heading
-
-    def _moving(
-        self, met: list[int], which: Indices, local: Array
-    ) -> tuple[Complex, Complex, Array, Array]:
-        """Place [m] and velocity [m/s] of C, heading [rad] and its rate [rad/s] at `local` times
-        [s], shape (n,), of the moving segments with the numbers `which`, shape (n,), among `met`,
-        whose polynomials have the same degree."""
-        segments = [self.segments[index] for index in met]
-        number = np.searchsorted(met, which)
-        spans = np.array([(s.start, s.end) for s in segments])
-        local = np.clip(local, *spans[number].T)
-        px, py, rate, _, psi, x, y = states_of(segments, number, local).T
-        turn, arm = np.exp(1j * psi), self.body.mass_ratio * self._positions(which, local)
-        return x + 1j * y - arm * turn, turn * (px + 1j * py - 1j * rate * arm), psi, rate
-
-    def _positions(self, which: Indices, local: Array) -> Complex:
-        """The slider's places in the body [m] at `local` times [s] of the segments with the numbers
-        `which`, shape (n,) each."""
-        pieces = np.array([segment.piece for segment in self.segments])[which]
-        positions = np.empty(len(local), dtype=complex)
-        for piece in np.unique(pieces):
-            on = pieces == piece
-            positions[on] = configuration(self.body, self.piece(int(piece)), local[on]).position
-        return positions
+        states, speed = np.empty((times.size, 7)), np.empty(times.size, dtype=complex)
+        for index in np.unique(which):
+            here, segment = which == index, self.segments[index]
+            local = times[here] - self.path.breakpoints[segment.piece]
+            states[here] = segment.states(np.clip(local, segment.start, segment.end))
+            at = configuration(self.body, self.piece(segment.piece), local)
+            speed[here] = velocity_of_c(self.body, at, states[here])
+        omega, _, heading = states[:, 2:5].T
+        speed *= np.exp(1j * heading)
+        return Pose(states[:, 5:], heading, np.column_stack([speed.real, speed.imag]), omega)

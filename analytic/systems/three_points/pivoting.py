@@ -256,7 +256,4 @@ def _segment(
     turning: Pivot, number: int, begin: float, end: float, element: _Element, last: float
 ) -> SmoothSegment:
     """The part of an element from local time `begin` to `end` [s], up to the place `last`."""
-    first = state_at(element.coefficients, 0.0)
-    return SmoothSegment(
-        "pivot", turning.support, number, begin, end, first, element.coefficients, last
-    )
+    return SmoothSegment("pivot", turning.support, number, begin, end, element.coefficients, last)

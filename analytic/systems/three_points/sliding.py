@@ -161,10 +161,7 @@ def slide(
             last = float(monotone_root(element.coefficients[:, 3], np.array([duration]))[0])
             end = duration
         segments.append(
-            SmoothSegment(
-                *("slide", slipped, number, state.time, end, state),
-                *(element.coefficients, last),
-            )
+            SmoothSegment("slide", slipped, number, state.time, end, element.coefficients, last)
         )
         state = replace(state_at(element.coefficients, last), time=end)
         size, departure, slipped = element.next_size, None, -1

@@ -7,7 +7,7 @@ import numpy as np
 from plumbob.analytic.systems.capsule_motion import Demand
 from plumbob.analytic.systems.manoeuvres.driving_force import demand
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import turn_of
-from plumbob.analytic.systems.three_points.drive import plane_demand
+from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record

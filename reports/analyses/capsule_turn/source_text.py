@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre
-from plumbob.analytic.systems.three_points.balance import balance, exchange
+from plumbob.analytic.systems.three_points.forces import loading
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.rest import holding_limit
@@ -27,19 +26,30 @@ PLACES = 24  # round the circle
 NODES = 32  # Gauss points of a smooth segment
 
 
-def friction_turning(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> tuple[float, float]:
-    """Largest |R| of eq. 24 over R_0 while the slider moves, and the integral of R over that time
-    [rad/s]: by eq. 24 the body's rate at 2 tau, since that of the slider is zero again."""
+def friction_turning(
+    manoeuvre: TurnManoeuvre, motion: ThreePointMotion
+) -> tuple[float, float, complex]:
+    """Largest |R| of eq. 24 over R_0 while the slider moves, the integral of R over that time
+    [rad/s]: by eq. 24 the body's rate at 2 tau, since that of the slider is zero again; and what
+    friction makes of the velocity of the combined centre [m/s]."""
     x, weights = np.polynomial.legendre.leggauss(NODES)
-    largest, total, stop = 0.0, 0.0, 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
+    largest, turned, pushed, stop = 0.0, 0.0, 0j, 2.0 * manoeuvre.half_time * (1.0 - 1e-12)
     for begin, segment in zip(motion.begins, motion.segments, strict=True):
-        if begin >= stop or not np.isfinite(segment.end):
-            continue
-        load, pace = exchange(motion, segment, 0.5 * (x + 1.0))
-        rate: Array = load.torque / load.at.inertia
-        largest = max(largest, float(np.abs(rate).max()))
-        total += float(np.sum(0.5 * weights * pace * rate))
-    return largest / manoeuvre.friction_bound, total
+        if begin < stop:
+            load = loading(motion, segment, 0.5 * (x + 1.0))
+            (force, torque), spans = load.friction, 0.5 * weights * load.pace
+            rate = torque / load.at.inertia
+            largest = max(largest, float(np.abs(rate).max()))
+            turned += float(spans @ rate)
+            pushed += complex(spans @ (force * np.exp(1j * load.states[:, 4]))) / motion.body.mass
+    return largest / manoeuvre.friction_bound, turned, pushed
+
+
+def centre_velocity(manoeuvre: TurnManoeuvre, motion: ThreePointMotion) -> complex:
+    """Of the combined centre as the slider stops [m/s]."""
+    end = motion.at(np.array([2.0 * manoeuvre.half_time]))
+    arm = motion.body.mass_ratio * complex(*motion.path.end) * np.exp(1j * end.heading[0])
+    return complex(complex(*end.velocity[0]) + 1j * end.angular_velocity[0] * arm)
 
 
 def shortened() -> tuple[float, float]:
@@ -55,17 +65,17 @@ def numbers(study: Study) -> Record:
     """The exact motion's numbers for each statement, those without an epsilon of the turn of
     SHOWN."""
     manoeuvre, motion = turn(SHOWN), problem(name_of(SHOWN)).motion.single
-    sums, about = balance(motion), facts(SHOWN)
+    about, velocity = facts(SHOWN), centre_velocity(manoeuvre, motion)
     phases = np.array([2.0, about["rest_time"] / manoeuvre.half_time])
     moved, later = exact_course(SHOWN, phases)[1]
     many = problem(THOUSAND).motion
     each = float(many.single.at(np.array([many.single.rest_time])).heading[0])
-    friction, integral = friction_turning(manoeuvre, motion)
+    friction, integral, pushed = friction_turning(manoeuvre, motion)
     usual, shorter = shortened()
     rate = about["angular_velocity_at_stop"]
     return Record(
-        # the largest of energy and momenta, relative
-        imbalance=max(sums.energy, sums.momentum, sums.angular_momentum),
+        # the largest of momentum and angular momentum until 2 tau, relative
+        imbalance=max(abs(pushed / velocity - 1.0), abs(integral / rate - 1.0)),
         friction=friction,  # largest |R| over R_0
         integral=integral,  # of R until 2 tau [rad/s]
         rate=rate,  # of the body at 2 tau [rad/s]
