@@ -17,7 +17,7 @@ from plumbob.analytic.systems.three_points.equations import (
     Mechanics,
     configuration,
     cross,
-    rates_in_time,
+    sliding_rates,
 )
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 from plumbob.analytic.systems.three_points.smooth_segment import SmoothSegment
@@ -76,7 +76,7 @@ def loading(motion: ThreePointMotion, segment: SmoothSegment, fractions: Array) 
     if np.abs(segment.coefficients[2:, 3]).max(initial=0.0) <= LINEAR * segment.coefficients[1, 3]:
         rates = slopes[:, :3] / slopes[:, 3:4]
     else:  # in sigma, where nothing is left of a slope at the end, but all supports slide
-        rates = rates_in_time(motion.body, at, states)[:, :3]
+        rates = sliding_rates(motion.body, at, states, derived=False)[0][:, :3]
     return Loading(motion.body, at, states, rates, slopes[:, 3] * segment.last)
 
 

@@ -23,7 +23,7 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
     mechanics,
 )
-from plumbob.analytic.systems.three_points.implicit_friction import Onset, onset, slip_onset
+from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
 from plumbob.analytic.systems.three_points.motion import Segments, ThreePointMotion
 from plumbob.analytic.systems.three_points.pivoting import Pivot, pivot
 from plumbob.analytic.systems.three_points.rest import (
@@ -149,13 +149,12 @@ def _pivoting(
 ) -> Phase:
     """Pivot until the turning stops or the support slips."""
     turning = Pivot(body, piece, now.support, now.sense)
-    turned = pivot(turning, number, duration, now.state, accuracy)
-    state = turned.state
-    if turned.ending == "time":
-        return turned.segments, Now(state, "pivot", now.support, now.sense), True
-    if turned.ending == "slip":
-        return turned.segments, _leave_later(body, piece, state, now.support, duration), False
-    return turned.segments, _stopped(body, piece, state), False
+    segments, state, ending = pivot(turning, number, duration, now.state, accuracy)
+    if ending == "time":
+        return segments, replace(now, state=state), True
+    if ending == "slip":
+        return segments, _leave_later(body, piece, state, now.support, duration), False
+    return segments, _stopped(body, piece, state), False
 
 
 def _sliding(
@@ -201,14 +200,13 @@ def _integrate(
     return tuple(segments)
 
 
-def _slide_from_rest(answer: Onset, ramp: float) -> Guess:
+def _slide_from_rest(linear: complex, angular: float, ramp: float) -> Guess:
     """First guess of a slide from rest; with `ramp` > 0 [s] its acceleration grows in proportion to
     time."""
 
     def guess(times: Array, at: Configuration) -> Array:
         elapsed = times**2 / (2.0 * ramp) if ramp else times
-        point, omega = answer.linear * elapsed, answer.angular * elapsed
-        return np.column_stack([point.real, point.imag, omega])
+        return np.outer(elapsed, [linear.real, linear.imag, angular])
 
     return guess
 
@@ -230,15 +228,16 @@ def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
     has just reached the friction limit."""
     at = configuration(body, piece, np.array([state.time + ramp]))
     force, torque = needed_wrench(body, at)
-    answer = onset(
+    linear, angular = onset(
         *(body.mass, float(at.inertia[0]), at.limits[0], at.arms[0]),
         *(complex(force[0]), float(torque[0])),
     )
-    if answer.mode == "pivot":
-        return Now(state, "pivot", answer.support, float(np.sign(answer.angular)))
-    if answer.mode == "slide":
-        return Now(state, "slide", departure=_slide_from_rest(answer, ramp))
-    return Now(state, "rest")
+    if linear == angular == 0.0:
+        return Now(state, "rest")
+    still = np.flatnonzero(linear + 1j * angular * at.arms[0] == 0.0)
+    if still.size:
+        return Now(state, "pivot", int(still[0]), float(np.sign(angular)))
+    return Now(state, "slide", departure=_slide_from_rest(linear, angular, ramp))
 
 
 def _with_one_at_rest(

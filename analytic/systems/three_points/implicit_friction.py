@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -223,31 +223,19 @@ def _damping(
     return part
 
 
-class Onset(NamedTuple):
-    """How a body at rest starts to move: linear acceleration of the body's point at G (complex
-    [m/s^2], body axes) and angular acceleration [rad/s^2]; a pivot is about `support`."""
-
-    mode: Literal["rest", "pivot", "slide"]
-    support: int
-    linear: complex
-    angular: float
-
-
 def onset(
     mass: float, inertia: float, limits: Array, arms: Complex, force: complex, torque: float
-) -> Onset:
-    """How a body at rest starts to move under a wrench about G: `mass` M + m [kg], `inertia`
-    J + mu M r^2 [kg m^2], `limits` f N_i [N] and `arms` from G [m], shape (3,), `force` [N],
-    `torque` [N m]."""
+) -> Slip:
+    """Linear acceleration of the body's point at G (complex [m/s^2], body axes) and angular
+    acceleration [rad/s^2], with which a body at rest starts to move under a wrench about G, both 0
+    where it sticks: `mass` M + m [kg], `inertia` J + mu M r^2 [kg m^2], `limits` f N_i [N] and
+    `arms` from G [m], shape (3,), `force` [N], `torque` [N m]."""
     if load_factor(limits, arms, force, torque)[0] <= 1.0 + STICKS:
-        return Onset("rest", -1, 0j, 0.0)
-    problem = FrictionProblem(mass, inertia, limits.tolist(), arms.tolist())
+        return 0j, 0.0
     free = (force / mass, torque / inertia)
-    linear, angular = after_friction(problem, free, free)
-    for support, arm in enumerate(problem.arms):
-        if linear + 1j * angular * arm == 0.0:
-            return Onset("pivot", support, linear, angular)
-    return Onset("slide", -1, linear, angular)
+    return after_friction(
+        FrictionProblem(mass, inertia, limits.tolist(), arms.tolist()), free, free
+    )
 
 
 def slip_onset(mass: float, inertia: float, limit: float, arm: complex, needed: complex) -> complex:

@@ -7,8 +7,6 @@ friction discs. How motion starts, where it does not, is decided in `implicit_fr
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,48 +25,9 @@ from plumbob.analytic.systems.three_points.equations import (
 )
 
 NEWTON_STEPS = 80
+PARALLEL = 1e-12  # determinant of a support's map, below which no velocity lets it rest
 EDGE = 1e-12  # a wrench this near the friction limit, relatively, counts as within it
 SAMPLES = 65  # of a rest, for the first time at which friction does not suffice
-
-
-def lowest(limits: Array, maps: Complex, offsets: Complex, start: Array) -> Array:
-    """Minimum over y of sum c_i |G_i y + g_i|, by Newton's method with halving.
-
-    c (k,), G (k, d) and g (k,), plane vectors. The value at `start` is below that at every point
-    where a norm vanishes, so that no step reaches one.
-    """
-    y = start
-    for _ in range(NEWTON_STEPS):
-        vectors = maps @ y + offsets
-        norms = np.abs(vectors)
-        e = (vectors / norms)[:, None]
-        height = float(limits @ norms)
-        gradient = limits @ (e.conjugate() * maps).real
-        across = cross(e, maps)
-        step = -np.linalg.solve((across.T * (limits / norms)) @ across, gradient)
-        slope = float(gradient @ step)
-        if -slope <= 2e-15 * height:
-            # The gain is below round-off; the step is still taken, since it squares the error.
-            return y + step
-        fraction = 1.0
-        while fraction > 1e-12:
-            trial = maps @ (y + fraction * step) + offsets
-            if limits @ np.abs(trial) <= height + 1e-4 * fraction * slope:
-                break
-            fraction *= 0.5
-        y = y + fraction * step
-    return y
-
-
-def _leave(value: Callable[[Array], float], place: Array, direction: Array, size: float) -> Array:
-    """A point where `value` is less than at `place`, where it is not smooth, along a `direction` of
-    descent."""
-    level = value(place)
-    while not value(place + size * direction) < level:
-        size *= 0.5
-        if size < 1e-200:
-            return place + 1e-12 * direction
-    return place + size * direction
 
 
 def needed_wrench(body: Mechanics, at: Configuration) -> tuple[Complex, Array]:
@@ -86,79 +45,76 @@ def simply_held(at: Configuration, force: Complex, torque: Array) -> npt.NDArray
     return np.asarray(np.abs(ratios).max(axis=1) <= 1.0 + EDGE)
 
 
-def _velocity_maps(arms: Complex) -> Complex:
-    return np.stack([np.ones(3), 1j * np.ones(3), 1j * arms], axis=1)
-
-
 @dataclass(frozen=True)
 class _Dissipation:
-    """sum f N_i |v_i(q)| on the plane wrench . q = |wrench|, q = normal + basis y: convex in y, and
-    not smooth at each pivot; `flat` (3, 2) and `offsets` (3,) map y to v_i."""
+    """sum f N_i |v_i(y)| over a plane of velocities, v_i = flat_i y + offset_i, of shapes (3, 2, 2)
+    and (3, 2): convex in y, and not smooth at each pivot, where a v_i vanishes."""
 
     limits: Array
-    flat: Complex
-    offsets: Complex
+    flat: Array
+    offsets: Array
+
+    def velocities(self, y: Array) -> Array:
+        """Velocities v_i, shape (3, 2)."""
+        return np.asarray(self.flat @ y + self.offsets)
 
     def value(self, y: Array) -> float:
-        return float(self.limits @ np.abs(self.flat @ y + self.offsets))
-
-    def _places(self) -> tuple[Array, Array]:
-        """The y of each pivot, shape (3, 2), by Cramer's rule, and the determinants of the maps of
-        y to v_i, shape (3,)."""
-        first, second = self.flat.T
-        sizes = cross(first, second)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            places = np.stack([cross(second, self.offsets), cross(self.offsets, first)]) / sizes
-        return places.T, sizes
-
-    def lowest_corner(self) -> tuple[Array, int]:
-        """The lowest of y = 0 and the pivots, and the support of the pivot, else -1."""
-        places, sizes = self._places()
-        start, corner = np.zeros(2), -1
-        least = self.value(start)
-        for i in range(3):
-            if abs(sizes[i]) > 1e-12 and (value := self.value(places[i])) <= least:
-                start, corner, least = places[i], i, value
-        return start, corner
-
-    def descent(self, place: Array, corner: int) -> Array | None:
-        """A direction of descent from the pivot at `place`; None where it is the minimum, the
-        support needing no more than its friction limit."""
-        others = [i for i in range(3) if i != corner]
-        e = self.flat[others] @ place + self.offsets[others]
-        unit = (e / np.abs(e)).conjugate()[:, None]
-        gradient = self.limits[others] @ (unit * self.flat[others]).real
-        first, second = (complex(column) for column in self.flat[corner])
-        size = (first.conjugate() * second).imag
-        # The force at the support, whose power at v_i is that of the gradient at y.
-        needed = 1j * (second * gradient[0] - first * gradient[1]) / size
-        # At the limit itself rounding decides; what lies below the corner is then of second order.
-        if abs(needed) <= (1.0 + EDGE) * self.limits[corner]:
-            return None
-        along = needed / abs(needed)
-        direction = [(along.conjugate() * second).imag, (first.conjugate() * along).imag]
-        return np.array(direction) / size
+        """The sum."""
+        return float(self.limits @ np.linalg.norm(self.velocities(y), axis=1))
 
     def minimum(self) -> Array:
         """The y of least dissipation, shape (2,)."""
-        y, corner = self.lowest_corner()
-        if corner >= 0:
-            direction = self.descent(y, corner)
-            if direction is None:
-                return y
-            y = _leave(self.value, y, direction, 1.0 + float(np.linalg.norm(y)))
-        return lowest(self.limits, self.flat, self.offsets, y)
+        can_rest = np.abs(np.linalg.det(self.flat)) > PARALLEL
+        corners = {
+            i: np.linalg.solve(self.flat[i], -self.offsets[i]) for i in np.flatnonzero(can_rest)
+        }
+        y, level = np.zeros(2), self.value(np.zeros(2))
+        if corners:
+            support = min(corners, key=lambda i: self.value(corners[i]))
+            if (least := self.value(corners[support])) <= level:
+                way = self.descent(corners[support], int(support))
+                if way is None:
+                    return corners[support]
+                y, level = corners[support], least
+                # Below every pivot no step reaches one.
+                while way.any() and not self.value(y + way) < level:
+                    way = 0.5 * way
+                y = y + way
+        return self.lowest(y)
 
+    def descent(self, corner: Array, support: int) -> Array | None:
+        """A way downwards from the pivot about `support`, shape (2,); None where it is the minimum,
+        the support needing no more than its friction limit."""
+        others = np.arange(3) != support
+        velocities = self.velocities(corner)[others]
+        directions = velocities / np.linalg.norm(velocities, axis=1)[:, None]
+        gradient = np.einsum("i,ij,ijk", self.limits[others], directions, self.flat[others])
+        needed = np.linalg.solve(self.flat[support].T, -gradient)
+        size = float(np.linalg.norm(needed))
+        # At the limit itself rounding decides; what lies below the corner is then of second order.
+        if size <= (1.0 + EDGE) * self.limits[support]:
+            return None
+        reach = (1.0 + float(np.linalg.norm(corner))) / size
+        return np.asarray(np.linalg.solve(self.flat[support], reach * needed))
 
-def _across(normal: Array) -> Array:
-    """Two unit vectors, shape (3, 2), at right angles to each other and to the unit vector
-    `normal`, by its reflection on an axis."""
-    mirror = normal.copy()
-    mirror[0] += math.copysign(1.0, mirror[0])
-    columns = mirror[:, None] * (mirror[1:] * (-2.0 / float(mirror @ mirror)))
-    columns[1, 0] += 1.0
-    columns[2, 1] += 1.0
-    return columns
+    def lowest(self, y: Array) -> Array:
+        """The minimum by Newton's method with halving from `y`, below the value at every pivot."""
+        for _ in range(NEWTON_STEPS):
+            velocities = self.velocities(y)
+            speeds = np.linalg.norm(velocities, axis=1)
+            directions = velocities / speeds[:, None]
+            across = np.einsum("ij,ijk->ik", directions[:, ::-1] * [-1.0, 1.0], self.flat)
+            gradient = np.einsum("i,ij,ijk", self.limits, directions, self.flat)
+            step = -np.linalg.solve((across.T * (self.limits / speeds)) @ across, gradient)
+            level, slope = float(self.limits @ speeds), float(gradient @ step)
+            if -slope <= 2e-15 * level:
+                # The gain is below round-off; the step is still taken, since it squares the error.
+                return np.asarray(y + step)
+            part = 1.0
+            while part > 1e-12 and self.value(y + part * step) > level + 1e-4 * part * slope:
+                part *= 0.5
+            y = y + part * step
+        return y
 
 
 def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> tuple[float, Array]:
@@ -175,12 +131,14 @@ def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> 
         return 0.0, np.zeros(3)
     if not limits.any():
         return np.inf, wrench / [1.0, 1.0, length]
+    maps = np.zeros((3, 2, 3))  # of velocities to those of the supports
+    maps[:, 0, 0] = maps[:, 1, 1] = 1.0
+    maps[:, 0, 2], maps[:, 1, 2] = -arms.imag / length, arms.real / length
     normal = wrench / size
-    maps = _velocity_maps(arms / length)
-    basis = _across(normal)
-    dissipation = _Dissipation(limits, maps @ basis, maps @ normal)
+    plane = np.linalg.svd(normal[None])[2][1:].T  # q = normal + plane y: the power is |wrench|
+    dissipation = _Dissipation(limits, maps @ plane, maps @ normal)
     y = dissipation.minimum()
-    return size / dissipation.value(y), (normal + basis @ y) / [1.0, 1.0, length]
+    return size / dissipation.value(y), (normal + plane @ y) / [1.0, 1.0, length]
 
 
 def excess_load(body: Mechanics, piece: Piece, time: float) -> float:

@@ -24,11 +24,11 @@ from plumbob.analytic.numerics.collocation import Collocation, collocate, linear
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.slider_path import Piece
 from plumbob.analytic.systems.three_points.equations import (
-    Complex,
+    IN_TIME,
+    Clock,
     Configuration,
     Mechanics,
     configuration,
-    rates_in_time,
     sliding_rates,
     support_velocities,
 )
@@ -44,7 +44,6 @@ from plumbob.analytic.systems.three_points.smooth_segment import (
 
 STUCK = 2e-14  # speed of a support over speed_scale: only round-off is left
 STOPPED = 1e-12  # the same for the whole body, over its speed in this piece
-SHORT = 1e-7  # element over the time itself, below which w is constant to round-off
 UNBALANCED = 1e-3  # smallest unbalanced part of the forces as a slide starts, over their size
 STEEPNESS = 0.045  # reciprocal of the power of the element's length in the truncation error
 SMALLEST = 1e-14  # element over the time scale
@@ -72,14 +71,14 @@ class Slid:
 class ElementPlan:
     """How the next element is to be solved.
 
-    `clock` is that of `sliding_rates` (None: the element runs in time), `longest` the largest
+    `clock` is that of `sliding_rates`, `longest` the largest
     length in its variable, `guess` gives first slopes at the nodes for a length. The rest is the
     size of what the state holds: `time_scale` [s]; `speed` [m/s]; `acceleration` [m/s^2] that the
     forces would give if they did not balance; `inverse_gyration` [1/m], the reciprocal radius of
     gyration; `slowing` [m/s^2], the largest |dv_i/dt|.
     """
 
-    clock: tuple[float, Array] | None
+    clock: Clock
     longest: float
     time_scale: float
     speed: float
@@ -97,28 +96,6 @@ class Element:
     coefficients: Array
     size: float
     next_size: float
-
-
-@dataclass(frozen=True)
-class _SupportMotion:
-    """Velocities v_i [m/s] and their rates dv_i/dt [m/s^2] at one time, shape (3,)."""
-
-    velocities: Complex
-    rates: Complex
-
-    @property
-    def speeds(self) -> Array:
-        return np.abs(self.velocities)
-
-    @property
-    def slowing(self) -> Array:
-        """|dv_i/dt| [m/s^2]."""
-        return np.abs(self.rates)
-
-    @property
-    def power(self) -> Array:
-        """v_i . dv_i/dt [m^2/s^3]."""
-        return (self.velocities.conjugate() * self.rates).real
 
 
 def slide(
@@ -150,8 +127,9 @@ def slide(
             plan = _departing(body, piece, at, accuracy.rule, state, remaining, departure)
         else:
             plan = _continuing(body, at, accuracy.rule, state, remaining, fastest)
-        if size == 0.0 or timed != (plan.clock is None):
-            size, timed = (FIRST if plan.clock else plan.time_scale), plan.clock is None
+        if size == 0.0 or timed != (plan.clock is IN_TIME):
+            timed = plan.clock is IN_TIME
+            size = plan.time_scale if timed else FIRST
         element = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
 
         last, end = 1.0, float(element.coefficients[:, 3].sum())
@@ -209,7 +187,7 @@ def _departing(
         return np.asarray(np.linalg.solve(rule.integral, states - _row(state)))
 
     return ElementPlan(
-        clock=None,
+        clock=IN_TIME,
         longest=time_scale,
         time_scale=time_scale,
         speed=speed,
@@ -230,17 +208,21 @@ def _continuing(
 ) -> ElementPlan:
     """The element that continues sliding from `state`, with the slider as in `at`; `remaining` [s]
     are left of the piece, `fastest` [m/s] is the largest speed scale met in it."""
-    start = _row(state)[None, :]
-    supports = _support_motion(body, at, state, rates_in_time(body, at, start)[0])
-    slowing, speed = supports.slowing, speed_scale(at, state)
-    time_scale = min(remaining, REACH * float((supports.speeds / slowing).max()))
-    clock, longest = None, min(time_scale, remaining)
+    start, omega = _row(state)[None, :], np.array([state.omega])
+    velocities = support_velocities(at, np.array([state.point]), omega)[0]
+    x, y, spin_up, _ = sliding_rates(body, at, start, derived=False)[0][0]
+    passing = 1j * state.omega * body.mass_ratio * at.velocity[0]
+    changes = complex(x, y) + 1j * spin_up * at.arms[0] - passing
+    speeds, slowing, speed = np.abs(velocities), np.abs(changes), speed_scale(at, state)
+    time_scale = min(remaining, REACH * float((speeds / slowing).max()))
+    clock, longest = IN_TIME, time_scale
     # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
-    if (supports.speeds < NEAR_POLE * time_scale * slowing).any():
+    if (speeds < NEAR_POLE * time_scale * slowing).any():
         clock = (1.0 / time_scale, slowing)
     rates, derivative = sliding_rates(body, at, start, clock)
-    if clock:
-        longest = _longest_decay(supports, -float(rates[0, 3]), speed, fastest)
+    if clock is not IN_TIME:
+        decay = -float(rates[0, 3]) * (velocities.conjugate() * changes).real / speeds**2
+        longest = _longest_decay(decay, speeds, speed, fastest)
 
     def guess(size: float) -> Array:
         return size * linearised(rates[0], derivative[0], size * rule.nodes)
@@ -257,23 +239,9 @@ def _continuing(
     )
 
 
-def _support_motion(
-    body: Mechanics, at: Configuration, state: State, rates: Array
-) -> _SupportMotion:
-    """Motion of the supports at one time, from the `rates` of (p_x, p_y, omega, t)."""
-    velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
-    centre_motion = 1j * state.omega * body.mass_ratio * at.velocity[0]
-    changes = complex(rates[0], rates[1]) + 1j * rates[2] * at.arms[0] - centre_motion
-    return _SupportMotion(velocities, changes)
-
-
-def _longest_decay(
-    supports: _SupportMotion, backward_pace: float, speed: float, fastest: float
-) -> float:
-    """Length in sigma over which the fastest decaying support speed falls to round-off of the
-    `speed` scale and of the `fastest` [m/s]; `backward_pace` is -dt/d(sigma) [s]."""
-    speeds = supports.speeds
-    decay = backward_pace * supports.power / speeds**2
+def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
+    """Length in sigma over which the support `speeds` that falls fastest, at the rates `decay`, is
+    reduced to round-off of the `speed` scale and of the `fastest` [m/s]."""
     first = int(np.argmax(decay))
     if not decay[first] > 0.0:
         return float(np.inf)
@@ -286,7 +254,7 @@ def _element(
 ) -> Element:
     """The element from `state` of length `size` or less, shortened until its truncation error is
     within the tolerance. Raises RuntimeError when none is short enough."""
-    rule, least = accuracy.rule, SMALLEST * (1.0 if plan.clock else plan.time_scale)
+    rule, least = accuracy.rule, SMALLEST * (1.0 if plan.clock is not IN_TIME else plan.time_scale)
     guess = plan.guess(size)
     while size >= least:
         scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
@@ -307,7 +275,7 @@ def _solved(
     piece: Piece,
     rule: Collocation,
     state: State,
-    clock: tuple[float, Array] | None,
+    clock: Clock,
     size: float,
     scale: Array,
     guess: Array,
@@ -316,12 +284,8 @@ def _solved(
     from a `guess`; None where Newton's method does not converge."""
 
     def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
-        at, jerk = configuration(body, piece, states[:, 3]), None
-        if derived and clock and at.acceleration.any():
-            passing = rule.derivative @ states[:, 3]
-            if passing.min() > SHORT * abs(states[-1, 3]):
-                jerk = (rule.derivative @ at.acceleration) / passing
-        rates, derivative = sliding_rates(body, at, states, clock, jerk, derived)
+        at = configuration(body, piece, states[:, 3])
+        rates, derivative = sliding_rates(body, at, states, clock, derived)
         return size * rates, size * derivative
 
     with np.errstate(all="ignore"):
@@ -332,5 +296,5 @@ def _state_scale(plan: ElementPlan, change: Array) -> Array:
     """Size of (p_x, p_y, omega, t) in an element with a first guess of its largest `change`, shape
     (4,)."""
     speed = max(plan.speed, float(change[:2].max()), UNBALANCED * plan.acceleration * change[3])
-    time = speed / plan.slowing if plan.clock else plan.time_scale
+    time = speed / plan.slowing if plan.clock is not IN_TIME else plan.time_scale
     return np.array([speed, speed, speed * plan.inverse_gyration, time])
