@@ -14,7 +14,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, validity
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
-from plumbob.analytic.systems.slider_path import SliderPath, line_stroke
 
 # w2 = f g/mu is allowed and w1 = f g/mu is not; a product of doubles has an error of a few
 # roundings.
@@ -128,11 +127,6 @@ class LineManoeuvre(SingleMotion, LineMotion):
     def sliding_time(self) -> float:
         """Time for which the body slides [s]."""
         return self.t_star
-
-    @cached_property
-    def path(self) -> SliderPath:
-        """The slider's path in the body."""
-        return line_stroke(self.segment.start, self.direction, self.w1, self.w2, self.t1)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:

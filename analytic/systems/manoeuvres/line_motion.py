@@ -23,6 +23,7 @@ from plumbob.analytic.systems.capsule import (
     steepest_load,
 )
 from plumbob.analytic.systems.manoeuvres import driving_force
+from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 
 # A time within round-off of a switch counts as the switch, for a step that begins there.
 SNAP = 2.0**-48
@@ -87,6 +88,20 @@ class LineMotion(LinearResponse):
         x, y = (float(c) for c in self.unit)
         end = self.start + self.stroke
         return Segment((self.start * x, self.start * y), (end * x, end * y))
+
+    @cached_property
+    def path(self) -> SliderPath:
+        """The slider's path in the body over all repetitions."""
+        pulled = [self.phases[0]]
+        pulled += [b for a, b in pairwise(self.phases) if b.pull != a.pull]
+        ends, place = [phase.start for phase in pulled[1:]], self.segment.start
+        if math.isfinite(self.period) or not ends:
+            ends.append(self.period if ends else 0.0)
+        pieces = tuple(
+            StraightPiece(end - p.start, place, self.direction, p.stroke, p.stroke_rate, p.pull)
+            for p, end in zip(pulled, ends, strict=False)
+        )
+        return SliderPath(self.count * pieces)
 
     @cached_property
     def _table(self) -> Array:
@@ -182,7 +197,8 @@ class LineMotion(LinearResponse):
         pushes = capsule.mass_ratio * pulls + capsule.friction * capsule.gravity
         slid, slid_rate, _ = self._magnitudes(pulls, phase, spent)
         moved, rate, at_end = self._magnitudes(pushes * self._table[7], phase, spent)
-        slack = normal_force_uncertainty(capsule, abs(self.start) + abs(self.stroke))
+        reach = math.hypot(*self.segment.start) + abs(self.stroke)
+        slack = normal_force_uncertainty(capsule, reach)
         slack = slack + steepest_load(capsule) * late * slid_rate * (self.count > 1)
         still = np.zeros_like(spent)
         return {

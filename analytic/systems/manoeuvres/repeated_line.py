@@ -12,7 +12,6 @@ from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
-from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
 
 
 @dataclass(frozen=True)
@@ -76,13 +75,6 @@ class RepeatedLine(LineMotion):
     def sliding_time(self) -> float:
         """Time for which the body slides in one manoeuvre [s]."""
         return self.manoeuvre.t_star
-
-    @cached_property
-    def path(self) -> SliderPath:
-        """The slider's path in the body over all manoeuvres."""
-        there, back = self.manoeuvre.path, self.returning.path
-        once = (there, back, fixed(self.manoeuvre.segment.start, self.pause))
-        return concatenate(*(self.count * once))
 
     @property
     def period(self) -> float:

@@ -12,7 +12,6 @@ from plumbob.analytic.systems.capsule import Capsule, validity
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
-from plumbob.analytic.systems.slider_path import SliderPath, straight
 
 
 def proper_fraction(name: str, value: float) -> float:
@@ -51,26 +50,16 @@ class SlowStroke(SingleMotion, LineMotion):
         for breach in validity(self.capsule, (self.segment,)):
             raise breach
 
-    @property
-    def _pulls(self) -> list[float]:
-        """The slider's acceleration [m/s^2] in each half of a way."""
-        pull = math.copysign(self.acceleration, self.length)
-        return [pull, -pull, -pull, pull] if self.there_and_back else [pull, -pull]
-
-    @property
-    def path(self) -> SliderPath:
-        """The slider's path in the body."""
-        halves = [0.5 * self.one_way] * len(self._pulls)
-        return straight(self.segment.start, self.direction, self._pulls, halves)
-
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The halves of each way, and rest; the body does not move."""
-        half = 0.5 * self.one_way
-        places = [0.0, 0.5 * self.length, self.length, 0.5 * self.length, 0.0]
-        fast, pulls = self._pulls[0] * half, [*self._pulls, 0.0]
-        rates = [0.0, fast, 0.0, -fast, 0.0]
-        return tuple(Phase(i * half, places[i], rates[i], pull) for i, pull in enumerate(pulls))
+        half, pull = 0.5 * self.one_way, math.copysign(self.acceleration, self.length)
+        middle, fast = 0.5 * self.length, pull * half
+        ways = [(0.0, 0.0, pull), (middle, fast, -pull), (self.length, 0.0, -pull)]
+        ways += [(middle, -fast, pull), (0.0, 0.0, 0.0)]
+        if not self.there_and_back:
+            ways[2:] = [(self.length, 0.0, 0.0)]
+        return tuple(Phase(i * half, *way) for i, way in enumerate(ways))
 
     @property
     def stroke(self) -> float:

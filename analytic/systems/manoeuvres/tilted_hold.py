@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.parameters import finite
-from plumbob.analytic.reference import Array, LinearResponse
-from plumbob.analytic.systems.capsule import (
-    NORMAL_FORCES,
-    Capsule,
-    Point,
-    Segment,
-    by_support,
-    normal_force_uncertainty,
-    normal_forces,
-    validity,
-)
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.capsule import Capsule, Point, Segment, normal_forces, validity
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
-from plumbob.analytic.systems.manoeuvres.residual_motion import ROUNDINGS
+from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
-from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 
 def tilt_angle(capsule: Capsule, fraction: float = 1.0) -> float:
@@ -48,9 +36,10 @@ def tilted_gravity(capsule: Capsule, fraction: float, direction: float) -> Array
 
 
 @dataclass(frozen=True)
-class TiltedHold(SingleMotion, LinearResponse):
+class TiltedHold(SingleMotion, LineMotion):
     """Body at rest under gravity tilted along `direction` [rad], by `fraction` of the threshold,
-    with Q fixed at `slider` relative to C [m]. Raises ParameterError."""
+    with Q fixed at `slider` relative to C [m]: friction balances the tangential part of the weight,
+    the N_i the normal part. Raises ParameterError."""
 
     capsule: Capsule
     fraction: float
@@ -58,39 +47,30 @@ class TiltedHold(SingleMotion, LinearResponse):
     slider: Point = (0.0, 0.0)
     kind: ClassVar[MotionKind] = "hold"
     sliding_time: ClassVar[float] = 0.0
+    start: ClassVar[float] = 0.0
+    stroke: ClassVar[float] = 0.0
+    phases: ClassVar[tuple[Phase, ...]] = (Phase(0.0, 0.0, 0.0, 0.0),)
 
     def __post_init__(self) -> None:
         tilted_gravity(self.capsule, self.fraction, self.direction)
-        for breach in validity(self.capsule, (Segment(self.slider, self.slider),)):
+        for breach in validity(self.capsule, (self.segment,)):
             raise breach
 
     @property
-    def path(self) -> SliderPath:
-        """The fixed slider."""
-        return fixed(self.slider)
+    def segment(self) -> Segment:
+        """The slider's place."""
+        return Segment(self.slider, self.slider)
 
-    def observe(self, times: Array) -> Mapping[str, Array]:
-        """Exact observables at `times` [s], shape (n,): nothing moves; friction balances the
-        tangential part of the weight (signed along `direction`), the N_i the normal part."""
-        still = np.zeros_like(np.asarray(times, dtype=np.float64))
-        angle = tilt_angle(self.capsule, self.fraction)
-        forces = math.cos(angle) * normal_forces(self.capsule, np.array([self.slider]))[0]
-        names = ("displacement", "velocity", "heading", "sideways", "stroke", "stroke_rate")
-        return {
-            **dict.fromkeys(names, still),
-            **by_support(still[:, None] + forces),
-            "friction_force": still - self.capsule.weight * math.sin(angle),
-            "driving_force": still
-            - self.capsule.mass_ratio * self.capsule.weight * math.sin(angle),
-        }
+    @property
+    def angle(self) -> float:
+        """Tilt of gravity [rad]."""
+        return tilt_angle(self.capsule, self.fraction)
 
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Absolute error [SI] at `times` [s], shape (n,), of forces; rest is exact."""
-        slack = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        few = ROUNDINGS * ROUNDOFF * self.capsule.weight
-        forces = dict.fromkeys(NORMAL_FORCES, slack)
-        forces |= {"friction_force": few, "driving_force": self.capsule.mass_ratio * few}
-        return {
-            name: np.zeros_like(value) + forces.get(name, 0.0)
-            for name, value in self.observe(times).items()
-        }
+    def normal_forces(self, times: Array) -> Array:
+        """See LineMotion."""
+        forces = math.cos(self.angle) * normal_forces(self.capsule, np.array([self.slider]))
+        return np.repeat(forces, len(times), axis=0)
+
+    def friction_force(self, times: Array) -> Array:
+        """See LineMotion."""
+        return np.full(np.shape(times), -self.capsule.weight * math.sin(self.angle))
