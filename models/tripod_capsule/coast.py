@@ -117,10 +117,10 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         )
     else:
         lasting, about = (
-            motion.duration,
+            motion.sliding_time,
             {
-                "distance": motion.coasting.distance,
-                "deceleration": motion.coasting.deceleration,
+                "distance": motion.distance,
+                "deceleration": motion.deceleration,
             },
         )
     end = problem.in_world.observe(np.array([lasting]))

@@ -13,7 +13,7 @@ from plumbob.tests.support.random_capsules import capsules
 def test_stopping_distance(capsule, speed, direction):
     """v0^2/(2 f g) along the direction, wherever Q is, in 40 digits."""
     motion = translation(capsule, (0.1, -0.05), speed, direction)
-    times = np.array([motion.duration])
+    times = np.array([motion.sliding_time])
     end, slack = motion.observe(times), motion.uncertainty(times)
     with mpmath.workdps(40):
         way = mpmath.mpf(speed) ** 2 / (2 * mpmath.mpf(capsule.friction) * capsule.gravity)

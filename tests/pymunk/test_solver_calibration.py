@@ -72,8 +72,8 @@ def test_what_bare_pivots_leave_where_rest_falls_next_to_the_end_of_a_step(after
     solver pushes it aside by a thirtieth of the bound, and by nothing in the middle of a step."""
     step, pivots = 1e-3, METHODS["pivots"]
     usual = scene("capsule-coast/rotation")
-    coasting = system_of(usual).case(usual).problem.motion.coasting
-    rate = coasting.deceleration * step * (round(coasting.duration / step) + after)
+    coasting = system_of(usual).case(usual).problem.motion
+    rate = coasting.deceleration * step * (round(coasting.sliding_time / step) + after)
     changed = scene("capsule-coast/rotation", {"heading_rate": rate})
     aside = measure(system_of(changed).case(changed), pivots, step)[0].errors["velocity_y"]
     bound = aside.model["solver iterations"]

@@ -328,9 +328,9 @@ def _spin_push(motion: LineMotion, normal: NormalContact, lean: float) -> tuple[
     if not motion.coasting or motion.problem.motion.centre is None:
         return 0.0, 0.0
     capsule, coasting = motion.problem.setup.capsule, motion.problem.motion
-    moment = abs(normal.tilt_inertia - capsule.inertia) * coasting.coasting.rate**2 * lean
+    moment = abs(normal.tilt_inertia - capsule.inertia) * coasting.rate**2 * lean
     changed = moment * float(np.abs(load_fraction_slopes(motion.problem)).sum())
-    return capsule.friction * changed / motion.mass, float(coasting.duration)
+    return capsule.friction * changed / motion.mass, float(coasting.sliding_time)
 
 
 def _inertial_loads(

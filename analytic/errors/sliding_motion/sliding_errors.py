@@ -17,7 +17,7 @@ from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slo
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
-from plumbob.analytic.systems.manoeuvres.residual_motion import Coasting, ResidualMotion
+from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL, along
@@ -123,7 +123,10 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     if scheme.position_lead is None:
         return {}
     still, loads = np.zeros(len(times)), by_support(np.zeros((len(times), 3)))
-    way, rate = _coasting(motion.coasting, scheme, step, times)
+    marks = np.rint(np.asarray(times) / step).astype(int)
+    nothing = [0.0] * int(marks[-1])
+    way, rate, _ = stepped(scheme, step, motion.rate, nothing, motion.deceleration)[:, marks]
+    way, rate = np.stack([way, rate]) - motion.course(times)
     if motion.centre is None:
         cos, sin = math.cos(motion.direction), math.sin(motion.direction)
         errors = {
@@ -136,14 +139,6 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
     turned = {"heading": way, "heading_rate": rate}
     return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
-
-
-def _coasting(moving: Coasting, scheme: Scheme, step: float, times: Array) -> tuple[Array, Array]:
-    """Errors of the way and of its rate."""
-    marks = np.rint(np.asarray(times) / step).astype(int)
-    nothing = [0.0] * int(marks[-1])
-    way, rate, _ = stepped(scheme, step, moving.rate, nothing, moving.deceleration)[:, marks]
-    return way - moving.ways(times), rate - moving.rates(times)
 
 
 # The line manoeuvre's end, for any step. The scheme

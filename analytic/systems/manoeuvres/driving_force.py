@@ -44,8 +44,7 @@ def demand(motion: Any, duration: float) -> Demand:
     >>> print(f"{demand(line, line.t2).peak:.4f} N")
     10.1137 N
     """
-    switches = [0.0, *motion.path.breakpoints, *motion.stops, duration]
-    edges = np.unique(np.clip(np.array(switches, dtype=np.float64), 0.0, duration))
+    edges = np.unique(np.clip([*(phase.start for phase in motion.phases), duration], 0.0, duration))
     middles = 0.5 * (edges[1:] + edges[:-1])
     forces = motion.driving_force(middles)
     # constant force, linear velocity: the largest product is at an end of the interval

@@ -162,12 +162,6 @@ class LineMotion(LinearResponse):
         places = (self.start + self.strokes(times))[:, None] * self.unit
         return normal_forces(self.capsule, places)
 
-    @property
-    def stops(self) -> tuple[float, ...]:
-        """When the body comes to rest [s]: the switches that are not those of the path."""
-        ends = [b.start for a, b in pairwise(self.phases) if a.slides and not b.slides]
-        return tuple((n and n * self.period) + end for n in range(self.count) for end in ends)
-
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact observables at `times` >= 0 [s], shape (n,) (Chernousko 2020, eqs. 7-22):
         displacement, velocity of C [m, m/s]; stroke, stroke_rate of the slider in the body [m,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -35,45 +35,15 @@ ROUND = 1e-12  # largest relative difference of arms that count as equal
 
 
 @dataclass(frozen=True)
-class Coasting:
-    """One coordinate q that starts at rate q' and stops under a constant deceleration.
-
-    `rate` [m/s or rad/s], of either sign; `deceleration` [m/s^2 or rad/s^2], positive.
-    """
-
-    rate: float
-    deceleration: float
-
-    @property
-    def duration(self) -> float:
-        """Time to rest [s], |q'|/deceleration."""
-        return abs(self.rate) / self.deceleration
-
-    @property
-    def distance(self) -> float:
-        """Signed way to rest [m or rad], q'|q'|/(2 deceleration)."""
-        return 0.5 * self.rate * self.duration
-
-    def rates(self, times: Array) -> Array:
-        """Rate at `times` [s], shape (n,)."""
-        left = np.maximum(self.duration - times, 0.0)
-        return math.copysign(self.deceleration, self.rate) * left
-
-    def ways(self, times: Array) -> Array:
-        """Way since the start at `times` [s], shape (n,)."""
-        spent = np.minimum(times, self.duration)
-        braked = 0.5 * math.copysign(self.deceleration, self.rate)
-        return np.where(times < self.duration, spent * (self.rate - braked * spent), self.distance)
-
-
-@dataclass(frozen=True)
 class ResidualMotion(SingleMotion, LinearResponse):
-    """`capsule` that turns about `centre` [m, relative to C, at the start], or if `centre` is None
-    translates along `direction` [rad], with Q at `slider` relative to C [m]; at the start C is the
-    origin and the heading is 0."""
+    """`capsule` that at first turns about `centre` [m, relative to C] at `rate` [rad/s], or if
+    `centre` is None translates along `direction` [rad] at `rate` [m/s], of either sign, and stops
+    under a constant positive `deceleration` [m/s^2 or rad/s^2], with Q at `slider` relative to C
+    [m]; at the start C is the origin and the heading is 0."""
 
     capsule: Capsule
-    coasting: Coasting
+    rate: float
+    deceleration: float
     centre: Point | None
     direction: float = 0.0
     slider: Point = (0.0, 0.0)
@@ -86,51 +56,56 @@ class ResidualMotion(SingleMotion, LinearResponse):
 
     @property
     def sliding_time(self) -> float:
-        """Time to rest [s]."""
-        return self.coasting.duration
+        """Time to rest [s], |rate|/deceleration."""
+        return abs(self.rate) / self.deceleration
 
     @property
-    def duration(self) -> float:
-        """Time to rest [s]."""
-        return self.coasting.duration
+    def distance(self) -> float:
+        """Signed way to rest [m or rad], rate |rate|/(2 deceleration)."""
+        return 0.5 * self.rate * self.sliding_time
+
+    def course(self, times: Array) -> tuple[Array, Array]:
+        """Way since the start [m or rad] and its rate, at `times` [s], shape (n,) each."""
+        left = np.maximum(self.sliding_time - times, 0.0)
+        braked = math.copysign(self.deceleration, self.rate)
+        return np.asarray(self.distance - 0.5 * braked * left**2), braked * left
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,)."""
-        times = np.asarray(times, dtype=np.float64)
-        way, rate = self.coasting.ways(times), self.coasting.rates(times)
+        place: Any
+        speed: Any
+        way, rate = self.course(np.asarray(times, dtype=np.float64))
         if self.centre is None:
-            cos, sin = math.cos(self.direction), math.sin(self.direction)
-            place, speed = (way * cos, way * sin), (rate * cos, rate * sin)
-            way = rate = np.zeros_like(times)
+            along = complex(math.cos(self.direction), math.sin(self.direction))
+            place, speed, way, rate = way * along, rate * along, 0.0 * way, 0.0 * rate
         else:
-            (x, y), cos_way, sin_way = self.centre, np.cos(way), np.sin(way)
-            arm = (-x * cos_way + y * sin_way, -x * sin_way - y * cos_way)
-            place, speed = (x + arm[0], y + arm[1]), (-rate * arm[1], rate * arm[0])
+            arm = -complex(*self.centre) * np.exp(1j * way)
+            place, speed = complex(*self.centre) + arm, 1j * rate * arm
         return {
-            "x": place[0],
-            "y": place[1],
-            "velocity_x": speed[0],
-            "velocity_y": speed[1],
+            "x": place.real,
+            "y": place.imag,
+            "velocity_x": speed.real,
+            "velocity_y": speed.imag,
             "heading": way,
             "heading_rate": rate,
-            **by_support(np.tile(_placed(self.capsule, self.slider), (len(times), 1))),
+            **by_support(np.tile(_placed(self.capsule, self.slider), (len(way), 1))),
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused."""
-        still, few = np.zeros_like(np.asarray(times, dtype=np.float64)), ROUNDINGS * ROUNDOFF
-        way = few * abs(self.coasting.distance)
-        rate = few * abs(self.coasting.rate)
-        arm = 1.0 if self.centre is None else math.hypot(*self.centre)
-        turned = 0.0 if self.centre is None else 1.0
-        moved = arm * (way + few * turned)
-        speed = arm * (rate + turned * (abs(self.coasting.rate) * (way + few)))
+        few = ROUNDINGS * ROUNDOFF
+        way, rate = few * abs(self.distance), few * abs(self.rate)
         load = normal_force_uncertainty(self.capsule, math.hypot(*self.slider))
-        bounds = (moved, moved, speed, speed, turned * way, turned * rate, *3 * (load,))
+        bounds = (way, way, rate, rate, 0.0, 0.0, *3 * (load,))
+        if self.centre is not None:
+            arm = math.hypot(*self.centre)
+            moved, speed = arm * (way + few), arm * (rate + abs(self.rate) * (way + few))
+            bounds = (moved, moved, speed, speed, way, rate, *3 * (load,))
+        names = self.observe(np.zeros(1))
         return {
-            name: still + bound for name, bound in zip(self.observe(still), bounds, strict=True)
+            name: np.full(np.shape(times), bound) for name, bound in zip(names, bounds, strict=True)
         }
 
 
@@ -147,14 +122,8 @@ def translation(capsule: Capsule, slider: Point, speed: float, direction: float)
     """Coasting without spin at `speed` [m/s] along `direction` [rad], Q at `slider` relative to C
     [m]: over v0^2/(2 f g) in v0/(f g), wherever Q is. Raises ParameterError."""
     _placed(capsule, slider)
-    deceleration = capsule.friction * capsule.gravity
-    return ResidualMotion(
-        capsule,
-        Coasting(finite("speed", speed), deceleration),
-        None,
-        finite("direction", direction),
-        slider,
-    )
+    deceleration, direction = capsule.friction * capsule.gravity, finite("direction", direction)
+    return ResidualMotion(capsule, finite("speed", speed), deceleration, None, direction, slider)
 
 
 def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
@@ -173,6 +142,4 @@ def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
         raise ParameterError("supports", capsule.supports, need)
     inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
     torque = capsule.friction * capsule.weight * sum(arms) / 3
-    return ResidualMotion(
-        capsule, Coasting(finite("rate", rate), torque / inertia), centre, slider=slider
-    )
+    return ResidualMotion(capsule, finite("rate", rate), torque / inertia, centre, slider=slider)

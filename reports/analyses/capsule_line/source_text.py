@@ -83,7 +83,7 @@ def from_starts(line: LineManoeuvre) -> float:
 def stop() -> Record:
     """How a body with a fixed slider comes to rest."""
     coast = problem(COAST)
-    speed, distance = math.hypot(*coast.setup.velocity), float(coast.motion.coasting.distance)
+    speed, distance = math.hypot(*coast.setup.velocity), float(coast.motion.distance)
     return Record(
         speed=speed,  # at first [m/s]
         distance=distance,  # [m]
