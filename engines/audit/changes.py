@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 SETTINGS = ("integrator", "step", "start", "control", "control_period", "duration", "worst_body")
-OF_CONTACTS = ("integrator", "step", "speed", "distance", "not_determined", "method", "stiffness")
 ABSENT = "none"
 # Chosen, relative and [m, s, m/s]: a run repeats to the bit, and JSON holds its doubles whole; what
 # another processor rounds is far below a nanometre, and what an edit does above
@@ -29,15 +28,13 @@ class Moved:
 
 
 def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]:
-    """Everything that two audits, of motions or of contacts, as plain data, tell apart. An error
-    that no longer has a value counts as infinite, one below what the references are known to as
-    none."""
-    contacts = "own" in new
-    if ("own" if contacts else "fields") not in old:
+    """Everything that two audits, as plain data, tell apart. An error that no longer has a value
+    counts as infinite, one below what the references are known to as none."""
+    if "fields" not in old:
         return (Moved("audit", f"none: {old.get('why')}", "there is one"),)
-    was, now = (_settings(audit, OF_CONTACTS if contacts else SETTINGS) for audit in (old, new))
+    was, now = _settings(old), _settings(new)
     return (
-        *(_slid(old, new) if contacts else _worse(old, new)),
+        *_worse(old, new),
         *(
             _moved(name, was.get(name, ABSENT), now.get(name, ABSENT))
             for name in dict.fromkeys((*was, *now))
@@ -46,33 +43,13 @@ def changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[Moved, ...]
     )
 
 
-def _settings(audit: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
-    """Settings of these names, the body, versions and the fields of an audited model."""
-    groups = {
-        f"{group} {name}": value
-        for group, key in (("version of", "versions"), ("field", "fields"))
-        for name, value in audit.get(key, {}).items()
-    }
-    settings: dict[str, Any] = {name: audit[name] for name in names} | audit.get("body", {})
-    return settings | groups
-
-
-def _slid(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Moved]:
-    """Changes of errors and drifts of the contacts as they are and as they are pasted."""
-    for kind in ("own", "pasted"):
-        both = zip(_slides(old[kind]), _slides(new[kind]), strict=True)
-        for what, (was, now) in zip(("error [m]", "drift [m/s]"), both, strict=True):
-            if not _same(was, now) and not math.isnan(was + now):
-                yield _moved(f"{what} of {kind} contacts", was, now, _relative(now, was) - 1.0)
-
-
-def _slides(runs: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
-    """The largest error [m] at the own step, and the drift [m/s]; infinite where the body does not
-    run, or stop."""
-    if not runs or None in runs[0]["distances"]:
-        return math.inf, math.inf
-    errors = [abs(error) for error in runs[0]["errors"] if error is not None]
-    return max(errors, default=math.nan), abs(runs[0]["drift"] or 0.0)
+def _settings(audit: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings, versions and the fields of an audited model."""
+    return (
+        {name: audit[name] for name in SETTINGS}
+        | {f"version of {name}": value for name, value in audit["versions"].items()}
+        | {f"field {name}": value for name, value in audit["fields"].items()}
+    )
 
 
 def _same(was: Any, now: Any) -> bool:

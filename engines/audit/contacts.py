@@ -17,7 +17,6 @@ from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
-from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
 from plumbob.engines.own_contacts import ContactModel, Floor, Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
@@ -80,7 +79,6 @@ class ContactAudit:
     seconds: float
     model: ContactModel | None = None
     free: FreeSlide | None = None  # None for a body without joints
-    changes: tuple[Moved, ...] | None = None  # since an older audit
 
     @cached_property
     def distances(self) -> Array:
@@ -136,24 +134,6 @@ class ContactAudit:
         tilt = friction * run.tilts * (run.step / self.stiffness) ** 2
         first_order = self.first_order * self.speed * run.step / self.step - tilt
         return np.where(run.loaded, first_order, np.nan)
-
-    @property
-    def turn(self) -> float:
-        """The turn to compare with [rad]: Coulomb's, or what the pasted contacts tend to; not a
-        number where neither is known."""
-        if self.exact_turn is not None:
-            return self.exact_turn
-        last = self.pasted[-1].turning if self.pasted else None
-        return last.turn if last is not None and last.rests else math.nan
-
-    @property
-    def turn_known(self) -> float:
-        """[rad] to which that turn is known: 0 for Coulomb's; else how far the two finest steps are
-        apart, which is what is left where halving the step halves the error."""
-        if self.exact_turn is not None:
-            return 0.0
-        turns = [s.turn for run in self.pasted[-2:] if (s := run.turning) is not None and s.rests]
-        return abs(turns[1] - turns[0]) if len(turns) == 2 else math.inf
 
     def assert_within(self, metres: float) -> None:
         """Raise AssertionError unless the model's own stopping distances are known and within

@@ -59,6 +59,7 @@ OF_MOTION = (
     "require_reference",
     "gradient",
     "engines",
+    "against",
 )
 OF_CONTACTS = ("body", "speed", "friction")
 OF_FILES = ("model", "keyframe", "qpos", "qvel", "ctrl_period", "contacts")
@@ -169,7 +170,7 @@ def _checked(chosen: argparse.Namespace) -> None:
         if file := getattr(chosen, name):
             writable(name, replaceable(name, Path(file)).parent)
     if chosen.against is not None:
-        chosen.against = stored_audits(Path(chosen.against), chosen.contacts)
+        chosen.against = stored_audits(Path(chosen.against))
 
 
 def _without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> None:
@@ -222,34 +223,32 @@ def _result(
     progress: Callable[[str], None],
 ) -> Audit | ContactAudit:
     """The audit of one file, or environment; raises ParameterError."""
-    old = None if chosen.against is None else audit_of(Path(path), chosen.against)
-    result: Audit | ContactAudit
     if chosen.contacts:
-        result = audit_contacts(
+        return audit_contacts(
             model,
             speed=chosen.speed or SPEED,
             body=chosen.body,
             friction=chosen.friction,
             keyframe=chosen.keyframe,
         )
-    else:
-        begun = start_given(chosen)
-        moved = audit(
-            model,
-            chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
-            **begun,
-            duration=chosen.duration,
-            period=chosen.ctrl_period,
-            budget=chosen.budget,
-            jobs=jobs,
-            progress=progress,
-            gradient=chosen.gradient,
-            policy=None if chosen.policy is None else policy_of(chosen.policy),
-            engines=engines_of(chosen.engines),
-        )
-        result = replace(moved, name=chosen.gym or moved.name)
-        if chosen.write_trimmed is not None:
-            result = trimmed_file(result, model, Path(chosen.write_trimmed), start_of(**begun))
+    old = None if chosen.against is None else audit_of(Path(path), chosen.against)
+    begun = start_given(chosen)
+    result: Audit = audit(
+        model,
+        chosen.ctrl if chosen.ctrl in KINDS else controls_of(Path(chosen.ctrl)),
+        **begun,
+        duration=chosen.duration,
+        period=chosen.ctrl_period,
+        budget=chosen.budget,
+        jobs=jobs,
+        progress=progress,
+        gradient=chosen.gradient,
+        policy=None if chosen.policy is None else policy_of(chosen.policy),
+        engines=engines_of(chosen.engines),
+    )
+    result = replace(result, name=chosen.gym or result.name)
+    if chosen.write_trimmed is not None:
+        result = trimmed_file(result, model, Path(chosen.write_trimmed), start_of(**begun))
     return result if old is None else replace(result, changes=changes(old, record(result)))
 
 
@@ -267,7 +266,7 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
         except AssertionError as why:
             yield str(why)
     above = math.inf if chosen.fail_above is None else chosen.fail_above
-    for moved in result.changes or ():
+    for moved in (isinstance(result, Audit) and result.changes) or ():
         if moved.growth is not None and (moved.growth > above or moved.growth == above == math.inf):
             yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
 
@@ -281,16 +280,15 @@ def _written(row: Row, chosen: argparse.Namespace) -> Path:
         raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
 
-def stored_audits(file: Path, contacts: bool) -> list[Any]:
-    """The audits in a file, as --json printed them, of `contacts` or of motions; raises
-    ParameterError."""
+def stored_audits(file: Path) -> list[Any]:
+    """The audits of motions in a file, as --json printed them; raises ParameterError."""
     content: Any = None
     with suppress(ValueError, RecursionError):
         content = json.loads(file.read_text("utf-8")) if file.is_file() else None
     stored: list[Any] = content if isinstance(content, list) else [content]
-    kind = {"own", "compared_with"} if contacts else {"fields", "error_over_time"}
+    kind = {"fields", "error_over_time"}
     if not all(isinstance(o, dict) and (kind <= {*o} or {*o} == REFUSED) for o in stored):
-        what = f"a file that `plumbob audit --json{' --contacts' * contacts}` has printed"
+        what = "a file that `plumbob audit --json` has printed"
         raise ParameterError("against", str(file), what)
     return stored
 

@@ -63,11 +63,6 @@ def test_what_moves_beyond_what_is_known(new, what, growth):
     assert [row.growth for row in rows] == pytest.approx([] if what is None else [growth])
 
 
-BLOCK = """<mujoco><option/><worldbody><geom type="plane" size="9 9 1"/>
-<body pos="0 0 0.1"><freejoint/><geom type="box" size="0.2 0.15 0.1" friction="0.3"/></body>
-</worldbody></mujoco>"""
-
-
 def test_an_edit_is_named_and_fails_where_asked(tmp_path, capsys):
     file, old = tmp_path / "rod.xml", tmp_path / "old.json"
     file.write_text(ROD)
@@ -111,20 +106,3 @@ def test_several_find_their_own_and_what_is_no_audit_is_one_line(tmp_path, capsy
         assert main(["audit", *words]) == 2
         assert capsys.readouterr().err.count("\n") == 1
     assert main(["audit", str(tmp_path), "--fail-above", "5%"]) == 2
-
-
-@pytest.mark.long
-def test_a_contact_audit_is_held_against_an_older_one(tmp_path, capsys):
-    (file := tmp_path / "block.xml").write_text(BLOCK, "utf-8")
-    words = ["audit", str(file), "--contacts"]
-    assert main([*words, "--json"]) == 0
-    (old := tmp_path / "old.json").write_text(capsys.readouterr().out, "utf-8")
-    words += ["--against", str(old), "--fail-above", "5%"]
-    assert main(words) == 0
-    assert "nothing has moved" in capsys.readouterr().out
-    file.write_text(BLOCK.replace("<option", '<option timestep="0.004"'), "utf-8")
-    assert main([*words, "--json"]) == 1
-    moved = {row["what"]: row for row in json.loads(capsys.readouterr().out)["changes"]}
-    assert moved["step"]["new"] == "0.004"
-    assert moved["error [m] of pasted contacts"]["growth"] > 0.5
-    assert main(["audit", str(file), "--against", str(old)]) == 2  # no audit of a motion

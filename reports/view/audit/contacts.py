@@ -4,27 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from plumbob.analytic.reference import Array
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
 
-INSIDE = 2e-4  # relative: a smaller part of a distance is not worth a digit
-APART = 0.01  # relative: errors that differ by more between headings are shown
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Errors of stopping distances over all headings."""
-
-    known: bool  # whether any distance can be compared
-    stuck: tuple[float, ...]  # [°]: headings at which the body does not stop
-    worst: float = math.nan  # [m]
-    heading: float = math.nan  # [°] of the worst
-    per_cent: float | None = None  # of the distance
-    least: float | None = None  # of all headings, as that
-    most: float | None = None
-    varies: bool = False
+DEGREES = tuple(math.degrees(heading) for heading in HEADINGS)
 
 
 @dataclass(frozen=True)
@@ -40,50 +27,45 @@ class Kind:
         """That at the own step."""
         return self.runs[0]
 
-    @property
-    def errors(self) -> Errors:
-        """Of the distances at the own step."""
-        errors, distances = self.audit.errors(self.run), self.audit.distances
-        degrees = np.degrees(HEADINGS)
-        if np.isnan(errors).all():
-            return Errors(False, ())
-        if (stuck := np.isinf(errors)).any():
-            return Errors(True, tuple(degrees[stuck]))
-        k = int(np.nanargmax(np.abs(errors)))
-        least = float(np.nanmin(errors / distances))
-        most = float(np.nanmax(errors / distances))
-        return Errors(
-            True,
-            (),
-            abs(float(errors[k])),
-            float(degrees[k]),
-            per_cent(float(errors[k]), float(distances[k])),
-            per_cent(least, 1.0),
-            per_cent(most, 1.0),
-            most - least > APART,
-        )
+    @cached_property
+    def errors(self) -> Array:
+        """Of the distances at the own step [m], by heading."""
+        return self.audit.errors(self.run)
 
     @property
-    def dependence(self) -> float | None:
-        """Differences of distances between headings [%]."""
-        value = 100 * self.audit.dependence(self.run)
-        return value if math.isfinite(value) else None
+    def stuck(self) -> tuple[float, ...]:
+        """Headings at which the body does not stop [°]."""
+        return tuple(np.degrees(HEADINGS)[np.isinf(self.errors)])
 
     @property
-    def drifts(self) -> bool:
-        """Whether the speed at which it drifts is known."""
-        return self.run.drift is not None and math.isfinite(self.run.drift)
+    def worst(self) -> int:
+        """The heading with the largest error; -1 where none is known."""
+        errors = np.abs(self.errors)
+        return -1 if np.isnan(errors).all() else int(np.nanargmax(errors))
 
     @property
-    def turned(self) -> float:
-        """By how much the body turned when it slid straight on [°]."""
-        return math.degrees(self.run.turned)
+    def per_cents(self) -> Array:
+        """The errors over the distances [%], by heading, those that are not known left out."""
+        relative = 100 * self.errors / self.audit.distances
+        return np.asarray(relative[~np.isnan(relative)])
+
+    @property
+    def per_cent(self) -> float:
+        """The largest of them."""
+        return max(self.per_cents.tolist(), key=abs)
+
+    @property
+    def predicted(self) -> float | None:
+        """That of the worst heading [%] by theory, where it has one; not a number where a load gets
+        to 0."""
+        predicted, exact = self.audit.predicted(self.run), self.audit.exact
+        return None if predicted is None or not exact else 100 * predicted[self.worst] / exact
 
     @property
     def turn(self) -> float | None:
-        """The turn of the body that turns too [°]; None where it does not stop."""
+        """The turn of the body that turns too [rad]; None where it does not stop."""
         turning = self.run.turning
-        return math.degrees(turning.turn) if turning and turning.rests else None
+        return turning.turn if turning and turning.rests else None
 
     @property
     def halving(self) -> tuple[float, ...]:
@@ -106,7 +88,7 @@ class Contacts:
 
     audit: ContactAudit
     push: float = PUSH
-    headings: tuple[float, ...] = tuple(math.degrees(heading) for heading in HEADINGS)
+    headings: tuple[float, ...] = DEGREES
 
     @property
     def kinds(self) -> tuple[Kind, Kind]:
@@ -115,56 +97,7 @@ class Contacts:
         return Kind("your contacts", audit, audit.own), Kind("pasted contacts", audit, audit.pasted)
 
     @property
-    def friction(self) -> tuple[float, ...]:
-        """The coefficient of all points, or the least and the largest."""
-        body = self.audit.standing
-        least, most = min(body.friction), max(body.friction)
-        return (least, most) if math.isnan(body.coefficient) else (least,)
-
-    @property
-    def judged(self) -> int:
-        """Headings at which Coulomb's law determines the distance."""
-        return sum(self.audit.determined)
-
-    @property
-    def tends(self) -> tuple[float, float] | None:
-        """The least and the largest distance [m] to compare with; None where none is known."""
-        distances = self.audit.distances[~np.isnan(self.audit.distances)]
-        return (float(distances.min()), float(distances.max())) if distances.size else None
-
-    @property
-    def predictable(self) -> bool:
-        """Whether theory has errors of the pasted contacts."""
-        return self.audit.predicted(self.audit.pasted[0]) is not None
-
-    @property
-    def predicted(self) -> float | None:
-        """That of the worst heading [%]; None where a load gets to 0."""
-        pasted, exact = self.audit.pasted[0], self.audit.exact
-        predicted = self.audit.predicted(pasted)
-        if predicted is None or exact is None:
-            return None
-        return per_cent(
-            float(predicted[int(np.nanargmax(np.abs(self.audit.errors(pasted))))]), exact
-        )
-
-    @property
-    def turn(self) -> float | None:
-        """The turn to compare with [°]; None where none is known."""
-        return _degrees(self.audit.turn)
-
-    @property
-    def turn_known(self) -> float | None:
-        """To how much it is [°]."""
-        return _degrees(self.audit.turn_known)
-
-
-def _degrees(angle: float) -> float | None:
-    return math.degrees(angle) if math.isfinite(angle) else None
-
-
-def per_cent(error: float, distance: float) -> float | None:
-    """A signed error relative to a distance [%]; None where it does not stop."""
-    if not math.isfinite(error) or not distance:
-        return None
-    return 100 * error / distance if abs(error / distance) >= INSIDE else 0.0
+    def tends(self) -> tuple[float, ...]:
+        """The distances [m] to compare with, from the least on; none where none is known."""
+        distances = self.audit.distances
+        return tuple(sorted(distances[~np.isnan(distances)].tolist()))

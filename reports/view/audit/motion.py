@@ -6,56 +6,19 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
-from plumbob.engines.audit.stability import Limit
-from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError, horizon
-from plumbob.reports.advice.work_precision import front
+from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError
 
-NOTICED = 1e-6  # [m]: a smaller error at an earlier time is not mentioned
 SHOWN = 5  # errors of a halving
 COURSES = 4  # steps of the own integrator in the figure over time
-
-
-@dataclass(frozen=True)
-class Halving:
-    """The own integrator at the own step and halves of it."""
-
-    steps: tuple[float, ...]  # [s]
-    errors: tuple[float, ...]  # [m]
-    known: float  # [m]: the reference resolves larger errors
-    uncertainty: float  # [m]
-
-    @property
-    def diverges(self) -> bool:
-        """Whether the own step does."""
-        return math.isinf(self.errors[0])
-
-    @property
-    def holds(self) -> float | None:
-        """The largest step [s] that reaches the end."""
-        runs = zip(self.steps, self.errors, strict=True)
-        return next((step for step, error in runs if math.isfinite(error)), None)
-
-    @property
-    def resolved(self) -> tuple[float, ...]:
-        """The first errors [m] that the reference resolves."""
-        return tuple(error for error in self.errors if error > self.known)[:SHOWN]
-
-    @property
-    def most(self) -> float | None:
-        """The largest error [m] that the first half of the step may have."""
-        return self.errors[1] + self.uncertainty if len(self.errors) > 1 else None
-
-    @property
-    def ratio(self) -> float:
-        """Of the errors of a step and of its half, on average."""
-        errors = self.resolved
-        return float((errors[-1] / errors[0]) ** (1 / (len(errors) - 1)))
 
 
 @dataclass(frozen=True)
@@ -64,16 +27,6 @@ class Choice:
 
     best: Cheapest
     options: Mapping[str, tuple[str, str]]  # what each is, and what to put in its place
-
-
-@dataclass(frozen=True)
-class Costs:
-    """Runs of an integrator: the cost [ns per simulated second] and the error [m] of each step."""
-
-    integrator: str
-    steps: tuple[float, ...]  # [s]
-    costs: tuple[float, ...]
-    errors: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -100,22 +53,31 @@ class Motion:
         )
 
     @property
-    def halving(self) -> Halving:
-        """Their errors where the motion is known."""
-        uncertainty = self.audit.uncertainty
-        return Halving(
-            tuple(run.step for run in self.runs),
-            tuple(run.at(self.steps.index) for run in self.runs),
-            RESOLVED * uncertainty,
-            uncertainty,
-        )
+    def errors(self) -> tuple[float, ...]:
+        """Theirs [m] where the motion is known."""
+        return tuple(run.at(self.steps.index) for run in self.runs)
 
     @property
-    def earlier(self) -> tuple[float, float] | None:
-        """The last error [m] that the reference resolves, where it is noticed, and its time [s]."""
-        index = self.audit.resolved_index
-        error = self.steps.own.at(index)
-        return (error, self.audit.script.times[index]) if index and error > NOTICED else None
+    def holds(self) -> float | None:
+        """The largest of their steps [s] that reaches the end."""
+        runs = zip(self.runs, self.errors, strict=True)
+        return next((run.step for run, error in runs if math.isfinite(error)), None)
+
+    @property
+    def known(self) -> float:
+        """[m]: the reference resolves larger errors."""
+        return RESOLVED * self.audit.uncertainty
+
+    @property
+    def resolved(self) -> tuple[float, ...]:
+        """The first of their errors [m] that the reference resolves."""
+        return tuple(error for error in self.errors if error > self.known)[:SHOWN]
+
+    @property
+    def ratio(self) -> float:
+        """Of the errors of a step and of its half, on average."""
+        errors = self.resolved
+        return float((errors[-1] / errors[0]) ** (1 / (len(errors) - 1)))
 
     @property
     def diverged(self) -> bool:
@@ -123,34 +85,10 @@ class Motion:
         return bool(self.steps.own.why) and math.isinf(self.audit.error)
 
     @property
-    def horizons(self) -> tuple[tuple[float, float | None], ...]:
-        """Errors [m], and up to when [s] the own step stays within each; None: to the end."""
-        audit = self.audit
-        ends = [(t, horizon(self.steps, audit.reference, audit.script, t)) for t in TARGETS[1:3]]
-        return tuple((target, None if math.isinf(end) else end) for target, end in ends)
-
-    @property
-    def other_limits(self) -> tuple[tuple[str, Limit], ...]:
-        """Limits of the step of integrators that are not the model's own, with the names of those
-        that have the same."""
-        assert self.audit.stability is not None
-        limits = self.audit.stability.limits[1:]
-        firsts = {(limit.confirmed, limit.largest_step): limit for limit in reversed(limits)}
-        names = {
-            key: ", ".join(n.integrator for n in limits if (n.confirmed, n.largest_step) == key)
-            for key in reversed(firsts)
-        }
-        return tuple((names[key], firsts[key]) for key in names)
-
-    @property
-    def events(self) -> int:
-        """Contacts and limits that begin or cease to act along the reference."""
-        return len(self.audit.reference.course.events)
-
-    @property
     def event_rate(self) -> float:
-        """The same in a second."""
-        return self.events / max(self.audit.reference.course.until, self.audit.script.period)
+        """Contacts and limits that begin or cease to act along the reference in a second."""
+        course = self.audit.reference.course
+        return len(course.events) / max(course.until, self.audit.script.period)
 
     @property
     def better(self) -> Choice | None:
@@ -187,29 +125,18 @@ class Motion:
         return tuple((r.integrator, r.step, _drawn(r.errors)) for r in self.runs[:COURSES])
 
     @property
-    def known(self) -> Array:
-        """The uncertainty of the reference over time [m]."""
+    def uncertainty(self) -> Array:
+        """Of the reference over time [m]."""
         return _drawn(self.audit.reference.uncertainty)
 
     @property
-    def costs(self) -> tuple[Costs, ...]:
-        """The runs by integrator."""
-        runs: dict[str, list[tuple[float, float, float]]] = {}
-        for ns, error, run in self._points():
-            runs.setdefault(run.integrator, []).append((run.step, ns, error))
-        return tuple(Costs(name, *zip(*rows, strict=True)) for name, rows in runs.items())
-
-    @property
-    def front(self) -> tuple[tuple[float, float], ...]:
-        """Cost and error of the runs that no other is better than."""
-        return tuple((ns, error) for ns, error, _ in front(self._points(), lambda p: p[:2]))
-
-    def _points(self) -> list[tuple[float, float, StepError]]:
-        return [
-            (ns, run.at(self.steps.index), run)
-            for run in self.steps.steps
-            if (ns := run.ns_per_second) is not None
-        ]
+    def costs(self) -> tuple[tuple[Any, ...], ...]:
+        """Of each integrator the runs that reach the end: steps [s], costs [ns per simulated
+        second] and errors [m]."""
+        timed = groupby((run for run in self.steps.steps if run.cost), attrgetter("integrator"))
+        index = self.steps.index
+        rows = ((of, [(r.step, r.ns_per_second, r.at(index)) for r in runs]) for of, runs in timed)
+        return tuple((of, *zip(*points, strict=True)) for of, points in rows)
 
     @property
     def paces(self) -> tuple[tuple[float, ...], ...]:

@@ -60,7 +60,8 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "versions": versions(),
         **_stability(audit),
         **_gradient(audit.gradient),
-        **_beside(audit),
+        **({} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}),
+        **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
         "seconds": audit.seconds,
     }
 
@@ -94,18 +95,6 @@ def _steps(found: Compared | None) -> dict[str, Any]:
         "steps": steps,
         "cheapest": [{**c.__dict__, **_spread(c.cost)} for c in found.cheapest],
     }
-
-
-def _beside(audit: Audit) -> dict[str, Any]:
-    """Changes since an older audit, and other engines, where they are asked for."""
-    return {
-        **_changes(audit),
-        **({"engines": list(map(_engine, audit.engines))} if audit.engines else {}),
-    }
-
-
-def _changes(audit: Audit | ContactAudit) -> dict[str, Any]:
-    return {} if audit.changes is None else {"changes": [m.__dict__ for m in audit.changes]}
 
 
 def _engine(row: EngineError) -> dict[str, Any]:
@@ -198,8 +187,8 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "known_to": audit.known,
         "turn": audit.exact_turn,
         "turn_not_determined": audit.why_turn,
-        "turn_compared_with": audit.turn,
-        "turn_known_to": audit.turn_known,
+        "turn_compared_with": audit.exact_turn,
+        "turn_known_to": None if audit.exact_turn is None else 0.0,
         "joints_free": audit.free and audit.free.__dict__,
         "own": [run(measured) for measured in audit.own],
         "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
@@ -209,6 +198,5 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "to_paste": audit.snippet,
         "notes": audit.notes,
         "versions": versions(),
-        **_changes(audit),
         "seconds": audit.seconds,
     }

@@ -13,7 +13,6 @@ from plumbob.engines.own_motion import Change
 BITS = mujoco.mjtDisableBit
 FEW = (20, 5)  # solver iterations to try
 LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
-NEVER = -1e6  # [m] a margin at which a pair never touches
 STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
 
 
@@ -21,7 +20,11 @@ def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change
     """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
     are all that touched; `idle` has the disable flags of the stages that have nothing to do."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
-    yield from _never_touching(model, collides, met)
+    touched = {geom for pair in met for geom in pair}
+    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
+        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
+        which = f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
+        yield Change(f"collisions of {which}", off)
     flags = int(model.opt.disableflags)
     if model.nsensor:
         yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
@@ -34,9 +37,6 @@ def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change
         bit = getattr(BITS, f"mjDSBL_{name}", None)
         if bit is not None and not flags & int(bit):
             yield Change(name.lower(), (_flag(bit),))
-    large = tuple(int(i) for i in np.flatnonzero(collides & (model.geom_condim > 3)))
-    if large:
-        yield Change("condim above 3", (("geom_condim", large, 3),))
     for count in FEW:
         if model.opt.iterations > count:
             yield Change(f"iterations above {count}", (("iterations", (), count),))
@@ -63,20 +63,3 @@ def apply(model: Any, left_out: Sequence[Change]) -> None:
 def _flags(flags: int, bits: int) -> int:
     """Flags with some bits set, or with those of a negative number cleared."""
     return flags | bits if bits > 0 else flags & ~-bits
-
-
-def _never_touching(model: Any, collides: Any, met: set[tuple[int, int]]) -> Iterator[Change]:
-    """Collisions of geoms, and contact pairs, that are not `met`."""
-    touched = {geom for pair in met for geom in pair}
-    never = tuple(int(i) for i in np.flatnonzero(collides) if int(i) not in touched)
-    if never:
-        off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
-        which = "1 geom that never touches"
-        which = which if len(never) == 1 else f"{len(never)} geoms that never touch"
-        yield Change(f"collisions of {which}", off)
-    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1)
-    apart = tuple(i for i, (first, other) in enumerate(pairs.tolist()) if (first, other) not in met)
-    if apart:
-        yield Change(
-            f"{len(apart)} contact pairs that never touch", (("pair_margin", apart, NEVER),)
-        )

@@ -16,7 +16,8 @@ from plumbob.engines.own_motion import Change, Element, Place
 WEAKER = 0.8  # of a stiffness, or of a damping
 LONGER = 2.0  # times the time constant of a contact or a limit
 KINDS = mujoco.mjtConstraint
-LIMITS = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
+TOUCHING = int(KINDS.mjCNSTR_CONTACT_FRICTIONLESS)  # the first of the kinds of contacts
+SLIDES = mujoco.mjtJoint.mjJNT_SLIDE
 
 
 def place(model: Any, data: Any, weights: Array) -> Place:
@@ -31,13 +32,14 @@ def place(model: Any, data: Any, weights: Array) -> Place:
     joint = int(np.argmax(by_joint))
     degrees = np.flatnonzero(model.dof_jntid == joint).tolist()
     degree = max(degrees, key=lambda k: places[k])
-    along = np.zeros(nv)
-    along[degree] = 1.0
-    inertia, unit = _inertia(model, data, along), _unit(model, joint, degree)
+    along = np.eye(nv)[degree]
+    inertia = _inertia(model, data, along)
+    slides = model.jnt_type[joint] == SLIDES or (len(degrees) == 6 and degree < degrees[3])
+    unit = "kg" if slides else "kg m²"
+    on = f" on {inertia:.2g} {unit}"
     heavier = tuple(
         ("dof_armature", (k,), float(model.dof_armature[k]) + _rounded(inertia)) for k in degrees
     )
-    on = f" on {inertia:.2g} {unit}"
     return Place(
         _name(model.joint(joint), "joint", joint),
         (
@@ -45,8 +47,7 @@ def place(model: Any, data: Any, weights: Array) -> Place:
             *_weaker(model, "damping", "dof_damping", degrees, on),
             *_actuators(model, data, degrees, unit),
             *_tendons(model),
-            *_limits(model, data, joint),
-            *_contacts(model, data, int(model.jnt_bodyid[joint])),
+            *_constraints(model, data, along),
             *_weaker(model, "density of the fluid", "density"),
             *_weaker(model, "viscosity of the fluid", "viscosity"),
         ),
@@ -56,13 +57,6 @@ def place(model: Any, data: Any, weights: Array) -> Place:
 
 def _name(thing: Any, what: str, number: int) -> str:
     return f"{what} {thing.name or number}"
-
-
-def _unit(model: Any, joint: int, degree: int) -> str:
-    kinds = mujoco.mjtJoint
-    kind, first = model.jnt_type[joint], int(model.jnt_dofadr[joint])
-    slides = kind == kinds.mjJNT_SLIDE or (kind == kinds.mjJNT_FREE and degree < first + 3)
-    return "kg" if slides else "kg m²"
 
 
 def _inertia(model: Any, data: Any, along: Array) -> float:
@@ -96,26 +90,20 @@ def _weaker(
 
 
 def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iterator[Element]:
-    moments = _moments(model, data)
+    moments = np.zeros((model.nu, model.nv))
+    if model.nu:
+        rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
+        mujoco.mju_sparse2dense(moments, data.actuator_moment, *rows)
     for i in np.flatnonzero(moments[:, degrees].any(axis=1)).tolist():
-        who, inertia = _name(model.actuator(i), "actuator", i), _inertia(model, data, moments[i])
+        inertia, first = _inertia(model, data, moments[i]), i * model.actuator_biasprm.shape[1]
         stiffness, damping = (-float(model.actuator_biasprm[i, k]) for k in (1, 2))
-        first = i * model.actuator_biasprm.shape[1]
         critical = _rounded(2.0 * math.sqrt(max(stiffness, 0.0) * inertia))
         wanted = critical if critical > damping else _rounded(damping / 2.0)
         remedy = Change(f"kv {wanted:.2g}", (("actuator_biasprm", (first + 2,), -wanted),))
         for k, what in enumerate(("kp", "kv"), start=first + 1):
+            name = f"{_name(model.actuator(i), 'actuator', i)} {what}"
             on = f" on {inertia:.2g} {unit}"
-            yield from _weaker(model, f"{who} {what}", "actuator_biasprm", (k,), on, remedy)
-
-
-def _moments(model: Any, data: Any) -> Array:
-    """Moments of the actuators, shape (actuators, degrees of freedom)."""
-    moments = np.zeros((model.nu, model.nv))
-    rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
-    if model.nu:
-        mujoco.mju_sparse2dense(moments, data.actuator_moment, *rows)
-    return moments
+            yield from _weaker(model, name, "actuator_biasprm", (k,), on, remedy)
 
 
 def _tendons(model: Any) -> Iterator[Element]:
@@ -127,29 +115,25 @@ def _tendons(model: Any) -> Iterator[Element]:
             yield from _weaker(model, f"{name} {what}", field, (first,))
 
 
-def _limits(model: Any, data: Any, joint: int) -> Iterator[Element]:
-    acting = data.efc_id[np.isin(data.efc_type, LIMITS)] if data.nefc else ()
-    if joint in acting:
-        yield _softer(model, "its limit", (("jnt_solref", joint),))
-    for i in {int(k) for k in data.efc_id[data.efc_type == int(KINDS.mjCNSTR_EQUALITY)]}:
-        yield _softer(model, _name(model.equality(i), "equality", i), (("eq_solref", i),))
+def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:
+    """Limits, equalities and contacts that act `along` a degree of freedom, softer."""
+    column = np.zeros(data.nefc)
+    mujoco.mj_mulJacVec(model, data, column, along)
+    rows = np.flatnonzero(column)
+    for kind, i in sorted(set(zip(data.efc_type[rows], data.efc_id[rows], strict=True))):
+        if kind == KINDS.mjCNSTR_LIMIT_JOINT:
+            yield _softer(model, "its limit", "jnt_solref", (i,))
+        elif kind == KINDS.mjCNSTR_EQUALITY:
+            yield _softer(model, _name(model.equality(i), "equality", i), "eq_solref", (i,))
+        elif kind >= TOUCHING and data.contact.geom[i].min() >= 0:
+            geoms = data.contact.geom[i]
+            yield _softer(model, f"contact {pair_name(model, geoms)}", "geom_solref", geoms)
 
 
-def _contacts(model: Any, data: Any, body: int) -> Iterator[Element]:
-    """Contacts of a body, and of those that it carries."""
-    carried = {body}
-    for child in range(body + 1, model.nbody):
-        carried |= {child} if int(model.body_parentid[child]) in carried else set()
-    for geoms in {tuple(c.geom.tolist()) for c in data.contact if c.geom.min() >= 0}:
-        if carried & {int(model.geom_bodyid[geom]) for geom in geoms}:
-            name = f"contact {pair_name(model, geoms)}"
-            yield _softer(model, name, tuple(("geom_solref", geom) for geom in geoms))
-
-
-def _softer(model: Any, name: str, rows: Sequence[tuple[str, int]]) -> Element:
+def _softer(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
     """A constraint whose `solref` gets a longer time constant, or a smaller stiffness."""
     sets = list[tuple[str, tuple[int, ...], float]]()
-    for field, i in rows:
+    for i in map(int, rows):
         constant, damping = getattr(model, field)[i].tolist()
         if constant > 0.0:
             sets.append((field, (2 * i,), LONGER * constant))
