@@ -48,6 +48,5 @@ class Slide:
     """How a body that was given a velocity comes to rest."""
 
     along: float  # displacement of the centre of mass along the initial velocity [m]
-    aside: float  # across it, to the left [m]
     turn: float  # about the vertical [rad]
     rests: bool  # whether it had stopped when the run ended

@@ -99,15 +99,6 @@ class ContactAudit:
         apart = np.abs(self.pasted[-1].distances - self.pasted[-2].distances)
         return math.inf if np.isnan(apart).all() else float(np.nanmax(apart))
 
-    @property
-    def steadiest(self) -> float:
-        """The largest friction coefficient, in two digits, at which it slides along any heading
-        with every load above 0."""
-        body = self.standing
-        most = Stance(body.points, body.height).inside(np.zeros(2)) / body.height
-        digits = 10.0 ** (math.floor(math.log10(most)) - 1)
-        return math.floor(most / digits) * digits
-
     def errors(self, run: Measured) -> Array:
         """Of stopping distances [m], by heading; infinite where the body does not stop."""
         apart = run.distances - self.distances

@@ -82,11 +82,6 @@ class Remedy:
     limit: Limit
     moved: float  # [m] by which some body is elsewhere along the certified motion
 
-    @property
-    def name(self) -> str:
-        """That of its change: "armature 0.02"."""
-        return self.change.name
-
 
 @dataclass(frozen=True)
 class Stability:
@@ -117,12 +112,6 @@ class Point:
     rates: Array  # [1/s] complex, shape (n,)
     rests: bool = False  # it stands for the state of rest near by, another at each step
 
-    @property
-    def safe(self) -> float:
-        """A step [s] at which every method holds."""
-        fastest = float(np.abs(self.rates).max())
-        return SAFE / fastest if fastest else math.inf
-
     def maps_at(self, integrator: str, step: float) -> StepMaps | None:
         """The Jacobians there; None where a step has no state of rest."""
         return self.maps.at_rest(integrator, step) if self.rests else self.maps
@@ -138,7 +127,7 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
     return float((stepped / np.maximum(flow, 1.0)).max())
 
 
-def excess_at(at: Point, integrator: str, step: float, difference: float) -> float:
+def excess_at(at: Point, integrator: str, step: float, difference: float = DIFFERENCES[0]) -> float:
     """That of one step [s] at a state."""
     maps = at.maps_at(integrator, step)
     return excess(maps(integrator, step, difference), at.rates, step) if maps else 1.0
@@ -147,7 +136,7 @@ def excess_at(at: Point, integrator: str, step: float, difference: float) -> flo
 def unstable(at: Point, integrator: str, step: float) -> bool:
     """Whether a step [s] magnifies nudges at a state, by a factor that does not depend on the
     differences."""
-    factor = excess_at(at, integrator, step, DIFFERENCES[0])
+    factor = excess_at(at, integrator, step)
     if factor <= 1.0 + MARGIN:
         return False
     other = excess_at(at, integrator, step, DIFFERENCES[1])
@@ -157,7 +146,9 @@ def unstable(at: Point, integrator: str, step: float) -> bool:
 def shown(at: Point, integrator: str, most: float) -> float | None:
     """The largest step [s] that holds by the Jacobian at a state before one that does not, of steps
     that double up to `most`, bisected; None where all hold."""
-    holds, fails = 0.0, min(most / BEYOND if at.rests else at.safe, most)
+    fastest = float(np.abs(at.rates).max())
+    safe = SAFE / fastest if fastest else math.inf
+    holds, fails = 0.0, min(most / BEYOND if at.rests else safe, most)
     while not unstable(at, integrator, fails):
         if fails >= most:
             return None
@@ -199,7 +190,7 @@ class Course:
 
     def finely_stepped(self, integrator: str) -> Array:
         """States at the ends of the periods as far as the motion is known, at small steps."""
-        parts = FINE * max(1, round(self.script.period / self.model.step))
+        parts = FINE * round(self.script.period / self.model.step)
         controls = self.script.controls[: max(1, len(self.states) - 1)]
         return self.model.stepped(replace(self.script, controls=controls), integrator, parts).states
 
@@ -209,23 +200,19 @@ class Course:
         disturbed may not show what one of the motion itself does."""
         whole = self.script.duration <= MOST * step
         nudges = any(self._lost(integrator, step, k) for k in {index, 0 if whole else index})
-        return nudges or self.diverges(integrator, step)
-
-    def diverges(self, integrator: str, step: float) -> bool:
-        """Whether a run with a step [s] from the start does."""
-        return math.isinf(self.rate(integrator, step, MOST * step))
+        return nudges or math.isinf(self.rate(integrator, step))
 
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
         script, nudged = self.script, self.model.nudged
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
-        if begin < len(self.states):
+        moving = begin < len(self.states)
+        if moving:
             start = self.states[begin]
         elif maps := self.points[-1].maps_at(integrator, step):
             start, duration = maps.state, MOST * step
         else:
             return False
         begun, most = replace(script, start=start), LOST
-        moving = begin < len(self.states)
         for tried in step * np.array(NEAR if moving else NEAR[:1]):
             grown = nudged(begun, begin, integrator, tried, duration)
             if math.isinf(grown):
@@ -238,9 +225,10 @@ class Course:
         # A nudge may decide on which foot a body lands, and nothing thereafter.
         return not moving or nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
 
-    def rate(self, integrator: str, step: float, duration: float) -> float:
+    def rate(self, integrator: str, step: float, duration: float | None = None) -> float:
         """At the end of a run from the start with a step [s], see `rate_after`."""
-        return self.model.rate_after(self.script, integrator, step, math.ceil(duration / step))
+        count = MOST if duration is None else math.ceil(duration / step)
+        return self.model.rate_after(self.script, integrator, step, count)
 
 
 def limited(course: Course, integrator: str) -> Limit:
@@ -268,11 +256,13 @@ def measured(course: Course, limit: Limit, why: str) -> Limit:
     which nudged runs hold, and runs at its neighbours do."""
     assert limit.largest_step is not None
     of, index, step = limit.integrator, limit.index, limit.largest_step
-    while course.lost(of, step, index) or any(course.diverges(of, n * step) for n in NEAR[1:]):
+    while course.lost(of, step, index) or any(
+        math.isinf(course.rate(of, n * step)) for n in NEAR[1:]
+    ):
         step /= SPREAD
         if step < limit.largest_step / MOST:
             return replace(limit, why="runs are lost at any step that was tried")
-    factors = [excess_at(at, of, ABOVE * step, DIFFERENCES[0]) for at in course.points]
+    factors = [excess_at(at, of, ABOVE * step) for at in course.points]
     index = course.points[int(np.argmax(factors))].index
     why = f"by nudged runs; {why}"
     limit = replace(limit, largest_step=step, confirmed=True, why=why, index=index)
@@ -294,45 +284,35 @@ def tried_below(course: Course, limit: Limit) -> Limit:
     return replace(limit, chatters=float(tried[first])) if first else limit
 
 
-def first_mode(jacobian: Array, rates: Array, step: float) -> tuple[complex, Array, Array] | None:
-    """The first mode, by magnitude, that exceeds its partner of the continuous motion: the factor
-    by which a step multiplies it, and its right and left eigenvectors, shape (n,), whose product is
-    one; None where none does."""
+def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
+    """The place that takes part most in the first mode, by magnitude, that exceeds its partner of
+    the continuous motion a little beyond a limit, at the state that sets it; and of the elements
+    there the one without a part of which that mode grows least, to first order, none where that
+    hardly differs."""
     from scipy import linalg
 
-    if not np.isfinite(jacobian).all():
-        return None
-    decomposed: Any = linalg.eig(jacobian, left=True)
-    factors, left, right = decomposed
-    order = np.argsort(-np.abs(factors))
-    partners = np.exp(-np.sort(-rates.real) * step)
-    exceeding = np.abs(factors[order]) > (1.0 + MARGIN) * np.maximum(partners, 1.0)
-    if not exceeding.any():
-        return None
-    k = order[int(np.argmax(exceeding))]
-    scale = left[:, k].conj() @ right[:, k]
-    return complex(factors[k]), right[:, k], left[:, k].conj() / scale
-
-
-def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
-    """The place that takes part most in the first mode to grow, a little beyond a limit and at the
-    state that sets it; and of the elements there the one without a part of which that mode grows
-    least, to first order, none where that hardly differs."""
     assert limit.largest_step is not None
     integrator, step = limit.integrator, ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)
     maps = at.maps_at(integrator, step) or at.maps
     jacobian = maps(integrator, step, DIFFERENCES[0])
-    mode = first_mode(jacobian, at.rates, step)
-    if mode is None:
+    if not np.isfinite(jacobian).all():
         return Place(""), None
-    factor, right, left = mode
-    place = maps.place(np.abs(left * right))  # what takes part, whatever units it has
-    along = np.stack([right.real, right.imag], axis=1)
+    decomposed: Any = linalg.eig(jacobian, left=True)
+    factors, left, right = decomposed
+    order = np.argsort(-np.abs(factors))
+    partners = np.exp(-np.sort(-at.rates.real) * step)
+    exceeding = np.abs(factors[order]) > (1.0 + MARGIN) * np.maximum(partners, 1.0)
+    if not exceeding.any():
+        return Place(""), None
+    k = order[int(np.argmax(exceeding))]
+    mode, dual = right[:, k], left[:, k].conj() / (left[:, k].conj() @ right[:, k])
+    place = maps.place(np.abs(dual * mode))  # what takes part, whatever units it has
+    along = np.stack([mode.real, mode.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
         weaker = maps.changed(element.weaker)(integrator, step, DIFFERENCES[0], along)
-        change = left @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factor
+        change = dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[k]
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
     return place, best[1]
 
@@ -352,7 +332,7 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     place, element = culprit(course, own)
     changes = [*place.remedies, *([element.remedy] if element and element.remedy else [])]
     best = max(limits, key=lambda limit: limit.reach).integrator
-    helping: list[tuple[Change, Course, Limit]] = []
+    remedies, states = list[Remedy](), course.finely_stepped(best)
     there = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
     for change in changes:
         other = course.changed(change)
@@ -360,14 +340,8 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
             continue
         limit = tried_below(other, limited(other, own.integrator))
         if limit.reach > HELPS * own.reach:
-            helping.append((change, other, limit))
-    if not helping:
-        return ()
-    states = course.finely_stepped(best)
-    remedies = [
-        Remedy(change, limit, moved(course.model, states, other.finely_stepped(best)))
-        for change, other, limit in helping
-    ]
+            apart = moved(course.model, states, other.finely_stepped(best))
+            remedies.append(Remedy(change, limit, apart))
     return tuple(sorted(remedies, key=lambda r: r.limit.reach, reverse=True))
 
 
@@ -375,12 +349,11 @@ def stability(
     model: OwnModel,
     script: Script,
     states: Array,
-    allowance: Allowance | None = None,
+    allowance: Allowance,
 ) -> Stability:
     """The largest steps of all integrators along the motion of `script`, of which `states` at the
     ends of the periods are known, and what raises the model's own; others than that one, and
     remedies, as far as time allows."""
-    allowance = allowance or Allowance()
     course = Course(model, script, states)
     limits = [tried_below(course, limited(course, model.integrator))]
     for name in model.steppable[1:]:

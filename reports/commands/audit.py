@@ -35,9 +35,11 @@ from plumbob.engines.registry import find_engine
 from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, start_of
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.several_audits import Row, model_files, refused
-from plumbob.reports.view.audit.page import answered, lines, page, rows, write_page
+from plumbob.reports.commands.several_audits import Row, model_files, refused, shared_folder
+from plumbob.reports.view.audit.page import answered, lines, page, rows
 from plumbob.reports.view.audit.records import record
+from plumbob.reports.view.content import Finding
+from plumbob.reports.view.page import written
 
 MISSING = 3
 MISSED = 1  # an accuracy, stability or reference that is asked for
@@ -72,65 +74,50 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.commands.validate import progress
 
     _checked(chosen)
-    model, files = chosen.gym, None
-    if chosen.gym is None:
-        files = model_files(chosen.model)
-        model = Path(chosen.model[0])
-    else:
-        try:
-            seed = 0 if chosen.seed in (None, "0") else values.count("seed", chosen.seed)
-            model = environment(chosen.gym, seed)
-        except ImportError as why:
-            print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
-            return MISSING
-    alone = files is None
-    if chosen.write_trimmed and (not alone or chosen.gym or model.suffix in OTHER):
+    files = None if chosen.gym else model_files(chosen.model)
+    alone, began, done = files is None, time.time(), list[Row]()
+    if chosen.write_trimmed and (not alone or chosen.gym or Path(chosen.model[0]).suffix in OTHER):
         what = "left out, but with a single MJCF file"
         raise ParameterError("write trimmed", chosen.write_trimmed, what)
-    began, done = time.time(), list[Row]()
     with progress() as show:
         if files is None:
-            rows = iter([_audited(model, chosen, chosen.jobs, lambda what: show(what, 0, 0))])
+            try:
+                model = (
+                    environment(chosen.gym, chosen.seed) if chosen.gym else Path(chosen.model[0])
+                )
+            except ImportError as why:
+                print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
+                return MISSING
+            rows = iter([_audited(model, chosen, "", chosen.jobs, lambda what: show(what, 0, 0))])
         else:
-            each = partial(_audited, chosen=chosen)
+            each = partial(_audited, chosen=chosen, shared=shared_folder(list(map(str, files))))
             rows = several_audits.audited(files, each, chosen.jobs, PATIENCE * chosen.budget)
-        try:
-            for row in rows:
-                done.append(row)
-                if not alone:
-                    show(f"{row.path} audited", len(done), len(files or ()))
-        finally:  # in the order of paths: files of one name have names that do not depend on time
-            done = [
-                replace(row, page=_written(row, chosen).name) if row.page else row
-                for row in sorted(done, key=lambda row: row.path)
-            ]
+        for row in rows:
+            done.append(row)
+            if not alone:
+                show(f"{row.path} audited", len(done), len(files or ()))
     _report(several_audits.sorted_rows(done), chosen, alone, began)
     return max(row.code for row in done)
 
 
 def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began: float) -> None:
     """Print and write all audits, of one file that is `alone` or of several."""
-    if chosen.out is not None:
-        page = Path(chosen.out) / done[0].page
-        if not alone:
-            page = several_audits.write_page(
-                done, Path(chosen.out), chosen.line, time.time() - began
-            )
-        if not alone or done[0].page:
-            print(page, file=sys.stderr)
+    if chosen.out is not None and not alone:
+        out, seconds = Path(chosen.out), time.time() - began
+        print(several_audits.write_page(done, out, chosen.line, seconds), file=sys.stderr)
+    elif chosen.out is not None and done[0].page:
+        print(Path(chosen.out) / done[0].page, file=sys.stderr)
     if chosen.junitxml:
         several_audits.write_junit(Path(chosen.junitxml), done, began)
     if chosen.badge:
         several_audits.write_badge(Path(chosen.badge), done, chosen.absolute is not None)
-    if not alone:
-        if chosen.json:
-            values.print_json([{**row.data, "path": row.path} for row in done])
-        else:
-            print("\n".join(several_audits.lines(done)))
+    if not alone and chosen.json:
+        values.print_json([{**row.data, "path": row.path} for row in done])
     elif chosen.json and done[0].lines:
         values.print_json(done[0].data)
-    elif done[0].lines:
-        print("\n".join(done[0].lines))
+    else:
+        for line in done[0].lines if alone else several_audits.lines(done):
+            print(line)
     if chosen.github:
         marks = (mark for row in done for mark in several_audits.workflow_commands(row))
         print(*marks, sep="\n", file=sys.stderr)
@@ -149,12 +136,13 @@ def _checked(chosen: argparse.Namespace) -> None:
         raise ParameterError("fail-above", chosen.fail_above, "given with --against")
     if chosen.gym:
         _without(chosen, OF_FILES, "left out with --gym")
+        chosen.seed = values.count("seed", chosen.seed) if chosen.seed not in (None, "0") else 0
+    elif not chosen.model or chosen.seed is not None:
+        raise ParameterError("model", chosen.model or None, "a file, or --gym with its --seed")
     if chosen.contacts:
         _without(chosen, OF_MOTION, "left out with --contacts")
     else:
         _without(chosen, OF_CONTACTS, "given with --contacts")
-    if chosen.gym is None and (not chosen.model or chosen.seed is not None):
-        raise ParameterError("model", chosen.model or None, "a file, or --gym with its --seed")
     for name in NUMBERS:
         if (text := getattr(chosen, name)) is not None:
             setattr(chosen, name, values.positive_number(name.replace("_", " "), text))
@@ -183,24 +171,20 @@ def _without(chosen: argparse.Namespace, names: Sequence[str], what: str) -> Non
 def _audited(
     model: Any,
     chosen: argparse.Namespace,
+    shared: str,
     jobs: int = 1,
     progress: Callable[[str], None] = lambda what: None,
 ) -> Row:
-    """All that is printed and written of the audit of a file, or environment, its page where one is
-    wanted; or why it has none."""
+    """All that is printed of the audit of a file, or environment, its page written where one is
+    wanted, by its path from the folder that all files share; or why it has none."""
     path = chosen.gym or str(model)
     try:
         result = _result(model, path, chosen, jobs, progress)
+        answer, missed = answered(result), "; ".join(_missed(result, chosen))
+        name = "" if chosen.out is None else _written(answer, result, path, chosen, shared)
     except ParameterError as why:
         return refused(path, str(why))
-    answer, missed = answered(result), "; ".join(_missed(result, chosen))
     error = result.error(result.own[0]) if isinstance(result, ContactAudit) else result.error
-    text = ""
-    if chosen.out is not None:
-        from plumbob.reports.analyses.replay.geoms import audited
-
-        shown = audited(result) if isinstance(result, Audit) else None
-        text = page(answer, result, chosen.line, shown)
     return Row(
         path,
         None if math.isnan(error) else error,
@@ -208,11 +192,33 @@ def _audited(
         dict(rows(answer)).get("to do", ""),
         MISSED if missed else 0,
         record(result),
-        text,
+        name,
         missed,
         tuple(lines(answer)),
         result.seconds,
     )
+
+
+def _written(
+    answer: Finding,
+    result: Audit | ContactAudit,
+    path: str,
+    chosen: argparse.Namespace,
+    shared: str,
+) -> str:
+    """The name of the page of an audit, written; raises ParameterError where it cannot be."""
+    from plumbob.reports.analyses.replay.geoms import audited
+
+    shown = audited(result) if isinstance(result, Audit) else None
+    parts = Path(os.path.relpath(path, shared) if shared else Path(path).name).parts
+    ending = "-contacts.html" if chosen.contacts else ".html"
+    name = "-".join(("audit", *parts)).removesuffix(".xml") + ending
+    try:
+        written(page(answer, result, chosen.line, shown), Path(chosen.out), name)
+    except OSError as error:
+        what = f"a folder to write into ({error})"
+        raise ParameterError("out", chosen.out, what) from None
+    return name
 
 
 def _result(
@@ -269,15 +275,6 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
     for moved in (isinstance(result, Audit) and result.changes) or ():
         if moved.growth is not None and (moved.growth > above or moved.growth == above == math.inf):
             yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
-
-
-def _written(row: Row, chosen: argparse.Namespace) -> Path:
-    """The page of an audit, written; raises ParameterError where it cannot be."""
-    folder = Path(chosen.out)
-    try:
-        return write_page(row.page, row.path, folder, chosen.contacts)
-    except OSError as error:
-        raise ParameterError("out", str(folder), f"a folder to write into ({error})") from None
 
 
 def stored_audits(file: Path) -> list[Any]:

@@ -16,6 +16,7 @@ from typing import Any
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.reports.view.audit.page import page_of
+from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import written as worded
 from plumbob.reports.view.page import written
 from plumbob.reports.view.tables import lines as worded_lines
@@ -39,7 +40,7 @@ class Row:
     says: str  # what to do about it, or why there is no audit
     code: int  # the exit code that this file alone would have
     data: dict[str, Any]  # what --json prints of it
-    page: str = ""  # the file's own page
+    page: str = ""  # name of the file's own page
     missed: str = ""  # what is asked for, and why
     lines: tuple[str, ...] = ()  # of its answer
     seconds: float = 0.0  # wall time
@@ -106,25 +107,30 @@ def audited(
 
 
 def sorted_rows(rows: Sequence[Row]) -> list[Row]:
-    """The largest error first, what has none last; each by its path from the folder that all
-    share."""
-    key = [(row.error is None, -(row.error or 0.0), row.path) for row in rows]
-    return [row for _, row in sorted(zip(key, rows, strict=True), key=lambda pair: pair[0])]
+    """The largest error first, what has none last."""
+    return sorted(rows, key=lambda row: (row.error is None, -(row.error or 0.0), row.path))
 
 
-def short_names(rows: Sequence[Row]) -> list[str]:
-    """Paths of the rows from the folder that all share."""
-    whole = [os.path.abspath(row.path) for row in rows]
-    shared = os.path.commonpath([os.path.dirname(path) for path in whole])
-    return [os.path.relpath(path, shared) for path in whole]
+def shared_folder(paths: Sequence[str]) -> str:
+    """The folder that all these files share."""
+    return os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in paths])
+
+
+def named(rows: Sequence[Row]) -> list[tuple[str, Row]]:
+    """The rows with their paths from the folder that all share."""
+    shared = shared_folder([row.path for row in rows])
+    return [(os.path.relpath(row.path, shared), row) for row in rows]
+
+
+def table(rows: Sequence[Row]) -> Finding:
+    """The rows as a page and a terminal have them."""
+    (finding,) = worded("audit/several", {"rows": named(rows)})
+    return finding
 
 
 def lines(rows: Sequence[Row]) -> list[str]:
     """The table as text; nothing without rows."""
-    if not rows:
-        return []
-    (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
-    return list(aligned(finding.tables[0]))
+    return list(aligned(table(rows).tables[0])) if rows else []
 
 
 def workflow_commands(row: Row) -> Iterator[str]:
@@ -144,8 +150,7 @@ def workflow_commands(row: Row) -> Iterator[str]:
 
 def write_page(rows: Sequence[Row], folder: Path, command: str, seconds: float) -> Path:
     """Write the page of the table into `folder`, whole or not at all. Raises OSError."""
-    (finding,) = worded("audit/several", {"rows": list(zip(short_names(rows), rows, strict=True))})
-    text = page_of(finding, command, seconds, href=lambda page: page)
+    text = page_of(table(rows), command, seconds, href=lambda page: page)
     return written(text, folder, PAGE)
 
 
@@ -169,7 +174,7 @@ def write_junit(file: Path, rows: Sequence[Row], began: float) -> None:
     from plumbob.reports.view.junit import Case, write_cases
 
     cases = []
-    for name, row in zip(short_names(rows), rows, strict=True):
+    for name, row in named(rows):
         numbers = ("step", "error", "uncertainty", "certified_until")
         given = ((n, row.data.get(n)) for n in numbers)
         known = {n: f"{v:.6g}" for n, v in given if v is not None and math.isfinite(v)}

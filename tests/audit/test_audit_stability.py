@@ -9,6 +9,7 @@ import pytest
 
 from plumbob.engines.adapters.mujoco.own_model.model import own_model
 from plumbob.engines.audit import stability as stability_module
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
     DIFFERENCES,
@@ -129,7 +130,7 @@ def test_growth_of_the_motion_itself_is_no_instability():
         assert excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
         assert on.model.nudged(on.script, 0, integrator, step, 2.0) > LOST
         assert not on.lost(integrator, step)
-    assert not stability(on.model, on.script, on.states).unstable
+    assert not stability(on.model, on.script, on.states, Allowance()).unstable
 
 
 def test_a_limit_from_the_start_alone_misses_the_contact():
@@ -197,9 +198,9 @@ def test_a_ball_that_does_not_come_to_rest_chatters():
 @pytest.mark.long
 def test_a_remedy_that_is_followed_gives_what_it_claims():
     on = course(arm())
-    found = stability(on.model, on.script, on.states)
+    found = stability(on.model, on.script, on.states, Allowance())
     (remedy,) = found.remedies
-    assert remedy.name == "armature 0.02"
+    assert remedy.change.name == "armature 0.02"
     assert remedy.limit.largest_step == pytest.approx(
         math.sqrt(2.0) * found.own.largest_step, rel=WITHIN
     )

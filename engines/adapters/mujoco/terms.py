@@ -29,6 +29,27 @@ def put(data: Any, state: Array) -> None:
     data.qpos[:], data.qvel[:], data.act[:] = np.split(state, (nq, nq + nv))
 
 
+def state_of(data: Any) -> Array:
+    """The state of an mjData."""
+    return np.concatenate([data.qpos, data.qvel, data.act])
+
+
+def shifted(model: Any, state: Array, shift: Array) -> Array:
+    """A state moved by positions, velocities and activations of the tangent space."""
+    nv, moved = model.nv, state.copy()
+    mujoco.mj_integratePos(model, moved[: model.nq], shift[:nv], 1.0)
+    moved[model.nq :] += shift[nv:]
+    return moved
+
+
+def apart(model: Any, state: Array, other: Array) -> Array:
+    """The shift from another state to a `state`, shape (2 nv + na,)."""
+    nq, nv = model.nq, model.nv
+    shift = np.concatenate([np.zeros(nv), state[nq:] - other[nq:]])
+    mujoco.mj_differentiatePos(model, shift[:nv], 1.0, other[:nq], state[:nq])
+    return shift
+
+
 class MujocoTerms:
     """The terms of the compiled `model` in any state."""
 
@@ -121,4 +142,4 @@ class PortedModel:
         self.port.load(data)
         self.port.steps(steps)
         self.port.unload(data)
-        return np.concatenate([data.qpos, data.qvel, data.act])
+        return state_of(data)

@@ -52,7 +52,7 @@ class Kind:
     @property
     def per_cent(self) -> float:
         """The largest of them."""
-        return max(self.per_cents.tolist(), key=abs)
+        return float(max(self.per_cents.tolist(), key=abs))
 
     @property
     def predicted(self) -> float | None:
@@ -89,6 +89,7 @@ class Contacts:
     audit: ContactAudit
     push: float = PUSH
     headings: tuple[float, ...] = DEGREES
+    degree: float = math.degrees(1.0)
 
     @property
     def kinds(self) -> tuple[Kind, Kind]:

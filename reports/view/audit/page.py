@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
@@ -16,11 +14,9 @@ from plumbob.reports.view.audit.contacts import Contacts
 from plumbob.reports.view.audit.motion import Motion
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import written as worded
-from plumbob.reports.view.page import filled, written
+from plumbob.reports.view.page import filled
 from plumbob.reports.view.records import Replay
 from plumbob.reports.view.tables import lines as text_lines
-
-MARK = re.compile(r'data-model="(\w+)"')
 
 
 def answered(audit: Audit | ContactAudit) -> Finding:
@@ -44,13 +40,6 @@ def lines(answer: Finding) -> list[str]:
     return [f"{name:{width}}{text}" for name, text in rows(answer)]
 
 
-def write_page(text: str, model: str, folder: Path, contacts: bool = False) -> Path:
-    """Write the page of an audit of the file `model` into `folder`, whole or not at all, and return
-    its path. Raises OSError where the folder cannot be written."""
-    name = page_name(model, folder, "-contacts.html" if contacts else ".html")
-    return written(text, folder, name)
-
-
 def page(
     answer: Finding,
     audit: Audit | ContactAudit,
@@ -64,7 +53,6 @@ def page(
         replace(answer, tables=(replace(table, rows=cells), *answer.tables[1:])),
         command,
         audit.seconds,
-        mark=mark_of(audit.name),
         versions=", ".join(f"{name} {version}" for name, version in versions().items()),
         seconds=notation.seconds,
         replay=replay,
@@ -75,7 +63,7 @@ def page(
 
 def page_of(finding: Finding, command: str, lasted: float, **about: Any) -> str:
     """The page of audits that took `lasted` [s]; with nothing but what is given `about` them."""
-    nothing = {"mark": "", "versions": "", "replay": None, "code": "", "card": ()}
+    nothing = {"versions": "", "replay": None, "code": "", "card": ()}
     values = {"finding": finding, "command": command, "lasted": f"{lasted:.3g}", **nothing}
     return filled("audit.html.jinja", **{**values, **about})
 
@@ -89,21 +77,3 @@ def card(audit: Audit) -> list[str]:
 def versions() -> dict[str, str]:
     """Of the packages whose numbers an audit has."""
     return {name: metadata.version(name) for name in ("mujoco", "numpy", "scipy")}
-
-
-def page_name(model: str, folder: Path, ending: str) -> str:
-    """`audit-NAME` and `ending`, by the name of the file `model`, with as many of its folders as
-    tell the page from those of other files there."""
-    parts, mark = Path(model).resolve().with_suffix("").parts[1:], mark_of(model)
-    names = ["-".join(("audit", *parts[-k:])) + ending for k in range(1, len(parts) + 1)]
-    for name in names:
-        page = folder / name
-        marks = MARK.findall(page.read_text("utf-8", "replace")) if page.is_file() else []
-        if marks in ([], [mark]):
-            return name
-    return names[-1]
-
-
-def mark_of(model: str) -> str:
-    """Digits made of a file's path, which tell its pages from those of another."""
-    return f"{crc32(str(Path(model).resolve()).encode()):08x}"

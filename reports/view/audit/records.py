@@ -127,7 +127,9 @@ def _stability(audit: Audit) -> dict[str, Any]:
     return {
         "stability": [limit(largest) for largest in known.limits] if known else [],
         "unstable": known.unstable if known else None,
-        "remedies": [{"change": r.name, **limit(r.limit), "moved": r.moved} for r in known.remedies]
+        "remedies": [
+            {"change": r.change.name, **limit(r.limit), "moved": r.moved} for r in known.remedies
+        ]
         if known
         else [],
     }

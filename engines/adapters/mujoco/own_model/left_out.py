@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.engines.own_motion import Change
 
 BITS = mujoco.mjtDisableBit
@@ -16,16 +17,14 @@ LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
 STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
 
 
-def changes(model: Any, idle: int, met: set[tuple[int, int]]) -> Iterator[Change]:
-    """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
-    are all that touched; `idle` has the disable flags of the stages that have nothing to do."""
+def changes(model: Any, met: set[int]) -> Iterator[Change]:
+    """Features that may be left out of `model`, whose geoms `met` are all that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
-    touched = {geom for pair in met for geom in pair}
-    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
+    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in met):
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
         which = f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
         yield Change(f"collisions of {which}", off)
-    flags = int(model.opt.disableflags)
+    flags, idle = int(model.opt.disableflags), needless_stages(model)
     if model.nsensor:
         yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
     unused = idle & ~flags & ~int(BITS.mjDSBL_SENSOR)
@@ -54,12 +53,9 @@ def apply(model: Any, left_out: Sequence[Change]) -> None:
         for field, indices, value in change.sets:
             if indices:
                 getattr(model, field).flat[list(indices)] = value
-            elif field == "disableflags":
-                model.opt.disableflags = _flags(model.opt.disableflags, int(value))
-            else:
+            elif field != "disableflags":
                 setattr(model.opt, field, value)
-
-
-def _flags(flags: int, bits: int) -> int:
-    """Flags with some bits set, or with those of a negative number cleared."""
-    return flags | bits if bits > 0 else flags & ~-bits
+            elif value > 0:
+                model.opt.disableflags |= int(value)
+            else:  # the stages are enabled
+                model.opt.disableflags &= ~-int(value)

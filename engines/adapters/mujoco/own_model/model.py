@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.options import collected, needless_stages
+from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
@@ -32,7 +32,7 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     rate_after,
 )
 from plumbob.engines.adapters.mujoco.own_model.terms import layout, of_gravity, suspects
-from plumbob.engines.adapters.mujoco.terms import MujocoTerms, put
+from plumbob.engines.adapters.mujoco.terms import MujocoTerms, apart, put, shifted, state_of
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import time_step
@@ -62,7 +62,6 @@ TIME_CONSTANTS = (
     "tendon_solref_fri",
     "flex_solref",
 )
-LOOKS = 50_000  # steps, at most, at which one looks what touches
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
 
@@ -83,7 +82,6 @@ class MujocoModel:
     notes: tuple[str, ...]
     fields: Mapping[str, str]
     refsafe: bool = True  # as the file has it
-    idle: int = 0  # disable flags of the stages that have nothing to do
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -94,7 +92,7 @@ class MujocoModel:
     @property
     def state(self) -> Array:
         """The start: qpos, qvel, act."""
-        return np.concatenate([self.start.qpos, self.start.qvel, self.start.act])
+        return state_of(self.start)
 
     @property
     def rest(self) -> Array:
@@ -221,7 +219,7 @@ class MujocoModel:
                 for _ in range(parts if single else 1):
                     mujoco.mj_step(model, data, 1 if single else parts)
                     if single:
-                        put(data, np.concatenate([data.qpos, data.qvel, data.act]).astype("f4"))
+                        put(data, state_of(data).astype("f4"))
             except mujoco.FatalError as error:
                 why = f"ended by MuJoCo within {(k + 1) * script.period:g} s ({error})"
                 break
@@ -229,7 +227,7 @@ class MujocoModel:
             if diverged(data):
                 why = f"diverged within {(k + 1) * script.period:g} s"
                 break
-            states[k + 1] = np.concatenate([data.qpos, data.qvel, data.act])
+            states[k + 1] = state_of(data)
         remarks = (
             f"the solver stops at its cap of {model.opt.iterations} iterations in {capped} of "
             f"{len(script.controls)} control periods",
@@ -253,11 +251,9 @@ class MujocoModel:
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """Features to remove, chosen from its own steps under `script`, each to be tried."""
-        met = set[tuple[int, int]]()
         with collected():
-            for data in self._looks(script):
-                met.update((min(p), max(p)) for p in data.contact.geom.tolist())
-        return tuple(left_out.changes(self.effective, self.idle, met))
+            met = {geom for data in self._looks(script) for geom in data.contact.geom.flat}
+        return tuple(left_out.changes(self.effective, met))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:
         """Periods and states of its own steps at which something touches."""
@@ -265,19 +261,17 @@ class MujocoModel:
             for data in self._looks(script):
                 if data.contact.dist.min(initial=1.0) <= 0.0:
                     period = min(int(data.time / script.period), len(script.controls) - 1)
-                    yield period, np.concatenate([data.qpos, data.qvel, data.act])
+                    yield period, state_of(data)
 
     def _looks(self, script: Script) -> Iterator[Any]:
-        """The mjData after each own step, or every few where they are many: its contacts are those
-        at the beginning of the last step."""
+        """The mjData after each own step: its contacts are those at the beginning of the last."""
         model = copy.copy(self.effective)
-        data, substeps = self._begun(model), round(script.period / self.step)
+        data = self._begun(model)
         put(data, script.start)
-        several = max(1, substeps * len(script.controls) // LOOKS)
         for control in script.controls:
             data.ctrl[:] = control
-            for done in range(0, substeps, several):
-                mujoco.mj_step(model, data, min(several, substeps - done))
+            for _ in range(round(script.period / self.step)):
+                mujoco.mj_step(model, data)
                 if diverged(data):
                     return
                 yield data
@@ -331,10 +325,7 @@ class MujocoModel:
 
     def shifted(self, state: Array, shift: Array) -> Array:
         """A state moved by positions, velocities and activations of the tangent space."""
-        model, moved = self.effective, state.copy()
-        mujoco.mj_integratePos(model, moved[: model.nq], shift[: model.nv], 1.0)
-        moved[model.nq :] += shift[model.nv :]
-        return moved
+        return shifted(self.effective, state, shift)
 
     def product(self, script: Script) -> Array:
         """Derivatives of positions at the ends of the periods by all of `names`, multiplied along
@@ -347,13 +338,10 @@ class MujocoModel:
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
         degrees of freedom)."""
-        model = self.effective
-        differences = np.full((len(states), model.nv), np.nan)
+        differences = np.full((len(states), self.effective.nv), np.nan)
         for k, (state, other) in enumerate(zip(states, others, strict=True)):
-            if np.isfinite(state[: model.nq]).all() and np.isfinite(other[: model.nq]).all():
-                mujoco.mj_differentiatePos(
-                    model, differences[k], 1.0, other[: model.nq], state[: model.nq]
-                )
+            if np.isfinite(state + other).all():
+                differences[k] = apart(self.effective, state, other)[: self.effective.nv]
         return differences
 
 
@@ -386,7 +374,6 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)
     tried = tuple(n for n in dict.fromkeys((integrator, *OFFERED)) if n in stepped)
     refsafe = not model.opt.disableflags & REFSAFE
-    idle = needless_stages(effective)
     return MujocoModel(
         name,
         effective,
@@ -399,7 +386,6 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
         notes,
         fields(model),
         refsafe,
-        idle,
     )
 
 

@@ -20,6 +20,7 @@ CONTACT = (
     *("friction", "solref", "solimp"),
 )
 FLOOR, BODY = "floor", "base"
+MOMENTS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)  # in the order of `fullinertia`
 _SHAPES = (
     mujoco.mjtGeom.mjGEOM_SPHERE,
     mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -63,13 +64,16 @@ def rigid_piece(
     spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     _contact(spec.geoms[0], model, plane)
     inertia = turn.T @ _inertia(data, inside) @ turn
-    piece = _free_piece(spec, float(model.body_subtreemass[root]), inertia)
+    piece = spec.worldbody.add_body(name=BODY, mass=float(model.body_subtreemass[root]))
+    piece.add_freejoint()
+    piece.explicitinertial = True
+    piece.fullinertia = inertia[MOMENTS]
     for k, geom in enumerate(geoms):
         _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
     _pairs(spec, model, plane, geoms)
-    for sliding in (*spec.geoms, *spec.pairs) if friction is not None else ():
-        sliding.friction[: 1 if sliding in spec.geoms else 2] = friction
     compiled = _compiled(spec, model, gravity)
+    if friction is not None:
+        compiled.geom_friction[:, 0] = compiled.pair_friction[:, :2] = friction
     _on_the_plane(compiled)
     return RigidPiece(
         compiled,
@@ -91,16 +95,6 @@ def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
         what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
         raise NotCertifiable(f"the model has {what} ({_geom(model, plane)})")
     return float(gravity[2])
-
-
-def _free_piece(spec: Any, mass: float, inertia: Array) -> Any:
-    piece = spec.worldbody.add_body(name=BODY)
-    piece.add_freejoint()
-    piece.mass, piece.explicitinertial = mass, True
-    piece.inertia, axes = np.linalg.eigh(inertia)
-    axes[:, 2] *= np.linalg.det(axes)  # right-handed
-    piece.iquat = _quaternion(axes)
-    return piece
 
 
 def _compiled(spec: Any, model: Any, gravity: float) -> Any:
@@ -183,9 +177,8 @@ def _collide(model: Any, plane: int, geom: int) -> bool:
 
 def _pair(model: Any, plane: int, geom: int) -> int | None:
     both = {plane, geom}
-    return next(
-        (i for i in range(model.npair) if {model.pair_geom1[i], model.pair_geom2[i]} == both), None
-    )
+    pairs = zip(model.pair_geom1, model.pair_geom2, strict=True)
+    return next((i for i, pair in enumerate(pairs) if {*pair} == both), None)
 
 
 def _inertia(data: Any, bodies: Any) -> Array:

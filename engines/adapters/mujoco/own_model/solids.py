@@ -13,7 +13,6 @@ from plumbob.engines.own_motion import Solid
 
 KIND = mujoco.mjtGeom
 CORNERS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
-ROUND, FINE = 12, 48  # points of a cylinder's rim, and of a round surface
 SHOWN = 3  # groups of geoms that MuJoCo draws by default
 FLOOR = 2.0  # half a side of a plane at most, in extents of the model
 
@@ -36,36 +35,21 @@ def solids(model: Any, data: Any) -> Iterator[Solid]:
 
 def _shape(model: Any, geom: int) -> tuple[Array, float]:
     """Points of a geom in its own frame [m], shape (n, 3), and the radius [m] that thickens their
-    hull."""
+    hull; what is neither round nor a mesh is a box."""
     kind, size = model.geom_type[geom], model.geom_size[geom]
-    turns = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
-    rim = np.column_stack([np.cos(turns), np.sin(turns), np.ones(ROUND)])
-    match kind:
-        case KIND.mjGEOM_SPHERE:
-            return np.zeros((1, 3)), float(size[0])
-        case KIND.mjGEOM_CAPSULE:
-            return np.outer([-size[1], size[1]], [0.0, 0.0, 1.0]), float(size[0])
-        case KIND.mjGEOM_CYLINDER:
-            radii = size[[0, 0, 1]]
-            return np.vstack([radii * rim, radii * rim * (1.0, 1.0, -1.0)]), 0.0
-        case KIND.mjGEOM_ELLIPSOID:
-            return size * _sphere(), 0.0
-        case KIND.mjGEOM_PLANE:
-            most = FLOOR * model.stat.extent
-            sides = np.minimum(most, np.where(size[:2] > 0.0, size[:2], most))
-            return CORNERS[[0, 2, 6, 4]] * (*sides, 0.0), 0.0
-        case KIND.mjGEOM_MESH:
-            mesh = model.geom_dataid[geom]
-            first = model.mesh_vertadr[mesh]
-            places = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-            return np.array(places[np.unique((places @ _sphere().T).argmax(axis=0))], float), 0.0
+    if kind == KIND.mjGEOM_SPHERE:
+        return np.zeros((1, 3)), float(size[0])
+    if kind == KIND.mjGEOM_CAPSULE:
+        return np.outer([-size[1], size[1]], [0.0, 0.0, 1.0]), float(size[0])
+    if kind == KIND.mjGEOM_PLANE:
+        most = FLOOR * model.stat.extent
+        sides = np.minimum(most, np.where(size[:2] > 0.0, size[:2], most))
+        return CORNERS[[0, 2, 6, 4]] * (*sides, 0.0), 0.0
+    if kind == KIND.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first = model.mesh_vertadr[mesh]
+        places = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        furthest = (places @ CORNERS.T).argmax(axis=0), places.argmin(axis=0), places.argmax(axis=0)
+        return np.array(places[np.unique(np.concatenate(furthest))], float), 0.0
     box = model.geom_aabb[geom]
     return box[:3] + CORNERS * box[3:], 0.0
-
-
-def _sphere() -> Array:
-    """Points spread over the unit sphere, shape (FINE, 3)."""
-    heights = (2.0 * np.arange(FINE) + 1.0) / FINE - 1.0
-    turns = np.pi * (1.0 + 5.0**0.5) * np.arange(FINE)
-    radii = np.sqrt(1.0 - heights**2)
-    return np.column_stack([radii * np.cos(turns), radii * np.sin(turns), heights])

@@ -18,7 +18,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.field import converging
 from plumbob.engines.adapters.mujoco.own_model.left_out import apply
 from plumbob.engines.adapters.mujoco.own_model.places import place
-from plumbob.engines.adapters.mujoco.terms import put
+from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
 from plumbob.engines.own_motion import Change, Place, Script
 
 # [m, rad, ...] of the state, along a direction by chance. An unstable contact chatters: a
@@ -57,7 +57,6 @@ class TangentMaps:
         self.model, self.data, self.state, self.control = model, data, state, control
         put(data, state)
         data.ctrl[:] = control
-        self.about = data.qpos.copy(), data.qvel.copy(), data.act.copy()
         mujoco.mj_forward(model, data)
         self.warm = data.qacc.copy()
         self.size = 2 * model.nv + model.na
@@ -67,61 +66,29 @@ class TangentMaps:
     ) -> Array:
         """The Jacobian of one step [s] by central differences of a size [m, rad, ...], shape (n,
         n); times `directions`, shape (n, k), if given."""
-        model, nv = self.model, self.model.nv
+        wanted = difference * (np.eye(self.size) if directions is None else directions.T)
+        rows = [
+            apart(self.model, *(self._stepped(integrator, step, side) for side in (shift, -shift)))
+            for shift in wanted
+        ]
+        return np.transpose(rows) / (2.0 * difference)
+
+    def _stepped(self, integrator: str, step: float, shift: Array) -> Array:
+        """The state a step [s] after a shift of it."""
+        model, data = self.model, self.data
         model.opt.timestep, model.opt.integrator = step, kind(integrator)
-        if directions is None and integrator != "rk4":
-            return self._all_at_once(difference)
-        wanted = np.eye(self.size) if directions is None else directions.T
-        derivatives = np.zeros(wanted.shape)
-        for derivative, direction in zip(derivatives, difference * wanted, strict=True):
-            ahead, velocity, activation = self._stepped(direction)
-            behind, other_velocity, other_activation = self._stepped(-direction)
-            mujoco.mj_differentiatePos(model, derivative[:nv], 1.0, behind, ahead)
-            derivative[nv : 2 * nv] = velocity - other_velocity
-            derivative[2 * nv :] = activation - other_activation
-        return derivatives.T / (2.0 * difference)
-
-    def _all_at_once(self, difference: float) -> Array:
-        """The same of all directions by MuJoCo's own differences, which find no contacts again
-        where a velocity alone is another: half the time. It has none of RK4."""
-        put(self.data, self.state)
-        self.data.qacc_warmstart[:] = self.warm
-        derivatives = np.zeros((self.size, self.size))
-        mujoco.mjd_transitionFD(
-            self.model, self.data, difference, True, derivatives, None, None, None
-        )
-        return derivatives
-
-    def _moved(self, integrator: str, step: float) -> Array:
-        """Change over a step [s], in the tangent space."""
-        self.model.opt.timestep, self.model.opt.integrator = step, kind(integrator)
-        position, *others = self._stepped(np.zeros(self.size))
-        moved = np.zeros(self.model.nv)
-        mujoco.mj_differentiatePos(self.model, moved, 1.0, self.about[0], position)
-        changes = (now - then for now, then in zip(others, self.about[1:], strict=True))
-        return np.concatenate([moved, *changes])
-
-    def _shifted(self, shift: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities and activations of the state after a shift."""
-        (position, velocity, activation), nv = self.about, self.model.nv
-        position = position.copy()
-        mujoco.mj_integratePos(self.model, position, shift[:nv], 1.0)
-        return position, velocity + shift[nv : 2 * nv], activation + shift[2 * nv :]
-
-    def _stepped(self, shift: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities and activations a step after a shift of the state."""
-        data = self.data
-        data.qpos[:], data.qvel[:], data.act[:] = self._shifted(shift)
+        put(data, shifted(model, self.state, shift))
         data.qacc_warmstart[:] = self.warm
-        mujoco.mj_step(self.model, data)
-        return data.qpos.copy(), data.qvel.copy(), data.act.copy()
+        mujoco.mj_step(model, data)
+        return state_of(data)
 
     def at_rest(self, integrator: str, step: float) -> TangentMaps | None:
         """Those about a state near by that steps of a size [s] leave as it is, stable or not; None
         where none is found; by Newton's method; a body that nothing holds may be anywhere."""
         maps, before = self, math.inf
         while True:
-            moved = maps._moved(integrator, step)
+            after = maps._stepped(integrator, step, np.zeros(self.size))
+            moved = apart(self.model, after, maps.state)
             size = float(np.abs(moved).max())
             if not size < before:
                 return None
@@ -131,7 +98,7 @@ class TangentMaps:
             if not np.isfinite(free).all():
                 return None
             shift, before = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float), size
-            state = np.concatenate(maps._shifted(shift))
+            state = shifted(self.model, maps.state, shift)
             maps = TangentMaps(self.model, self.data, state, self.control)
 
     def place(self, weights: Array) -> Place:
@@ -166,17 +133,15 @@ def growth(
     nudge *= NUDGE / np.abs(nudge).max()
     for data in pair:
         put(data, script.start)
-    apart, largest, step = np.zeros(model.nv), 0.0, model.opt.timestep
+    largest, step = 0.0, model.opt.timestep
     nudged = math.ceil(after / step)
     for k in range(nudged + math.ceil(duration / step)):
         if k == nudged:
-            mujoco.mj_integratePos(model, pair[1].qpos, nudge[: model.nv], 1.0)
-            pair[1].qvel += nudge[model.nv : 2 * model.nv]
-            pair[1].act += nudge[2 * model.nv :]
+            put(pair[1], shifted(model, state_of(pair[1]), nudge))
         if not _advanced(model, pair, script, begin * script.period + k * step):
             return math.inf
-        mujoco.mj_differentiatePos(model, apart, 1.0, pair[0].qpos, pair[1].qpos)
-        largest = max(largest, float(np.abs(apart).max()))
+        between = apart(model, *map(state_of, pair))[: model.nv]
+        largest = max(largest, float(np.abs(between).max()))
     return largest / NUDGE
 
 

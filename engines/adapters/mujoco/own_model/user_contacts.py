@@ -119,10 +119,9 @@ class SettledFloor:
                 mujoco.mj_step(self.model, data, count)
                 yaws.append(self._yaw)
                 speeds.append(self._speed())
-        gone, turns = data.qpos[:2], np.unwrap(yaws)
-        aside = float(way[0] * gone[1] - way[1] * gone[0])
+        turns = np.unwrap(yaws)
         turn, rests = float(turns[-1] - turns[0]), bool(speeds[-1] < RESTS * fast)
-        return Slide(float(gone @ way), aside, turn, rests)
+        return Slide(float(data.qpos[:2] @ way), turn, rests)
 
     @property
     def _yaw(self) -> float:
