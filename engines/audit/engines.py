@@ -176,7 +176,7 @@ def measured(engine: Engine, held: Held) -> EngineError:
     peer = runs.load(held.file, held.model.layout, held.model.step)
     integrator = held.model.integrator if runs.integrators else "euler"
     looks = looks_at(peer, held, integrator)
-    apart = tuple(differences(engine.name, looks, held, runs.precision))
+    apart = tuple(differences(engine, looks, held, runs.precision))
     states, why = _run(peer, held)
     mujoco = held.model.stepped(held.script, integrator, held.parts).states
     rounding, from_mujoco = math.nan, moved(held.model, states, mujoco)

@@ -18,7 +18,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
+from itertools import product
 
 import numpy as np
 
@@ -132,12 +133,6 @@ class Gradients:
         sizes = np.linalg.norm(values[:, :, :count][..., self.known[:count]], axis=(1, 2))
         return float(sizes.max() / sizes[0]) if self.known[:count].any() else None
 
-    def worst(self, way: Way) -> Entry:
-        """The entry with the largest error of a way."""
-        assert way.computed is not None
-        off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
-        return self._entry(way, int(np.argmax(off)))
-
     @property
     def entries(self) -> tuple[Entry, ...]:
         """Of each way the norm of all, then the largest entries."""
@@ -194,7 +189,7 @@ def gradients(
         exact,
         uncertainty,
         script.times,
-        (_product(model, script), *_differences(model, script, known)),
+        (_product(model, script), *_differences(model, script, exact.shape, known)),
         float((rounding / (2.0 * max(curvature, rounding))) ** (1 / 3)),
         left_out,
     )
@@ -239,14 +234,10 @@ def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
 
 def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:
     """A script with one number of the start, or of all controls, another."""
-    state = sum(len(model.names[kind]) for kind in ("position", "velocity", "activation"))
-    if number >= state:
-        controls = script.controls.copy()
-        controls[:, number - state] += by
-        return replace(script, controls=controls)
-    shift = np.zeros(state)
-    shift[number] = by
-    return replace(script, start=model.shifted(script.start, shift))
+    shift = by * (np.arange(len(_numbers(model))) == number)
+    state = shift.size - model.rest.size
+    start = model.shifted(script.start, shift[:state]) if number < state else script.start
+    return replace(script, start=start, controls=script.controls + shift[state:])
 
 
 def _refined(
@@ -259,18 +250,16 @@ def _refined(
     """Eq. 1 over time, shape (n, coordinates), and C; raises NotCertifiable."""
     method, tolerance, eps = way
 
-    def difference(size: float) -> Array:
-        courses = []
-        for side in (1.0, -1.0):
-            run = Run(method, tolerance, 0.0, allowance.left)
-            nudged = _moved(model, script, number, side * size)
-            course = computed(model, nudged, run, allowance.clock)
-            if course.why:
-                raise NotCertifiable(course.why)
-            courses.append(course.states)
-        return model.coordinates(*courses) / (2.0 * size)
+    def course(by: float) -> Array:
+        run = Run(method, tolerance, 0.0, allowance.left)
+        motion = computed(model, _moved(model, script, number, by), run, allowance.clock)
+        if motion.why:
+            raise NotCertifiable(motion.why)
+        return motion.states
 
-    wide, narrow = difference(eps), difference(eps / 2.0)
+    wide, narrow = (
+        model.coordinates(course(size), course(-size)) / (2.0 * size) for size in (eps, eps / 2.0)
+    )
     curvature = float(np.abs(wide - narrow).max() * 4.0 / 3.0 / eps**2)
     return (4.0 * narrow - wide) / 3.0, curvature
 
@@ -282,37 +271,29 @@ def _product(model: OwnModel, script: Script) -> Way:
         return Way("transition", None, why=str(why))
 
 
-def _differences(model: OwnModel, script: Script, known: Array) -> Iterator[Way]:
+def _differences(
+    model: OwnModel, script: Script, shape: tuple[int, ...], known: Array
+) -> Iterator[Way]:
     """Central and forward differences of the own run, each at the eps that changes it least
     when it becomes the next smaller."""
-    try:
-        runs = {0.0: [_own_run(model, script)] * known.size}
-        for by in (side * eps for eps in SWEEP for side in (1.0, -1.0)):
-            moved = [
-                _moved(model, script, n, by) if known[n] else script for n in range(known.size)
-            ]
-            runs[by] = [_own_run(model, other) for other in moved]
-    except NotCertifiable as why:
-        yield from (Way(name, None, why=str(why)) for name, _ in SIDES)
-        return
+    parts, numbers = round(script.period / model.step), np.flatnonzero(known).tolist()
+
+    @cache
+    def run(number: int, by: float) -> Array:
+        stepped = model.stepped(_moved(model, script, number, by), model.integrator, parts)
+        if stepped.why:
+            raise NotCertifiable(f"its run {stepped.why}")
+        return stepped.states
+
     for name, low in SIDES:
-        sweep = np.array(
-            [
-                [
-                    model.coordinates(ahead, behind) / ((1.0 - low) * eps)
-                    for ahead, behind in zip(runs[eps], runs[low * eps], strict=True)
-                ]
-                for eps in SWEEP
-            ]
-        )
-        changes = np.linalg.norm(np.diff(sweep[:, known, -1], axis=0), axis=(1, 2))
+        sweep = np.zeros((len(SWEEP), *shape))
+        try:
+            for (k, eps), n in product(enumerate(SWEEP), numbers):
+                pair = run(n, eps), run(n, low * eps)
+                sweep[k, ..., n] = model.coordinates(*pair) / ((1.0 - low) * eps)
+        except NotCertifiable as why:
+            yield Way(name, None, why=str(why))
+            continue
+        changes = np.linalg.norm(np.diff(sweep[:, -1], axis=0), axis=(1, 2))
         best = int(np.argmin(changes))
-        yield Way(name, np.moveaxis(sweep[best], 0, -1), SWEEP[best])
-
-
-def _own_run(model: OwnModel, script: Script) -> Array:
-    """States at the ends of the periods; raises NotCertifiable."""
-    run = model.stepped(script, model.integrator, round(script.period / model.step))
-    if run.why:
-        raise NotCertifiable(f"its run {run.why}")
-    return run.states
+        yield Way(name, sweep[best], SWEEP[best])

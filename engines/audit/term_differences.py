@@ -4,17 +4,20 @@ certified motion: which differ, and why."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.abilities import ModelReader
 from plumbob.engines.audit.reference import distances
+from plumbob.engines.method import Engine
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.peer_model import PeerModel, Terms
+from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import fields_of
 
 # In the order in which they are compared: each may make those after it differ.
@@ -25,12 +28,20 @@ SAME = 1e-5  # relative: a reader in single precision, and new frames, leave as 
 ROUNDINGS = 100.0  # of all forces together, which cancel in one of them
 SAME_STEP = 0.02  # relative, of the acceleration in a step: schemes of first order leave as much
 TURNED = 1e-3  # [rad] of axes, a reader in single precision leaves less
-RECOGNISED = 1e-4  # relative: a model without something has the engine's term
-MASS = "mass"
+# Numbers of a file on which a term depends.
+DEPENDS = MappingProxyType(
+    {
+        "mass matrix": ("mass", "inertia", "armature"),
+        "gravity": ("gravity", "mass"),
+        "bias": ("mass", "inertia"),
+        "passive": ("stiffness", "damping"),
+        "actuator": ("gear",),
+    }
+)
 NAMELESS = frozenset(["a body without a name"])
 SAMPLES = 9  # states along the certified motion
-Numbers = Mapping[tuple[str, str], tuple[Array, Array]]
-"""By field and body, those of the file and of the engine."""
+Numbers = Mapping[tuple[str, str], tuple[Array, Array | None]]
+"""By field and name, as MuJoCo and as an engine read them; None where it has none."""
 
 
 @dataclass(frozen=True)
@@ -110,17 +121,17 @@ def _spread(count: int) -> list[int]:
 
 
 def differences(
-    engine: str, looks: Sequence[Look], held: Held, precision: float
+    engine: Engine, looks: Sequence[Look], held: Held, precision: float
 ) -> list[Difference]:
     """The terms that differ, in order."""
     overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
-    apart, numbers = list[Difference](), cache(partial(_numbers, engine, held.file))
+    apart, numbers = list[Difference](), numbers_of(engine, held.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
         off = max(look.size(there - here) for look, here, there in pairs)
         scale = max(look.size(x) for look, *both in pairs for x in both)
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
-            apart.append(Difference(term, off / scale, _cause(term, looks, held, numbers)))
+            apart.append(Difference(term, off / scale, _cause(term, looks, numbers)))
     apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
     return apart or list(of_step(looks))
 
@@ -183,62 +194,51 @@ def force_of(terms: Terms) -> Array:
     return total
 
 
-def _cause(term: str, looks: Sequence[Look], held: Held, read: Callable[[], Numbers]) -> str:
-    """Why a term differs, as far as a model without something has the engine's, or another
-    gravity; `read` gives the numbers of bodies as both read them."""
-    numbers = read()
-    masses = [there[0] / here[0] for (field, _), (here, there) in numbers.items() if field == MASS]
-    times = masses[0] if masses and np.ptp(masses) < RECOGNISED * masses[0] else 1.0
-    if term == "gravity" and (cause := _gravity(looks, held, times)):
-        return cause
-    for name, terms in held.model.suspects().items():
-        apart = [
-            (look, terms(look.state, look.control)[term] - look.of_engine[term]) for look in looks
-        ]
-        scale = max(look.size(look.of_file[term]) for look in looks)
-        if all(look.size(off) < RECOGNISED * scale for look, off in apart):
-            return f"{name} dropped"
+def _cause(term: str, looks: Sequence[Look], numbers: Numbers) -> str:
+    """Why a term differs, as far as the engine says so, has none of it, or reads a number otherwise
+    on which it depends."""
     said: str = looks[0].of_engine.get("causes", {}).get(term, "")
-    if term != TERMS[0]:
-        return said
-    if abs(times - 1.0) > RECOGNISED:
-        return f"all masses times {times:.4g}"
-    return _inertia(numbers)
+    if said or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
+        return said or "all of it dropped"
+    for field in DEPENDS.get(term, ()):
+        of = {name: both for (kind, name), both in numbers.items() if kind == field}
+        if cause := _otherwise(field, of):
+            return cause
+    return "of like bodies: joints or frames are not alike" if term == TERMS[0] else ""
 
 
-def _gravity(looks: Sequence[Look], held: Held, times: float) -> str:
-    """The gravity that makes an engine's forces of gravity where all masses are so many times those
-    of the file; empty where none does."""
-    columns = times * np.concatenate([held.model.of_gravity(look.state) for look in looks])
-    theirs = np.concatenate([look.of_engine["gravity"] for look in looks])
-    # Of what has no effect on the motion nothing is known: it stays as the file has it.
-    gravity = held.model.gravity
-    vector = gravity + np.linalg.lstsq(columns, theirs - columns @ gravity)[0]
-    if not np.abs(columns @ vector - theirs).max() < RECOGNISED * np.abs(columns).max():
-        return ""
-    if np.abs(vector - gravity).max() < RECOGNISED * np.abs(gravity).max():
-        return "follows from the masses"
-    vector = np.where(np.abs(vector) < RECOGNISED, 0.0, vector)
-    return f"{_text(vector)} in place of {_text(gravity)} m/s^2"
-
-
-def _numbers(engine: str, file: Path) -> Numbers:
-    """Masses and moments of inertia of bodies, as MuJoCo and an engine read them."""
-    here, there = (fields_of(name, file)[1] for name in ("mujoco", engine))
-    return {
-        key: (np.array(here[key]), np.array(there[key]))
-        for key in sorted(here.keys() & there.keys())
-        if key[0] in (MASS, "inertia") and len(here[key]) == len(there[key]) and any(here[key])
+def _otherwise(field: str, of: Mapping[str, tuple[Array, Array | None]]) -> str:
+    """The number in a field, {name: as MuJoCo and an engine read it}, in which they differ most;
+    empty where they do not."""
+    sizes = {
+        name: math.inf
+        if there is None or there.shape != here.shape
+        else np.abs(there - here).max() / np.abs([here, there]).max()
+        for name, (here, there) in of.items()
     }
+    if max(sizes.values(), default=0.0) < SAME:
+        return ""
+    name = max(sizes, key=lambda name: sizes[name])
+    here, there = of[name]
+    if all(there is None for _, there in of.values()):
+        return f"{field} dropped"
+    if field == "mass":
+        ratios = [float(there[0] / here[0]) for here, there in of.values() if there is not None]
+        if len(ratios) > 1 and np.ptp(ratios) < SAME * ratios[0]:
+            return f"all masses times {ratios[0]:.4g}"
+    read = "none" if there is None else _text(there)
+    return f"{f'{field} of {name}: ' if name else ''}{read} in place of {_text(here)}"
 
 
-def _inertia(numbers: Numbers) -> str:
-    """The number of a body in which two readers differ most."""
-    apart = {key: np.abs(there - here).max() / here.max() for key, (here, there) in numbers.items()}
-    if not apart or max(apart.values()) < SAME:
-        return "of like bodies: joints or frames are not alike" if apart else ""
-    (field, body), (here, there) = max(numbers.items(), key=lambda pair: apart[pair[0]])
-    return f"{field} of {body}: {_text(there)} in place of {_text(here)}"
+def numbers_of(engine: Engine, file: Path) -> Numbers:
+    """The numbers of a file, but zeros, as MuJoCo and an engine read them."""
+    here = fields_of(find_engine("mujoco"), file)[1]
+    there = here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]
+    return {
+        key: (np.array(values), np.array(there[key]) if key in there else None)
+        for key, values in here.items()
+        if any(values) or any(there.get(key, ()))
+    }
 
 
 def _text(values: Iterable[float]) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.added import one_line
+from plumbob.engines.method import Engine
 from plumbob.engines.registry import find_engine, installed
 from plumbob.engines.study.provenance import version_of
 from plumbob.engines.study.request import Request
@@ -74,15 +75,15 @@ def read_model(reading: ModelReading) -> ModelRead | None:
     if engine.ability(ModelReader) is None or not installed(engine):
         return None
     with every_field() as file:
-        refuses, fields = fields_of(reading.engine, file)
+        refuses, fields = fields_of(engine, file)
     numbers = tuple(Number(field, name, values) for (field, name), values in fields.items())
     return ModelRead(version_of(engine), refuses, numbers)
 
 
-def fields_of(engine: str, file: Path) -> tuple[str, ModelFields]:
+def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
     """Why an engine's reader refuses a file, or empty, and what it takes from it; what it prints is
     dropped."""
-    reader = find_engine(engine).ability(ModelReader)
+    reader = engine.ability(ModelReader)
     assert reader is not None
     try:
         with captured():

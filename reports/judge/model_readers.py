@@ -11,7 +11,7 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
-from plumbob.engines.registry import engines, installed
+from plumbob.engines.registry import engines, find_engine, installed
 from plumbob.engines.study.model_reading import every_field, fields_of
 from plumbob.engines.workers import Workers
 
@@ -42,7 +42,7 @@ class Reader:
 def read_by(file: Path) -> tuple[Reader, ...]:
     """The readings of `file` by MuJoCo and every other installed engine with a reader, each in a
     process of its own, since some crash on what they do not know. Raises ParameterError."""
-    rule, wanted = fields_of(RULE, file)
+    rule, wanted = fields_of(find_engine(RULE), file)
     if rule:
         raise ParameterError("FILE", str(file), f"a MuJoCo model file ({rule})")
     readers = [Reader(RULE, read=fields_stated(wanted))]
@@ -98,11 +98,12 @@ def ignored(wanted: ModelFields, fields: ModelFields) -> tuple[str, ...]:
 
 def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
     """Why a reader refuses a file, the fields it takes from it, and those it always ignores."""
-    refuses, read = fields_of(engine, Path(file))
+    refuses, read = fields_of(find_engine(engine), Path(file))
     if refuses:
         return refuses, read, ()
     with every_field() as model:
-        return "", read, ignored(fields_of(RULE, model)[1], fields_of(engine, model)[1])
+        both = (fields_of(find_engine(name), model)[1] for name in (RULE, engine))
+        return "", read, ignored(*both)
 
 
 def _has(fields: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:

@@ -32,20 +32,21 @@ def _sets(name, factor):
 @pytest.mark.parametrize(
     ("field", "factor", "term", "cause"),
     [
-        ("dof_armature", 0.0, "mass matrix", "armature dropped"),
-        ("body_inertia", 1.001, "mass matrix", "of like bodies: joints or frames are not alike"),
-        ("gravity", 0.999, "gravity", "0.2997 -0.4 -1.618 in place of 0.3 -0.4 -1.62 m/s^2"),
-        ("jnt_stiffness", 0.0, "passive", "springs dropped"),
-        ("dof_damping", 0.0, "passive", "damping dropped"),
-        ("dof_damping", 1.001, "passive", ""),
-        ("actuator_gear", 1 / 7, "actuator", "gear dropped"),
-        ("actuator_gainprm", 0.0, "actuator", "actuators dropped"),
+        ("dof_armature", 0.0, "mass matrix", "armature of hinge: 0 in place of 0.21"),
+        ("body_inertia", 1.001, "mass matrix", "inertia of arm: 0.1101 0.1201 0.1301 in place of"),
+        ("body_ipos", 1.001, "mass matrix", "of like bodies: joints or frames are not alike"),
+        ("gravity", 0.999, "gravity", "0.2997 -0.3996 -1.618 in place of 0.3 -0.4 -1.62"),
+        ("jnt_stiffness", 0.0, "passive", "stiffness of hinge: 0 in place of 0.4"),
+        ("dof_damping", 1.001, "passive", "damping of hinge: 0.3103 in place of 0.31"),
+        ("actuator_gear", 1 / 7, "actuator", "gear of motor: 1 in place of 7"),
+        ("actuator_gainprm", 0.0, "actuator", "all of it dropped"),
     ],
 )
 def test_a_change_is_the_first_term_and_its_force_puts_it_right(motion, field, factor, term, cause):
     """Put right, what is left is the step's own error, to rounding."""
     result = measured(changed(_sets(field, factor)), motion)
-    assert (result.first.term, result.first.cause) == (term, cause)
+    assert result.first.term == term
+    assert result.first.cause.startswith(cause)
     assert result.all_right == pytest.approx(result.step_error, rel=1e-6)
     assert result.part_explained is not None
     assert result.error > 1.0001 * result.step_error or result.error < 0.9999 * result.step_error

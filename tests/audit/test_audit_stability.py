@@ -181,7 +181,7 @@ def test_where_smaller_steps_diverge_the_limit_is_below_them(monkeypatch):
     monkeypatch.setattr(
         Course,
         "rate",
-        lambda self, of, step, t: np.inf if 3e-3 < step < 3.4e-3 else rate(self, of, step, t),
+        lambda self, of, step, t=None: np.inf if 3e-3 < step < 3.4e-3 else rate(self, of, step, t),
     )
     lower = tried_below(on, limit)
     assert lower.confirmed

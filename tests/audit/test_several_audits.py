@@ -58,11 +58,7 @@ def test_a_broken_model_costs_its_row(folder, capsys):
     assert [line.split()[0] for line in table] == ["coarse/rod.xml", "fine/rod.xml", "broken.xml"]
     assert "must be a MuJoCo model file" in table[-1]
     pages = {page.name for page in out.iterdir()}
-    assert pages == {"audit-models.html", "audit-rod.html", "audit-coarse-rod.html"} or pages == {
-        "audit-models.html",
-        "audit-rod.html",
-        "audit-fine-rod.html",
-    }
+    assert pages == {"audit-models.html", "audit-fine-rod.html", "audit-coarse-rod.html"}
     text = (out / "audit-models.html").read_text("utf-8")
     assert all(f'<a href="{page}"' in text for page in pages - {"audit-models.html"})
     assert "broken.xml" in text

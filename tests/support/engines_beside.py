@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from plumbob.engines.abilities import ModelReader, RunsFiles
+from plumbob.engines.adapters.mujoco.model_fields import fields_in
 from plumbob.engines.adapters.mujoco.terms import PortedModel
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
@@ -62,8 +63,18 @@ def changed(change=UNCHANGED, single=False, precision=EXACT):
     """MuJoCo in another engine's place, with a change of the compiled model."""
     load = partial(PortedModel, partial(Changed, change, single))
     genuine = find_engine("mujoco")
-    reader = genuine.ability(ModelReader)
+
+    def read(file):
+        model = mujoco.MjModel.from_xml_path(str(file))
+        change(model)
+        return fields_in(model)
+
     runs = RunsFiles(load, precision, integrators=True)
     return Engine(
-        "mujoco", "mujoco", (), genuine.prepare, genuine.model_error, abilities=(reader, runs)
+        "mujoco",
+        "mujoco",
+        (),
+        genuine.prepare,
+        genuine.model_error,
+        abilities=(ModelReader(read), runs),
     )

@@ -15,6 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.drake.stepping import simulator_of
 from plumbob.engines.peer_model import Frame, Layout, PeerModel, Translated, commands
 
+DIRECT = "controls are taken for torques: gear and gain dropped"
 FRAME = Frame(lambda p, r: np.concatenate([r, p]), lambda q: (q[4:], q[:4]))
 
 
@@ -77,6 +78,7 @@ class DrakeModel:
             "bias": plant.CalcBiasTerm(context),
             "passive": -damping * v,
             "actuator": self.selects @ self.forces,
+            "causes": {"actuator": DIRECT},
             "contacts": [tuple(plant.get_body(i).name() for i in pair) for pair in pairs],
         }
 

@@ -4,6 +4,7 @@ readers."""
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -19,7 +20,11 @@ def model_fields(path: Path) -> Fields:
     [m/s^2], time step [s], masses [kg], principal moments of inertia [kg m^2], of hinges and slides
     armature, damping, stiffness and friction loss, of geoms that may touch, and of pairs, the
     coefficient of friction, solref and solimp, and gears. Raises ParameterError."""
-    model = compiled_model(path, "FILE")
+    yield from fields_in(compiled_model(path, "FILE"))
+
+
+def fields_in(model: Any) -> Fields:
+    """Those of a compiled model."""
     yield "gravity", "", model.opt.gravity
     yield "timestep", "", model.opt.timestep
     for i in range(1, model.nbody):

@@ -31,7 +31,7 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     kind,
     rate_after,
 )
-from plumbob.engines.adapters.mujoco.own_model.terms import layout, of_gravity, suspects
+from plumbob.engines.adapters.mujoco.own_model.terms import layout
 from plumbob.engines.adapters.mujoco.terms import MujocoTerms, apart, put, shifted, state_of
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
@@ -187,21 +187,6 @@ class MujocoModel:
     def terms(self) -> MujocoTerms:
         """The terms of its equations of motion, in any state."""
         return MujocoTerms(self.effective, self._begun(self.effective))
-
-    def suspects(self) -> Mapping[str, MujocoTerms]:
-        """The same without some of what the file says, by what that is."""
-        return {
-            name: MujocoTerms(model, self._begun(model)) for name, model in suspects(self.effective)
-        }
-
-    @property
-    def gravity(self) -> Array:
-        """[m/s^2]"""
-        return np.array(self.effective.opt.gravity)
-
-    def of_gravity(self, state: Array) -> Array:
-        """Generalised forces of a gravity of 1 m/s^2 along each axis, shape (velocities, 3)."""
-        return of_gravity(self.effective, self._begun(self.effective), state)
 
     @collected()
     def stepped(self, script: Script, integrator: str, parts: int, single: bool = False) -> Stepped:

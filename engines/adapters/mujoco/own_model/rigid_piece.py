@@ -20,7 +20,6 @@ CONTACT = (
     *("friction", "solref", "solimp"),
 )
 FLOOR, BODY = "floor", "base"
-MOMENTS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)  # in the order of `fullinertia`
 _SHAPES = (
     mujoco.mjtGeom.mjGEOM_SPHERE,
     mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -67,7 +66,9 @@ def rigid_piece(
     piece = spec.worldbody.add_body(name=BODY, mass=float(model.body_subtreemass[root]))
     piece.add_freejoint()
     piece.explicitinertial = True
-    piece.fullinertia = inertia[MOMENTS]
+    piece.inertia, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.linalg.det(axes)  # right-handed
+    piece.iquat = _quaternion(axes)
     for k, geom in enumerate(geoms):
         _add_geom(spec, piece, model, data, geom, f"geom_{k}", turn, centre)
     _pairs(spec, model, plane, geoms)
