@@ -52,11 +52,10 @@ def timed_periods(
     `seconds` is what the whole motion takes."""
     periods = min(len(states), len(script.controls))
     wanted = PIECE / max(seconds, 1e-9) * len(script.controls)
-    if wanted > periods:
-        chosen = np.tile(np.arange(periods), math.ceil(wanted / periods))
-    else:
-        chosen = np.linspace(0, periods - 1, min(periods, max(PLACES, round(wanted)))).astype(int)
-    steps = math.ceil(parts * min(1.0, wanted / len(chosen)))
+    count = max(min(PLACES, periods), math.ceil(wanted))
+    places = np.linspace(0, periods - 1, min(periods, count)).astype(int)
+    chosen = np.resize(places, count)
+    steps = math.ceil(parts * min(1.0, wanted / count))
     begun = states[chosen]
     if steps == parts:
         begun[1:][np.diff(chosen) == 1] = np.nan  # it goes on

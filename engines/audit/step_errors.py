@@ -112,10 +112,6 @@ def compared(
     as_is = next(s for s in fixed if s.parts == round(script.period / model.step))
     index = tends(errors, as_is, reference)
     chosen = (c for t in TARGETS if (c := cheapest(errors, as_is, reference, index, t)))
-
-    def softened(choice: Cheapest) -> bool:
-        return model.softened(script, choice.integrator, round(script.period / choice.step))
-
     errors.sort(key=lambda s: (s.integrator != model.integrator, s.integrator, -s.step))
     return Compared(
         as_is,
@@ -123,7 +119,7 @@ def compared(
         index,
         min(s.at(index) for s in errors),
         observed_order(fixed, reference, index),
-        tuple(replace(choice, unguarded=softened(choice)) for choice in chosen),
+        tuple(replace(choice, unguarded=model.softened(choice.step)) for choice in chosen),
     )
 
 

@@ -22,6 +22,9 @@ for the mean of one of NUDGE and one of -NUDGE, and by a, of which g is a linear
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -52,17 +55,27 @@ def transition(number: Number, method: Method, step: float) -> ByName:
             f"mjd_transitionFD has derivatives by state and control: {number.name} "
             "is a parameter of the model"
         )
-    model, data, along = here.model, here.data, _at_start(runs)
-    by_state, by_control = np.zeros((along.size,) * 2), np.zeros((along.size, model.nu))
+    model, along = here.model, _at_start(runs)
     by_forces = model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
     nudge = NUDGE if by_forces else difference(model)
     with options.collected():  # warnings are those of the run itself
-        for control, change in zip(*_controls(runs), strict=True):
-            data.ctrl[:] = control
-            mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
-            along = by_state @ along + by_control @ change
-            mujoco.mj_step(model, data)
+        *_, along = advanced(model, here.data, along, *_controls(runs), nudge)
         return _read(runs, along)
+
+
+def advanced(
+    model: Any, data: Any, along: Array, controls: Array, changes: Iterable[Array], nudge: float
+) -> Iterator[Array]:
+    """Eq. 1: the derivative `along` of the state of `data` after each step under `controls`, which
+    change by `changes`."""
+    size = 2 * model.nv + model.na
+    by_state, by_control = np.zeros((size, size)), np.zeros((size, model.nu))
+    for control, change in zip(controls, changes, strict=False):
+        data.ctrl[:] = control
+        mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
+        along = by_state @ along + by_control @ change
+        mujoco.mj_step(model, data)
+        yield along
 
 
 def inverse(number: Number, method: Method, step: float) -> ByName:

@@ -4,6 +4,7 @@ the numbers that they are taken by."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import repeat
 from types import MappingProxyType
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
 from plumbob.engines.adapters.mujoco.terms import put
-from plumbob.engines.adapters.mujoco.transition import difference
+from plumbob.engines.adapters.mujoco.transition import advanced, difference
 from plumbob.engines.own_motion import NotCertifiable, Script
 
 TURNS = ("about x", "about y", "about z")
@@ -43,19 +44,15 @@ def product(model: Any, data: Any, script: Script) -> Array:
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise NotCertifiable("mjd_transitionFD refuses RK4")
     put(data, script.start)
-    nv, size, nudge = model.nv, 2 * model.nv + model.na, difference(model)
-    along = np.eye(size, size + model.nu)
-    by_state, by_control = np.zeros((size, size)), np.zeros((size, model.nu))
-    ends = np.full((len(script.controls) + 1, nv, size + model.nu), np.nan)
+    nv, size, parts = model.nv, 2 * model.nv + model.na, round(script.period / model.opt.timestep)
+    along, added = np.eye(size, size + model.nu), np.eye(model.nu, size + model.nu, size)
+    ends = np.full((len(script.controls) + 1, *along[:nv].shape), np.nan)
     ends[0] = along[:nv]
-    for k, control in enumerate(script.controls):
-        data.ctrl[:] = control
-        for _ in range(round(script.period / model.opt.timestep)):
-            mujoco.mjd_transitionFD(model, data, nudge, True, by_state, by_control, None, None)
-            along = by_state @ along
-            along[:, size:] += by_control
-            mujoco.mj_step(model, data)
+    controls = np.repeat(script.controls, parts, axis=0)
+    steps = advanced(model, data, along, controls, repeat(added), difference(model))
+    for k, along in enumerate(steps, 1):
         if diverged(data):
-            raise NotCertifiable(f"its run diverges within {(k + 1) * script.period:g} s")
-        ends[k + 1] = along[:nv]
+            raise NotCertifiable(f"its run diverges within {k * model.opt.timestep:g} s")
+        if k % parts == 0:
+            ends[k // parts] = along[:nv]
     return ends

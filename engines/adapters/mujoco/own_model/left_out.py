@@ -12,7 +12,7 @@ from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.engines.own_motion import Change
 
 BITS = mujoco.mjtDisableBit
-FEW = (20, 5)  # solver iterations to try
+FEW = 5  # solver iterations to try
 LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
 STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
 
@@ -36,9 +36,8 @@ def changes(model: Any, met: set[int]) -> Iterator[Change]:
         bit = getattr(BITS, f"mjDSBL_{name}", None)
         if bit is not None and not flags & int(bit):
             yield Change(name.lower(), (_flag(bit),))
-    for count in FEW:
-        if model.opt.iterations > count:
-            yield Change(f"iterations above {count}", (("iterations", (), count),))
+    if model.opt.iterations > FEW:
+        yield Change(f"iterations above {FEW}", (("iterations", (), FEW),))
     if model.opt.tolerance < LOOSE:
         yield Change(f"tolerance below {LOOSE:g}", (("tolerance", (), LOOSE),))
 

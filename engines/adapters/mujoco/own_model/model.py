@@ -113,16 +113,9 @@ class MujocoModel:
         both = {"timestep": (f"{self.step:.12g}", f"{step:.12g}"), "integrator": (now, then)}
         return {name: values for name, values in both.items() if values[0] != values[1]}
 
-    def softened(self, script: Script, integrator: str, parts: int) -> bool:
-        """Whether the engine itself would soften contacts at `parts` steps in a period so that this
-        motion is another; by refsafe, which no motion of an audit has."""
-        if not self.refsafe or script.period / parts <= self.step:
-            return False
-        here, there = (
-            model.stepped(script, integrator, parts).states
-            for model in (self, replace(self, effective=self._as_stepped()))
-        )
-        return not np.array_equal(here, there, equal_nan=True)
+    def softened(self, step: float) -> bool:
+        """Whether the engine itself, by refsafe, would soften contacts or limits at a step [s]."""
+        return bool(clamped_for(self._as_stepped(), step)[1])
 
     def _as_stepped(self) -> Any:
         """A copy of the compiled model with refsafe as the file has it."""
