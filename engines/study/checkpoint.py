@@ -55,6 +55,38 @@ class Checkpoint:
         store.complete(self._store, self.number, study, results, bool(self.given_up))
 
 
+class SharedResults(Checkpoint):
+    """Results that belong to no study: whoever asks for one by its key takes it, from a file of
+    `studies` too; nothing is begun or completed."""
+
+    def __init__(self, opened: Connection, studies: Path, note: Note) -> None:
+        super().__init__(opened, False, note)
+        self._studies = studies
+        self.number, _ = store.begun(opened, "")
+
+    def begin(self, plan: str, keys: Sequence[str]) -> bool:
+        """Nothing is begun."""
+        return False
+
+    def there(self, keys: Sequence[str]) -> dict[str, TaskResult]:
+        """Those of the results that are there, or in a study."""
+        found = super().there(keys)
+        missing = [key for key in keys if key not in found]
+        if missing and os.path.lexists(self._studies):
+            found |= store.in_any_study(self._studies, missing)
+        return found
+
+    def complete(self, study: Study, results: Mapping[str, TaskResult]) -> None:
+        """Nothing is completed."""
+
+
+@contextmanager
+def shared_results(file: Path, studies: Path, note: Note) -> Iterator[SharedResults]:
+    """The shared results in `file`, made if need be; raises ParameterError as `measured_into`."""
+    with _alone(file.parent, note), writing(file) as opened:
+        yield SharedResults(opened, studies, note)
+
+
 @contextmanager
 def measured_into(
     file: Path | None, fresh: bool = False, note: Note = lambda _: None

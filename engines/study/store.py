@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from sqlite3 import Connection
@@ -18,17 +18,15 @@ from typing import Any, TypeVar
 
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
-from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.engines.study.store_file import (
     FILE,
     SCHEMA,
     decoding,
     reading,
     transaction,
-    writing,
 )
 
-__all__ = ["FILE", "SCHEMA", "load", "save", "studies_of"]
+__all__ = ["FILE", "SCHEMA", "load"]
 T = TypeVar("T")
 ANALYSIS = "analysis "  # of keys
 STUDY, PLAN = "study", "plan"  # keys of what is no result
@@ -40,29 +38,6 @@ class Listed:
 
     study: Study
     results: tuple[tuple[str, str], ...]
-
-
-def save(study: Study, file: Path) -> int:
-    """Add a study to `file`, made if need be; returns its number. Raises ParameterError for a file
-    that is no store, or one of another version."""
-    results = {
-        f"{c.scene} {c.method}": TaskResult(c, pair=(c.scene, c.method)) for c in study.convergence
-    }
-    for scene in study.scenes:
-        by_method = {m: cost for (name, m), cost in study.costs.items() if name == scene.name}
-        results[f"costs of {scene.name}"] = TaskResult(
-            costs=by_method, reference_step=study.reference_step, pair=(scene.name, "")
-        )
-    for request, result in study.extras.items():
-        pair = ("", "")
-        if isinstance(request, StabilitySearch | StepPrediction):
-            pair = request.scene, request.method
-        results[str(request)] = TaskResult(extras={request: result}, pair=pair)
-    with writing(file) as store, transaction(store):
-        number, _ = begun(store, "")
-        keep(store, number, results)
-        complete(store, number, study, results)
-    return number
 
 
 def begun(store: Connection, plan: str) -> tuple[int, bool]:
@@ -161,15 +136,30 @@ def _studies(store: Connection) -> dict[int, Listed]:
     return {number: from_json(body, Listed) for number, body, _ in rows}
 
 
-def load(file: Path, number: int | None = None) -> Study | None:
-    """The study of that number, or the newest one; None where there is none. Raises ParameterError
-    for a file that is no store, is damaged, or is of another version."""
+def load(file: Path, number: int | None = None, scenes: Collection[str] = ()) -> Study | None:
+    """The study of that number, or the newest one, of all or of these `scenes` alone, some of which
+    it has; None where there is none. Raises ParameterError for a file that is no store, is damaged,
+    or is of another version."""
     if not os.path.lexists(file):
         return None
     with reading(file) as store:
-        studies = _studies(store)
-        wanted = next(reversed(studies), None) if number is None else number
-        return _loaded(store, wanted, studies[wanted]) if wanted in studies else None
+        for n, listed in reversed(_studies(store).items()):
+            there = tuple(e for e in listed.results if not scenes or e[1] in scenes)
+            if number in (None, n) and (there or not scenes):
+                return _loaded(store, n, replace(listed, results=there))
+    return None
+
+
+def in_any_study(file: Path, keys: Collection[str]) -> dict[str, TaskResult]:
+    """The results that a study of a store, the newest, has under these keys, but for what was given
+    up; raises as above."""
+    found: dict[str, TaskResult] = {}
+    with reading(file) as store:
+        rows = store.execute("select distinct study from result order by study desc").fetchall()
+        for (number,) in rows:
+            there = results(store, number, [key for key in keys if key not in found], TaskResult)
+            found |= {key: result for key, result in there.items() if not result.lost}
+    return found
 
 
 def _loaded(store: Connection, number: int, listed: Listed) -> Study:
@@ -180,16 +170,3 @@ def _loaded(store: Connection, number: int, listed: Listed) -> Study:
             raise ValueError(f"study {number}, {scene or key}, is not as it was stored")
         found |= there
     return assembled(listed.study, found.values())
-
-
-def studies_of(file: Path, scene: str) -> tuple[Study, ...]:
-    """Each study in `file` that ran a scene, without other scenes, and of extra runs with its
-    limits of the step alone, the oldest first; raises as above."""
-    if not os.path.lexists(file):
-        return ()
-    found = []
-    with reading(file) as store:
-        for number, listed in _studies(store).items():
-            if own := tuple(entry for entry in listed.results if entry[1] == scene):
-                found.append(_loaded(store, number, replace(listed, results=own)).of_scene(scene))
-    return tuple(study for study in found if any(c.measurements for c in study.convergence))

@@ -12,10 +12,9 @@ what was found.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from statistics import median_high
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.cost import Key
@@ -28,9 +27,7 @@ from plumbob.reports.advice.work_precision import error_of
 
 # Chosen, and held from both sides by tests/validation/test_recommended.py:
 RESOLVED = 1.1  # ratio of the smallest step that fails to the one chosen
-# Below a step that fails, the next that is tried, of the many that checks leave; its square after
-# one that fails, and so on, so that a few lead from where errors scatter to where they hold.
-STRIDE = 1.04
+STRIDE = 1.25  # below a step that fails, the next that is tried, of the many that checks leave
 ALLOWED = 0.8  # of a limit of stability: the largest step that is named is smaller
 CHEAPER = 1.3  # a method that could be cheaper by no more is not searched
 # Fractions of a step that are run beside it, none a multiple of another.
@@ -43,7 +40,6 @@ MORE = (
 # largest, one in a hundred times all are below 1/1.2 of that.
 SCATTER = 1.2
 _STRAIGHT = 0.05  # relative: errors nearer to a line on logarithmic axes lie on it
-_DOUBLINGS = 10  # of the digits of a stride: the last, 10^17, is below all steps that were run
 _SMALLEST = 1e-9  # of the smallest step that was run
 _SHALLOW = 0.3  # a curve of errors with a smaller slope promises nothing
 _TRIES = 40
@@ -57,13 +53,12 @@ class Evidence:
     """Measurements of methods on the scenes of a family, and the means to run more."""
 
     scenes: tuple[Scene, ...]
-    quantities: dict[str, Quantities]  # by scene
-    costs: dict[Key, float] = field(default_factory=dict)  # [ns of a step]
-    runs: dict[Key, dict[float, Measurement]] = field(default_factory=dict)  # by step
+    quantities: Mapping[str, Quantities]  # by scene
+    costs: Mapping[Key, float]  # [ns of a step]
+    runs: dict[Key, dict[float, Measurement]]  # by step
     run: Callable[[Scene, Method, float], Measurement] | None = None  # None: nothing more is run
     seconds: float = math.inf  # [s] of computing that may still be spent
-    taken: dict[Key, list[Measurement]] = field(default_factory=dict)  # what was run
-    limits: dict[Key, KnownLimit] = field(default_factory=dict)  # of the step
+    limits: Mapping[Key, KnownLimit] = field(default_factory=dict)  # of the step
 
     @property
     def scale(self) -> float:
@@ -74,36 +69,30 @@ class Evidence:
         """The largest relative error over the scenes at each step that any of them ran."""
         largest: dict[float, float] = {}
         for scene in self.scenes:
-            for step, run in self.runs.get((scene.name, method.name), {}).items():
+            for step, run in self.runs[scene.name, method.name].items():
                 error = error_of(run, self.quantities[scene.name])
                 largest[step] = max(error, largest.get(step, 0.0))
         return largest
 
     def common(self, method: Method, below: float = math.inf) -> list[float]:
         """The steps below one that were run on every scene, from small to large."""
-        every = (set(self.runs.get((s.name, method.name), ())) for s in self.scenes)
+        every = (set(self.runs[scene.name, method.name]) for scene in self.scenes)
         return sorted(h for h in set.intersection(*every) if h < below)
 
     def cost(self, method: Method, step: float) -> float:
-        """[ns] of wall time per simulated second, over the family; 0 where it is not known."""
-        total = sum(
-            self._count(scene, method, step)
-            * self.costs.get((scene.name, method.name), self.price(method))
-            for scene in self.scenes
-        )
+        """[ns] of wall time per simulated second, over the family; 0 at an infinite step."""
+        total = sum(self._price(scene, method, step) for scene in self.scenes)
         return total / sum(scene.duration for scene in self.scenes)
 
-    def _count(self, scene: Scene, method: Method, step: float) -> float:
-        """Steps of a run; 0 at a tolerance that did not reach the end."""
-        if method.control == "step":
-            return scene.duration / step
-        run = self.runs.get((scene.name, method.name), {}).get(step)
-        return run.steps if run and run.status == "done" else 0.0
-
-    def price(self, method: Method) -> float:
-        """[ns] of a step, the median over the scenes where it was timed; infinite where none."""
-        keys = ((scene.name, method.name) for scene in self.scenes)
-        return median_high([self.costs[key] for key in keys if key in self.costs] or [math.inf])
+    def _price(self, scene: Scene, method: Method, step: float) -> float:
+        """[ns] of a run, at a tolerance that of the nearest run."""
+        runs = self.runs[scene.name, method.name]
+        if math.isinf(step) or not runs:
+            return 0.0
+        steps = scene.duration / step
+        if method.control == "tolerance":
+            steps = runs[min(runs, key=lambda h: abs(math.log(h / step)))].steps
+        return steps * self.costs[scene.name, method.name]
 
     def limit(self, method: Method) -> KnownLimit | None:
         """The smallest limit of a method's step on any scene; None where none is known."""
@@ -146,25 +135,17 @@ class Evidence:
             limited=wanted > 0.0 and allowed < missing and allowed <= larger,
         )
 
-    def at(self, method: Method, step: float) -> Choice | None:
-        """A method at a step [s], with the error of that run; None where it has not run there on
-        every scene to the end."""
-        if method.control == "tolerance" or step not in self.common(method):
-            return None
-        error = self.errors(method)[step]
-        return self.choice(method, step, error) if math.isfinite(error) else None
-
-    def choices(self, method: Method) -> list[Choice]:
-        """The runs of a method on every scene that ended, at steps that may be named."""
+    def choices(self, method: Method, below: float = math.inf) -> list[Choice]:
+        """The runs of a method on every scene that ended, at the steps below one."""
         errors = self.errors(method)
-        common = self.common(method, self.allowed(method))
+        common = self.common(method, below)
         return [self.choice(method, h, errors[h]) for h in common if math.isfinite(errors[h])]
 
     def reaches(
         self, method: Method, step: float, wanted: float, margin: float = 1.0
     ) -> bool | None:
         """Whether the error at a step is the wanted one over a `margin`, or smaller, on every
-        scene; runs what is missing, and is None where that may not be run."""
+        scene; runs what is missing, and is None where there is no time for that."""
         for scene in self.scenes:
             least, most = _TOLERANCES
             if method.control == "step":
@@ -178,21 +159,19 @@ class Evidence:
 
     def _run(self, scene: Scene, method: Method, step: float) -> Measurement | None:
         """A run, made now where it is missing and there is time for it."""
-        runs = self.runs.setdefault((scene.name, method.name), {})
-        if step not in runs and self.run is not None and self.seconds > 0.0:
-            near = min(runs or [step], key=lambda h: abs(math.log(h / step)))
-            at = step if method.control == "step" else near
-            price = 1e-9 * self.price(method)
-            if price * self._count(scene, method, at) > self.seconds:
+        runs = self.runs[scene.name, method.name]
+        if step not in runs and self.run is not None:
+            seconds = _COMPILE + 1e-9 * self._price(scene, method, step)
+            if seconds > self.seconds:
+                self.seconds = 0.0
                 return None
+            self.seconds -= seconds
             runs[step] = self.run(scene, method, step)
-            self.taken.setdefault((scene.name, method.name), []).append(runs[step])
-            self.seconds -= _COMPILE + price * self._count(scene, method, step)
         return runs.get(step)
 
     def holds(self, method: Method, step: float, wanted: float) -> bool | None:
         """Whether a step and smaller ones beside it reach the error: two, or 24 where the errors
-        scatter, and those by a margin; None where what that needs may not be run."""
+        scatter, and those by a margin; None where there is no time for it."""
         few, more = ([float(f"{step * part:.4g}") for part in parts] for parts in (FEW, MORE))
         few = [step, *few]
         reached = (self.reaches(method, h, wanted) for h in few)
@@ -204,29 +183,20 @@ class Evidence:
 
 
 def searched(
-    evidence: Evidence,
-    methods: Sequence[Method],
-    wanted: float,
-    trusted: Callable[[Method], bool],
-    best: float = math.inf,
+    evidence: Evidence, methods: Sequence[Method], wanted: float, best: float = math.inf
 ) -> list[Choice]:
     """The cheapest steps that reach the error, the cheapest first, at most one a method: those that
-    could be the cheapest by far are searched, of others what was run before counts.
-    `trusted` is asked before a method is chosen; `best` [ns per simulated second] is what others
-    cost."""
+    could be the cheapest by far are searched, of others what was run before counts; `best` [ns per
+    simulated second] is what others cost."""
     choices: list[Choice] = []
-    methods = [m for m in methods if evidence.allowed(m) > 0.0]
-    for method in sorted(methods, key=lambda m: _hoped(evidence, m, wanted)):
-        refine = best > CHEAPER * evidence.cost(method, evidence.failing(method, wanted))
-        if refine and evidence.run and math.isfinite(best) and method.control == "step":
-            # One run, at the step where it would be much cheaper.
-            even = _rounded(CHEAPER * evidence.cost(method, 1.0) / best)
-            refine = evidence.reaches(method, even, wanted) is not False
-        if not refine and evidence.run and len(evidence.scenes) > 1:
-            continue  # to judge it on every scene would take long
-        if not trusted(method):
-            continue
-        step = _largest(evidence, method, wanted, best, refine and evidence.run is not None)
+
+    def hoped(method: Method) -> float:
+        """The cost, roughly, before it is searched."""
+        good = evidence.common(method, evidence.failing(method, wanted))
+        return evidence.cost(method, good[-1]) if good else math.inf
+
+    for method in sorted(methods, key=hoped):
+        step = _largest(evidence, method, wanted, best)
         if step is not None:
             error = max(e for h, e in evidence.errors(method).items() if h <= step)
             choices.append(evidence.choice(method, step, error, wanted))
@@ -234,67 +204,40 @@ def searched(
     return sorted(choices, key=lambda choice: choice.ns_per_second)
 
 
-def _hoped(evidence: Evidence, method: Method, wanted: float) -> float:
-    """The cost of a method, roughly, before it is searched."""
-    failing = evidence.failing(method, wanted)
-    if good := evidence.common(method, failing):
-        return evidence.cost(method, good[-1])
-    return 4.0 * evidence.cost(method, failing) if math.isfinite(failing) else math.inf
+def _largest(evidence: Evidence, method: Method, wanted: float, best: float) -> float | None:
+    """The largest step that reaches the error, by bisection between the smallest that fails and the
+    largest that holds, or the cheapest that was run where nothing more is to be; None if there is
+    none."""
 
+    def expensive(step: float) -> bool:
+        """Whether a smaller step cannot be much cheaper than what is there."""
+        return best <= CHEAPER * evidence.cost(method, step)
 
-def _largest(
-    evidence: Evidence, method: Method, wanted: float, best: float, refine: bool
-) -> float | None:
-    """The largest step that reaches the error, found by bisection between the smallest that fails
-    and the largest that holds; without `refine` the largest that was run; None if there is none."""
-    good = evidence.common(method, evidence.failing(method, wanted))
-    if not refine:
+    ceiling = evidence.failing(method, wanted)
+    if evidence.run is None or expensive(ceiling):
         # A looser tolerance need not be the cheaper one.
+        good = evidence.common(method, ceiling)
         return min(good, key=partial(evidence.cost, method), default=None)
-    known = replace(evidence, run=None)
-    held = {h: known.holds(method, h, wanted) for h in good}
-    chosen = max((h for h in good if held[h]), default=None)
-    above = (h for h in good if held[h] is False and (chosen is None or h > chosen))
-    ceiling = min(above, default=math.inf)
     resolved = RESOLVED if method.control == "step" else RESOLVED**8  # cost: the 8th root, or so
-    failed = 0
+    chosen = None
     for _ in range(_TRIES):
-        failing = min(evidence.failing(method, wanted), ceiling)
-        if chosen is not None and chosen >= failing:
+        ceiling = min(ceiling, evidence.failing(method, wanted))
+        if chosen is not None and chosen >= ceiling:
             chosen = None
-        if best <= CHEAPER * evidence.cost(method, failing):
-            break  # it cannot be much cheaper than what is there
-        if chosen is not None and failing <= resolved * chosen:
+        if expensive(ceiling) or (chosen is not None and ceiling <= resolved * chosen):
             break
-        step = _next(evidence, method, wanted, chosen, failing, failed)
-        if step is None or (holds := evidence.holds(method, step, wanted)) is None:
-            break
-        if holds:
-            chosen = step
+        if chosen is None:
+            below = evidence.common(method, ceiling)
+            good = [h for h in below if STRIDE * h <= ceiling] or below[:1]
+            step = good[-1] if good else _finer(evidence, method, wanted, ceiling)
+        elif math.isinf(ceiling):
+            step = _rounded(chosen * (1.8 if method.control == "step" else 4.0))
         else:
-            ceiling, failed = min(ceiling, step), failed + 1
+            step = _rounded(math.sqrt(chosen * ceiling))
+        if step in (None, chosen) or (holds := evidence.holds(method, step, wanted)) is None:
+            break
+        chosen, ceiling = (step, ceiling) if holds else (chosen, step)
     return chosen
-
-
-def _next(
-    evidence: Evidence,
-    method: Method,
-    wanted: float,
-    chosen: float | None,
-    failing: float,
-    failed: int,
-) -> float | None:
-    """The step to try: one that was run, the further below the failing one the more have `failed`,
-    or one below all of them; then one beyond all that were run, or one between."""
-    if chosen is None:
-        every = evidence.common(method, failing)
-        stride = STRIDE**2 ** min(failed, _DOUBLINGS)
-        good = [h for h in every if stride * h <= failing] or every[:1]
-        return good[-1] if good else _finer(evidence, method, wanted, failing)
-    if math.isinf(failing):
-        return _rounded(chosen * (1.8 if method.control == "step" else 4.0))
-    step = _rounded(math.sqrt(chosen * failing))
-    return step if chosen < step < failing else None
 
 
 def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) -> float | None:
@@ -304,14 +247,14 @@ def _finer(evidence: Evidence, method: Method, wanted: float, failing: float) ->
         return None
     small, large = steps[:2]
     slope = math.log(errors[large] / errors[small]) / math.log(large / small)
-    if slope < _SHALLOW or math.isinf(failing):
+    if slope < _SHALLOW:
         return None
     factor = min(0.8, 0.9 * (wanted / errors[small]) ** (1.0 / slope))
     # Smaller steps take too long, and may underflow.
     return _rounded(min(failing, small) * factor) if factor > _SMALLEST else None
 
 
-def _straight(steps: Sequence[float], errors: dict[float, float]) -> bool:
+def _straight(steps: Sequence[float], errors: Mapping[float, float]) -> bool:
     """Whether the errors at three steps lie on a rising line on logarithmic axes."""
     if min(errors[h] for h in steps) <= 0.0:
         return False

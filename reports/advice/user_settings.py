@@ -12,7 +12,7 @@ from plumbob.engines.method import USER_METHOD
 from plumbob.engines.study.convergence import ConvergenceStudy
 from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Study
-from plumbob.reports.advice.advice import Known, Question, advise, every_choice
+from plumbob.reports.advice.advice import Question, advise, every_choice
 from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.work_precision import error_of, points
 from plumbob.reports.judge.study_verdicts import Judgements
@@ -71,11 +71,10 @@ def _of_scene(study: Study, runs: ConvergenceStudy, judged: Judgements) -> UserR
     # Any finite error is better than a run that diverged.
     within = min(max(relative, sys.float_info.min), sys.float_info.max)
     asked = Question(scene.name, (scene,), others, within)
-    known = {scene.name: Known(study, judged=judged)}
-    cheaper = [c for c in every_choice(asked, known) if c.ns_per_second <= price]
+    cheaper = [c for c in every_choice(asked, study, judged) if c.ns_per_second <= price]
     better = [c for c in cheaper if c.error < relative]
     better.sort(key=lambda c: (c.error, c.ns_per_second))
-    equal = advise(asked, known).recommendation.by_engine
+    equal = advise(asked, study, judged=judged).recommendation.by_engine
     return UserResult(
         scene.name,
         first.observable,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,55 +16,49 @@ from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of, engines, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
-from plumbob.engines.study.merged_studies import (
-    SEARCH,
-    LeftOut,
-    merged,
-    searched_runs,
-    with_installed_versions,
-)
+from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Study
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
+from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
 
 if TYPE_CHECKING:
+    from plumbob.engines.study.checkpoint import Checkpoint
+    from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
-    from plumbob.reports.advice.advice import Answer, Known, RunStudies
+    from plumbob.reports.advice.advice import Answer, Run
     from plumbob.reports.advice.recommend import Choice, Recommendation
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Answer from everything that is stored of the scenes; run what is missing. 0 where a method
-    reaches the error, 1 where none does."""
+    """Answer from what is stored of the scenes, and run what is missing. 0 where a method reaches
+    the error, 1 where none does."""
     from plumbob.reports.advice.advice import Question, advise
     from plumbob.reports.commands.arguments.like import own_method
-    from plumbob.reports.commands.validate import progress
 
     error = _wanted(chosen)
     user_method = own_method(chosen.like) if chosen.like else None
-    out = Path(chosen.out)
     scenes = _scenes(chosen.scene, values.changes(chosen.changes))
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
-    known, left_out = _known(scenes, out, chosen.stored)
-    if chosen.stored and known:
-        scenes = tuple(scene for scene in scenes if scene.name in known)
-    methods = _methods(chosen.engine, known, chosen.stored)
-    name = scenes[0].name if len(scenes) == 1 else chosen.scene
-    asked = Question(name, scenes, methods, error, chosen.error is None, chosen.observable)
-    with progress() as show:
-        run = None if chosen.stored else _runner(show)
-        answer = advise(asked, known, run, progress=lambda what: show(what, 0, 0))
-    if not chosen.stored:
-        _store(answer, scenes, out / FILE)
-    _show(chosen.json, asked, answer, user_method)
-    for (version, date), runs in left_out.items():
-        left = LeftOut(version, date, runs)
-        print(f"plumbob: {left} left out; run `plumbob validate` again", file=sys.stderr)
+    if chosen.engine is not None and chosen.engine not in engines():
+        raise ParameterError("engine", chosen.engine, f"one of {', '.join(engines())}")
+    for scene in scenes:
+        names = [o.name for o in system_of(scene).observables]
+        if chosen.observable not in (None, *names):
+            raise ParameterError("observable", chosen.observable, f"one of {', '.join(names)}")
+    measured = _stored if chosen.stored else _run
+    with measured(chosen, scenes) as (study, run):
+        methods = tuple(m for m in study.methods if chosen.engine in (None, m.engine))
+        name = chosen.scene if len(study.scenes) > 1 else study.scenes[0].name
+        absolute = chosen.error is None
+        asked = Question(name, study.scenes, methods, error, absolute, chosen.observable)
+        answer = advise(asked, study, run)
+    _show(chosen.json, asked, study, answer, user_method)
     return 0 if answer.recommendation.choice else 1
 
 
@@ -86,95 +80,88 @@ def _scenes(name: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
         return (find_scene(name, changed),)
 
 
-def _known(
-    scenes: Sequence[Scene], out: Path, stored: bool
-) -> tuple[dict[str, Known], Counter[tuple[str, str]]]:
-    """The stored measurements of each scene by the installed versions, and counts of those by other
-    versions."""
-    from plumbob.reports.advice.advice import Known
-
-    here, known = find_methods(), dict[str, Known]()
-    left_out = Counter[tuple[str, str]]()
-    for scene in scenes:
-        usable = []
-        for file in (FILE, store.FILE):
-            for study in store.studies_of(out / file, scene.name):
-                kept, left = with_installed_versions(_of(study, None if stored else here))
-                usable.append(kept)
-                for entry in left:
-                    left_out[entry.version, entry.date] += entry.runs
-        steps_run = merged([s for s in usable if s.profile != SEARCH], scene)
-        if steps_run and steps_run.convergence:
-            more = searched_runs([s for s in usable if s.profile == SEARCH], scene)
-            known[scene.name] = Known(steps_run, more)
-    return known, left_out
-
-
-def _of(study: Study, here: Sequence[Method] | None) -> Study:
-    """A study without a user's settings, which another file may have been, and without methods that
-    are defined in another way than `here`."""
-    known = [replace(m, surrogate="") for m in here or study.methods if m.name != USER_METHOD]
-    return study.of_methods([m.name for m in study.methods if replace(m, surrogate="") in known])
+@contextmanager
+def _stored(
+    chosen: argparse.Namespace, scenes: Sequence[Scene]
+) -> Iterator[tuple[Study, Run | None]]:
+    """The newest stored study of these scenes, and nothing to run; raises ParameterError."""
+    by_name = {scene.name: scene for scene in scenes}
+    study = store.load(Path(chosen.out) / store.FILE, scenes=by_name)
+    there = [s for s in study.scenes if _same(s, by_name.get(s.name))] if study else []
+    if study is None or not there:
+        raise ParameterError(
+            "scene", scenes[0].name, "one that was measured, as nothing is to be run"
+        )
+    for entry in changed_since(study.provenance):
+        print(f"plumbob: the stored runs are of {entry}", file=sys.stderr)
+    yield (
+        replace(
+            study.of_methods([m.name for m in study.methods if m.name != USER_METHOD]),
+            scenes=tuple(there),
+        ),
+        None,
+    )
 
 
-def _methods(engine: str | None, known: Mapping[str, Known], stored: bool) -> tuple[Method, ...]:
-    """The methods that may be named: all that are installed, or all that were run."""
-    if engine is not None and engine not in engines():
-        raise ParameterError("engine", engine, f"one of {', '.join(engines())}")
-    every = {m.name: m for m in find_methods() if installed(engine_of(m))}
-    if stored:
-        every = {m.name: m for of_scene in known.values() for m in of_scene.study.methods}
-    return tuple(m for m in every.values() if engine in (None, m.engine))
+def _same(scene: Scene, other: Scene | None) -> bool:
+    """Whether two scenes are the same motion; their step sizes may differ."""
+    return other is not None and (dict(scene.parameters), scene.duration) == (
+        dict(other.parameters),
+        other.duration,
+    )
 
 
-def _runner(show: Progress) -> RunStudies:
-    """A runner of convergence studies, with predicted limits of the step: a few runs in this
-    process, many in others too."""
+@contextmanager
+def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[Study, Run]]:
+    """The study of these scenes with every method that is installed, with predicted limits of the
+    step, and what runs one more; what is stored of both is taken, the rest is stored."""
+    from plumbob.engines.study.checkpoint import shared_results
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.analyses.engines.largest_steps import predictions
+    from plumbob.reports.commands.validate import noted, progress, writable
 
-    def run(scenes: Sequence[Scene], methods: Sequence[Method]) -> Study:
-        jobs = min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4)
-        timed = len(scenes) == 1
-        return run_study(
-            scenes, methods, jobs=jobs, progress=show, timed=timed, requests=predictions
+    methods = [m for m in find_methods() if installed(engine_of(m))]
+    out = writable("out", Path(chosen.out))
+    with shared_results(out / FILE, out / store.FILE, noted) as kept, progress() as show:
+        study = run_study(
+            scenes,
+            methods,
+            jobs=min(os.cpu_count() or 1, 1 + len(scenes) * len(methods) // 4),
+            progress=show,
+            requests=predictions,
+            command=chosen.line,
+            kept=kept,
         )
+        yield study, _one_more(kept, show)
+
+
+def _one_more(kept: Checkpoint, show: Progress) -> Run:
+    """A run of a scene with a method at a step, taken where it is kept, and else kept."""
+    from plumbob.engines.study.checkpoint import key_of
+    from plumbob.engines.study.convergence import ConvergenceStudy
+    from plumbob.engines.study.measurement import measure
+    from plumbob.engines.study.provenance import versions_of
+    from plumbob.engines.study.results import TaskResult
+    from plumbob.models.registry import case_of
+
+    def run(scene: Scene, method: Method, step: float) -> Measurement:
+        key = key_of("run", scene, method, step, versions_of(method))
+        if not (there := kept.there([key])):
+            show(f"{scene.name} {method.name} at {step:.3g}", 0, 0)
+            measurement, _ = measure(case_of(scene), method, step, theory=False)
+            runs = ConvergenceStudy(scene.name, method.name, (measurement,))
+            there = {key: TaskResult(runs)}
+            kept.keep(there)
+        series = there[key].convergence
+        assert series is not None
+        return series.measurements[0]
 
     return run
 
 
-def _store(answer: Answer, scenes: Sequence[Scene], file: Path) -> None:
-    """Keep what was run, for the next time."""
-    from plumbob.engines.study.convergence import ConvergenceStudy
-    from plumbob.engines.study.provenance import provenance
-
-    studies = [*answer.made]
-    for scene in scenes:
-        runs = {m: each for (name, m), each in answer.runs.items() if name == scene.name}
-        if runs:
-            study = answer.studies[scene.name]
-            by_method = (ConvergenceStudy(scene.name, m, tuple(each)) for m, each in runs.items())
-            studies.append(
-                replace(
-                    study,
-                    profile=SEARCH,
-                    scenes=(scene,),
-                    costs={},
-                    extras={},
-                    convergence=tuple(by_method),
-                    methods=tuple(m for m in study.methods if m.name in runs),
-                    provenance=provenance("plumbob recommend"),
-                )
-            )
-    try:
-        for study in studies:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            store.save(study, file)
-    except (OSError, ParameterError) as error:
-        print(f"plumbob: the runs are not stored: {error}", file=sys.stderr)
-
-
-def _show(as_json: bool, asked: Any, answer: Answer, user_method: Method | None) -> None:
+def _show(
+    as_json: bool, asked: Any, study: Study, answer: Answer, user_method: Method | None
+) -> None:
     """Print the answer, and what a user's own settings, measured now, give beside it."""
     from plumbob.engines.study.runner import joined, run_study
     from plumbob.reports.advice.user_settings import user_results
@@ -182,7 +169,6 @@ def _show(as_json: bool, asked: Any, answer: Answer, user_method: Method | None)
     from plumbob.reports.view import tables
     from plumbob.reports.view.user_settings import lines
 
-    study = answer.studies[asked.scenes[0].name]
     made = study.provenance
     beside: dict[str, Any] = {}
     if user_method:

@@ -18,6 +18,7 @@ from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.benchmark_runs import in_turn
+from plumbob.tests.support.stored import save
 
 SCENES = "simple-pendulum,linear-pendulum"
 SAVED = 1.5  # required speed-up by two processes, which take a second each to start
@@ -71,7 +72,7 @@ def _processor(*words):
 
 def test_recommend_answers_in_a_few_starts_of_python(tmp_path, hold):
     (scene, *_), here = scenes(SCENES, "quick"), methods("mujoco/euler,ode/rk4")
-    store.save(run_study([scene], here), tmp_path / store.FILE)
+    save(run_study([scene], here), tmp_path / store.FILE)
     asked = ("recommend", scene.name, "--error", "1e-1", "--out", str(tmp_path), "--stored")
     turns = in_turn(
         lambda: _seconds("-m", "plumbob", *asked), lambda: _seconds("-c", "import numpy"), 7
@@ -82,7 +83,7 @@ def test_recommend_answers_in_a_few_starts_of_python(tmp_path, hold):
 def test_report_draws_a_study_in_a_few_starts_of_python(tmp_path, hold):
     """The whole quick profile, invented: nothing is worked out, and so what is measured is what
     reading and writing take."""
-    store.save(whole_profile.shown().common["study"], tmp_path / store.FILE)
+    save(whole_profile.shown().common["study"], tmp_path / store.FILE)
     asked = ("-m", "plumbob", "report", str(tmp_path))
     turns = in_turn(lambda: _processor(*asked), lambda: _processor("-c", "import numpy"), 7)
     hold("report of the quick profile over importing numpy", turns, most=PAGES)

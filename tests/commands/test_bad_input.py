@@ -12,6 +12,7 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.engines.study import store
 from plumbob.reports.cli import main
+from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import made_up
 
 MOST = 700  # characters of a line, with a value of 200: a few lines of a terminal
@@ -61,7 +62,7 @@ def _fill(made):
         Path(name).write_text(text, "utf-8")
     Path("stored").mkdir()
     study = made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)])
-    store.save(study, Path("stored") / store.FILE)
+    save(study, Path("stored") / store.FILE)
 
 
 @pytest.fixture
@@ -119,7 +120,7 @@ def test_a_finding_whose_numbers_a_store_lacks_is_left_out_and_the_page_says_so(
     (old,) = [a for a in study.analyses if a.template == "cone_pendulum/equilibria"]
     lacking = replace(old, numbers={n: v for n, v in old.numbers.items() if n != "fork"})
     analyses = tuple(lacking if a is old else a for a in study.analyses)
-    store.save(replace(study, analyses=analyses), tmp_path / store.FILE)
+    save(replace(study, analyses=analyses), tmp_path / store.FILE)
     capsys.readouterr()
     assert main(["report", str(tmp_path)]) == 0
     assert capsys.readouterr().err == ""

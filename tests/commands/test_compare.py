@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 
 from plumbob.engines.registry import methods
-from plumbob.engines.study import store
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
 from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.support.page_document import Document, broken_links
+from plumbob.tests.support.stored import save
 
 # x stays at zero on the scene of the second system, but for rounding.
 SCENES, METHODS = (
@@ -56,7 +56,7 @@ def compare(study, tmp_path, capsys):
     def run(new, *more, old=study):
         for name, one in (("a", old), ("b", new)):
             (tmp_path / name).unlink(missing_ok=True)
-            store.save(one, tmp_path / name)
+            save(one, tmp_path / name)
         code = main(["compare", str(tmp_path / "a"), str(tmp_path / "b"), *more])
         return code, capsys.readouterr().out
 

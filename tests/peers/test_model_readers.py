@@ -15,6 +15,7 @@ from plumbob.reports.analyses.engines.readers import KNOWN, READERS, requests
 from plumbob.reports.cli import main
 from plumbob.reports.judge.model_readers import compared
 from plumbob.tests.support.declared import finding
+from plumbob.tests.support.stored import save
 
 ALL = (
     *("gravity", "timestep", "mass", "inertia", "armature", "damping", "stiffness"),
@@ -64,7 +65,7 @@ def study(tmp_path_factory):
     chosen = find_methods("mujoco/rk4,dart/default")
     found = run_study(short, chosen, timed=False, requests=requests)
     played = {PLAYED: found.extras[ModelReading("mujoco")]}
-    store.save(replace(found, extras={**found.extras, **played}), file)
+    save(replace(found, extras={**found.extras, **played}), file)
     stored = store.load(file)
     assert stored is not None
     return stored

@@ -39,7 +39,6 @@ def evidence(
     scenes=(ONE,),
     methods=(SAWTOOTH,),
     ns=(1000.0, 1000.0),
-    running=True,
 ):
     """What is known after convergence studies at STEPS."""
 
@@ -51,13 +50,13 @@ def evidence(
         {s.name: (Quantity("x", 1.0),) for s in scenes},
         {(s.name, m.name): price for s in scenes for m, price in zip(methods, ns, strict=False)},
         {(s.name, m.name): {h: run(s, m, h) for h in STEPS} for s in scenes for m in methods},
-        run if running else None,
+        run,
         45.0,
     )
 
 
 def best(found, wanted, *methods):
-    chosen = searched(found, methods or (SAWTOOTH,), wanted, lambda m: True)
+    chosen = searched(found, methods or (SAWTOOTH,), wanted)
     return chosen[0] if chosen else None
 
 
@@ -71,7 +70,7 @@ def test_a_smooth_error_is_reached_at_nearly_the_largest_step(slope, at):
     assert choice.step >= min(largest / RESOLVED / 1.01, ONE.duration / 8 / 1.81)
     assert choice.error <= 0.01
     assert choice.absolute == found.scale * choice.error
-    assert sum(map(len, found.taken.values())) <= 60
+    assert sum(map(len, found.runs.values())) <= 60 + len(STEPS)
 
 
 @example(phase=0.03307573688860826, wanted=0.0013341420277954894)  # hardly a slope

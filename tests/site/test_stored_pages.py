@@ -16,6 +16,7 @@ from plumbob.reports.view.site.writing import write_page
 from plumbob.tests.commands.outcomes import without_findings
 from plumbob.tests.contracts.import_contracts import MOTIONS
 from plumbob.tests.support.page_document import site_files
+from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import SCENE as NAME
 from plumbob.tests.support.studies import quick
 
@@ -54,7 +55,7 @@ def test_what_a_page_does_not_need_is_refused(name):
 
 
 def test_report_needs_no_engine_and_no_theory(tmp_path):
-    store.save(quick(), tmp_path / store.FILE)
+    save(quick(), tmp_path / store.FILE)
     drawn = files(write_page(quick(), tmp_path / "here"))
     assert files(report(tmp_path)) == drawn
     assert len(drawn) > len(quick().scenes)
@@ -92,7 +93,7 @@ def test_a_page_says_what_is_stored(tmp_path):
 def test_a_store_of_another_version_is_refused_in_a_line(place, tmp_path, capsys):
     kept = tuple(a for a in quick().analyses if a.place != place)
     older = replace(quick(), analyses=kept)
-    store.save(older, tmp_path / store.FILE)
+    save(older, tmp_path / store.FILE)
     assert main(["report", str(tmp_path)]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1

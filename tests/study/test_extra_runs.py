@@ -11,6 +11,7 @@ from plumbob.engines.study.extra_runs import ExtraRun, TrimmingRun
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, scene, scenes
+from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
@@ -79,7 +80,7 @@ def test_settings_of_a_request_replace_those_of_the_method():
 
 
 def test_a_stored_study_is_the_study(study, tmp_path):
-    back = store.load(tmp_path / "new", store.save(study, tmp_path / "new"))
+    back = store.load(tmp_path / "new", save(study, tmp_path / "new"))
     for request, result in study.extras.items():
         again = back.extras[request]
         if isinstance(result, Trajectory):

@@ -15,12 +15,12 @@ from plumbob.engines.study import store
 from plumbob.engines.study.codec import from_json, to_json
 from plumbob.engines.study.extra_runs import ExtraRun
 from plumbob.engines.study.measurement import ObservedError
-from plumbob.engines.study.merged_studies import merged
 from plumbob.engines.study.provenance import provenance
 from plumbob.engines.study.runner import run_study
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import scenes
 from plumbob.reports.cli import main
+from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import bits
 
 SCENE = "cone-pendulum/deep-well"
@@ -32,13 +32,9 @@ def study():
     return run_study(chosen, methods("mujoco/euler,ode/rk4,ode/dop853"))
 
 
-def _save(study, file):
-    return store.save(study, file)
-
-
 def _kept(study, file):
     """What comes back of a study that is stored."""
-    back = store.load(file, _save(study, file))
+    back = store.load(file, save(study, file))
     assert back is not None
     return back
 
@@ -48,19 +44,18 @@ def test_a_study_comes_back_as_it_was(study, tmp_path):
     assert replace(back, scenes=study.scenes, extras=study.extras) == study
 
 
-def test_the_studies_of_a_scene(study, tmp_path):
+def test_the_newest_study_of_a_scene(study, tmp_path):
     file = tmp_path / store.FILE
     assert store.load(file) is None
-    first = _save(study, file)
-    _save(replace(study, scenes=(), convergence=(), costs={}, reference_step=math.nan), file)
-    (found,) = store.studies_of(file, SCENE)
+    first = save(study, file)
+    none = replace(study, scenes=(), convergence=(), costs={}, reference_step=math.nan)
+    last = save(none, file)
+    found = store.load(file, scenes=[SCENE])
     assert found.convergence == study.convergence
-    assert store.load(file, first) == found
-    second = _save(replace(study, reference_step=2 * study.reference_step), file)
-    assert store.studies_of(file, SCENE) == (found, store.load(file, second))
-    assert store.load(file) == store.load(file, second) != found
+    assert found == store.load(file, first)
+    assert store.load(file) == store.load(file, last) != found
     assert store.load(file, 99) is None
-    assert store.studies_of(file, "nothing/like-it") == ()
+    assert store.load(file, scenes=["nothing/like-it"]) is None
 
 
 OTHER = "linear-pendulum/overdamped"
@@ -72,7 +67,7 @@ def stored(tmp_path_factory):
     file = tmp_path_factory.mktemp("stored") / store.FILE
     chosen = [replace(s, steps=(1e-2, 5e-3)) for s in (*scenes(SCENE), *scenes(OTHER))]
     asked = (ExtraRun(SCENE, "ode/rk4", 1e-3),)
-    _save(run_study(chosen, methods("ode/rk4"), requests=lambda plan: asked), file)
+    save(run_study(chosen, methods("ode/rk4"), requests=lambda plan: asked), file)
     return file.read_bytes()
 
 
@@ -122,31 +117,13 @@ def test_every_kind_of_float_comes_back(study, tmp_path):
     assert repr(_kept(kept, tmp_path / "new").convergence) == repr(kept.convergence)
 
 
-def _asked(folder, error, *words):
-    return ["recommend", SCENE, "--error", error, "--out", str(folder), "--stored", *words]
-
-
-def test_recommend_leaves_other_versions_out_and_names_them(study, tmp_path, capsys):
+def test_recommend_names_stored_runs_of_other_versions(study, tmp_path, capsys):
     here = provenance("plumbob validate")
-    old = replace(here, date="1999-12-31 00:00 UTC", versions={**here.versions, "mujoco": "2.0.0"})
-    store.save(replace(study, provenance=old), tmp_path / store.FILE)
-    assert main(_asked(tmp_path, "1e-6", "--json")) == 0
+    old = replace(here, versions={**here.versions, "mujoco": "2.0.0"})
+    save(replace(study, provenance=old), tmp_path / store.FILE)
+    asked = ["recommend", SCENE, "--error", "1e-6", "--out", str(tmp_path), "--stored", "--json"]
+    assert main(asked) == 0
     captured = capsys.readouterr()
-    answer = json.loads(captured.out)
-    assert answer["choice"]["method"] == "ode/rk4"
-    assert [c["method"].partition("/")[0] for c in answer["by_engine"]] == ["ode"]
+    assert json.loads(captured.out)["study"]["versions"]["mujoco"] == "2.0.0"
     (line,) = captured.err.splitlines()
-    assert "runs measured with mujoco 2.0.0 (1999-12-31 00:00 UTC) left out" in line
-    assert main(_asked(tmp_path, "1e-6", "--engine", "mujoco")) == 1  # nothing of it counts
-
-
-def test_costs_are_in_the_time_of_the_newest_reference_step(study):
-    key, other = (SCENE, "ode/rk4"), (SCENE, "mujoco/euler")
-    costs = {other: study.costs[other]}
-    slow = replace(study, reference_step=3.0 * study.reference_step, costs=costs)
-    both = merged([study, slow])
-    assert both.costs[key].ns_per_step == pytest.approx(3.0 * study.costs[key].ns_per_step)
-    assert both.costs[other] == study.costs[other]
-    (cone,) = study.scenes
-    changed = replace(cone, parameters={**cone.parameters, "gravity": 1.0})
-    assert merged([study], changed) is None
+    assert line.startswith("plumbob: the stored runs are of mujoco 2.0.0, here ")

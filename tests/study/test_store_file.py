@@ -9,6 +9,7 @@ import pytest
 from plumbob.engines.registry import method
 from plumbob.engines.study import store, store_file
 from plumbob.reports.cli import main
+from plumbob.tests.support.stored import save
 from plumbob.tests.support.studies import SCENE, made_up
 
 WRITERS = (("validate", "--scenes", SCENE, "--methods", "ode/rk4", "--jobs", "1", "--out"),)
@@ -23,7 +24,7 @@ READERS = (
 def whole(tmp_path_factory):
     """The bytes of a small store."""
     file = tmp_path_factory.mktemp("whole") / store.FILE
-    store.save(made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)]), file)
+    save(made_up([(method("ode/rk4"), (1e-2, 1e-3), lambda step: step**4)]), file)
     return file.read_bytes()
 
 

@@ -11,7 +11,7 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
-from plumbob.reports.advice.advice import Known, Question, advise
+from plumbob.reports.advice.advice import Question, advise
 from plumbob.reports.advice.recommend import EXACT, Choice, trusted
 from plumbob.reports.advice.work_precision import error_of
 from plumbob.reports.judge.study_verdicts import judge_study
@@ -46,26 +46,23 @@ def every_method():
     return tuple(m for m in find_methods() if installed(engine_of(m)))
 
 
-def held(scene, wanted, methods, known, kept=None):
-    """Ask, and hold the answer against fresh runs; `known` keeps convergence studies alone, and
-    `kept` has the errors of some."""
+def held(scene, wanted, methods, kept=None):
+    """Ask, and hold the answer against fresh runs; the study that it is from, too, of which `kept`
+    has the errors."""
 
-    def run(some, methods):
-        """Convergence studies, as the command runs them."""
-        return run_study(some, methods, timed=len(some) == 1, kept=kept)
+    def run(scene, method, step):
+        return measure(case_of(scene), method, step, theory=False)[0]
 
-    answer = advise(Question(scene.name, (scene,), tuple(methods), wanted), known, run)
-    study = answer.studies[scene.name]
-    known[scene.name] = Known(study, {})
+    study = run_study([scene], methods, kept=kept)
+    answer = advise(Question(scene.name, (scene,), tuple(methods), wanted), study, run)
     choice = answer.recommendation.choice
     by_name = {m.name: m for m in methods}
     worst = math.nan
     if choice is not None:
         worst = worst_error(study, scene, by_name[choice.method], choice.step)
     limit = choice.ns_per_second / CHEAPER if choice is not None else math.inf
-    return Held(
-        scene.name, wanted, choice, worst, tuple(cheaper(study, scene, wanted, limit, answer.runs))
-    )
+    missed = tuple(cheaper(study, scene, wanted, limit, answer.evidence.runs))
+    return Held(scene.name, wanted, choice, worst, missed), study
 
 
 def worst_error(study, scene, method, step):
@@ -99,7 +96,7 @@ def cheaper(study, scene, wanted, limit, runs=None):
             yield from _looser(scene, method, wanted, limit, unit, study)
             continue
         known = [m for c in study.convergence if c.method == method.name for m in c.measurements]
-        known += (runs or {}).get((scene.name, method.name), ())
+        known += (runs or {}).get((scene.name, method.name), {}).values()
         failing = min((m.step for m in known if not error_of(m, about) <= wanted), default=math.inf)
         # Any larger step has these among the smaller ones that it has to reach the error at.
         step = MORE * unit / limit if math.isfinite(limit) else min(scene.steps)

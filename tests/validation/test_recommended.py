@@ -11,8 +11,9 @@ from plumbob.engines.study import store
 from plumbob.engines.study.measurement import measure
 from plumbob.engines.study.runner import run_study
 from plumbob.models.registry import case_of, scenes
-from plumbob.reports.advice.advice import Known, from_study
+from plumbob.reports.advice.advice import from_study
 from plumbob.reports.advice.work_precision import error_of
+from plumbob.tests.support.stored import save
 from plumbob.tests.validation.recommended import (
     CHEAPER,
     cheaper,
@@ -61,8 +62,8 @@ def _option(config, name, few):
 def _stored(scene, pattern, folder, shared):
     """A quick study of a scene, as read back from its file."""
     file = folder / store.FILE
-    store.save(run_study([scene], find_methods(pattern), kept=shared), file)
-    return store.studies_of(file, scene.name)[-1]
+    save(run_study([scene], find_methods(pattern), kept=shared), file)
+    return store.load(file, scenes=[scene.name])
 
 
 def _offered(study, scene, wanted):
@@ -90,8 +91,7 @@ def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(shar
     full = pytestconfig.getoption("profile") == "full"
     pairs = random_pairs(30) if full else random_pairs(4, FEW, seed=2)
     methods = every_method() if full else find_methods(FEW_METHODS)
-    known = {}
-    rows = [held(scene, wanted, methods, known, shared) for scene, wanted in pairs]
+    rows = [held(scene, wanted, methods, shared)[0] for scene, wanted in pairs]
     for row in rows:
         assert row.choice is None or row.worst <= row.wanted, row
         assert not row.missed, row
@@ -99,12 +99,12 @@ def test_the_search_finds_a_step_that_holds_and_none_much_cheaper_is_missed(shar
 
 @pytest.mark.long
 def test_a_step_too_large_and_a_choice_too_costly_are_seen(shared):
-    wanted, known = 1e-4, dict[str, Known]()
+    wanted = 1e-4
     (scene,) = scenes("cone-pendulum/rotating-base")
     method = find_method("mujoco/rk4")
-    choice = held(scene, wanted, [method], known, shared).choice
+    found, study = held(scene, wanted, [method], shared)
+    choice = found.choice
     assert choice
-    study = known[scene.name].study
     assert worst_error(study, scene, method, choice.step) <= wanted
     assert worst_error(study, scene, method, 1.2 * choice.step) > wanted
     price = choice.ns_per_second
