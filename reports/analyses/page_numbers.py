@@ -18,7 +18,6 @@ from plumbob.models.registry import case_of, system_of, systems_of
 from plumbob.models.scene import Case, Scene, System
 from plumbob.reports.advice.advice import from_study
 from plumbob.reports.advice.user_settings import user_results
-from plumbob.reports.advice.work_precision import points
 from plumbob.reports.analyses.replay import replay
 from plumbob.reports.judge.expectations import expected, standing
 from plumbob.reports.judge.study_verdicts import Judgements
@@ -62,7 +61,6 @@ def scene_record(study: Study, judged: Judgements, scene: Scene) -> SceneRecord:
     return SceneRecord(
         {c.method: verdict_on(study, c, judged) for c in series},
         tuple(from_study(study, scene, e, judged) for e, _ in ERRORS) if study.costs else (),
-        points(study, scene.name),
         _exact(study, scene) if held or not system_of(scene).distribution else None,
     )
 

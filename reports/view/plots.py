@@ -7,16 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from plumbob.engines.method import Method
-from plumbob.engines.study.convergence import ConvergenceStudy
-from plumbob.engines.study.measurement import Measurement
 from plumbob.engines.study.results import Observables
 from plumbob.reports.advice.recommend import EXACT
 from plumbob.reports.advice.work_precision import Point, front
-from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
+from plumbob.reports.view.method_results import MethodResult, finite_limits
 from plumbob.reports.view.palette import Style
 from plumbob.reports.view.records import Motion
-from plumbob.reports.view.step_ranges import StepRange, finite_limits
 from plumbob.reports.view.tables import figures
 
 GREEK = (
@@ -33,19 +30,16 @@ def symbol(name: str) -> str:
 
 
 def scene_figures(
+    results: Sequence[MethodResult],
     observables: Observables,
-    convergence: Sequence[ConvergenceStudy],
-    methods: Mapping[str, Method],
     styles: Mapping[str, Style],
     motion: Motion,
-    against_cost: Figure,
-    ranges: Sequence[StepRange] = (),
+    points: Sequence[Point],
 ) -> tuple[Figure, ...]:
-    """All figures of one scene, that of errors against cost first; what was not measured leaves its
-    figure out."""
-    stepped = [c for c in convergence if methods[c.method].control == "step"]
-    limits = finite_limits(ranges).values()
-    traces = [(c.method, c.trace) for c in convergence if c.trace and any(c.trace.errors)]
+    """All figures of one scene by the results of its methods, that of errors against cost first;
+    what was not measured leaves its figure out."""
+    stepped = [of for of in results if of.method.control == "step"]
+    limits = finite_limits(results)
     written = figures(
         "scene",
         leading=observables[0],
@@ -55,49 +49,43 @@ def scene_figures(
         channels=list(zip(observables, motion.channels, strict=False)),
         against_step=list(_errors(stepped, observables[0].name)),
         over_time=[
-            (
-                name,
-                notation.step(of.step, methods[name].control),
-                of.times,
-                np.where(np.abs(of.errors) > 0.0, np.abs(of.errors), np.nan),
-            )
-            for name, of in traces
+            (of, trace, np.where(np.abs(trace.errors) > 0.0, np.abs(trace.errors), np.nan))
+            for of in results
+            if (trace := of.series.trace) and any(trace.errors)
         ],
         drifts=_drifts(stepped),
         bars=[
-            (of.method, of.accurate, min(of.limit.step, 2.0 * max(limits)))
-            for of in ranges
+            (of.name, of.accurate, min(of.limit.step, 2.0 * max(limits.values())))
+            for of in results
             if limits and of.limit
         ],
     )
-    return tuple(f for f in (against_cost, *written) if f.traces)
+    speed = error_against_cost(points, {of.name: of.method for of in results}, styles, limits)
+    return tuple(f for f in (speed, *written) if f.traces)
 
 
 def _errors(
-    stepped: Sequence[ConvergenceStudy], leading: str
-) -> Iterator[tuple[str, Sequence[float], Sequence[float], Mapping[float, float]]]:
-    """Of each method its steps [s], the largest errors at them, and those predicted by step."""
-    for c in stepped:
-        errors = {m.step: m.errors[leading] for m in _done(c) if leading in m.errors}
+    stepped: Sequence[MethodResult], leading: str
+) -> Iterator[tuple[str, Mapping[float, float], Mapping[float, float]]]:
+    """Of each method the largest errors by step [s], and those predicted."""
+    for of in stepped:
+        errors = {m.step: m.errors[leading] for m in of.done if leading in m.errors}
         predicted = {
             step: e.predicted.largest
             for step, e in errors.items()
             if e.predicted and e.predicted.nonlinearity < 1.0
         }
         if errors:
-            yield c.method, list(errors), [e.largest for e in errors.values()], predicted
+            yield of.name, {step: e.largest for step, e in errors.items()}, predicted
 
 
-def _drifts(
-    stepped: Sequence[ConvergenceStudy],
-) -> Mapping[str, Sequence[tuple[str, Sequence[float], Sequence[float]]]]:
-    """By invariant, of each method its steps [s] and the largest relative drifts at them."""
-    rows: dict[str, list[tuple[str, Sequence[float], Sequence[float]]]] = {}
-    for name in dict.fromkeys(name for c in stepped for m in _done(c) for name in m.invariants):
-        for c in stepped:
-            drifts = {m.step: m.invariants[name] for m in _done(c) if name in m.invariants}
-            if drifts:
-                rows.setdefault(name, []).append((c.method, list(drifts), list(drifts.values())))
+def _drifts(stepped: Sequence[MethodResult]) -> Mapping[str, Mapping[str, Mapping[float, float]]]:
+    """By invariant and method the largest relative drifts by step [s]."""
+    rows: dict[str, dict[str, dict[float, float]]] = {}
+    for of in stepped:
+        for m in of.done:
+            for name, drift in m.invariants.items():
+                rows.setdefault(name, {}).setdefault(of.name, {})[m.step] = drift
     return rows
 
 
@@ -125,7 +113,3 @@ def error_against_cost(
         ends=[(limits[name], p, p.speed * limits[name] / p.step) for name, p in last.items()],
     )
     return drawn
-
-
-def _done(convergence_study: ConvergenceStudy) -> list[Measurement]:
-    return [m for m in convergence_study.measurements if m.status == "done"]

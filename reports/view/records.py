@@ -14,7 +14,6 @@ from plumbob.engines.study.codec import restored
 from plumbob.engines.study.results import Study
 from plumbob.reports.advice.recommend import Recommendation
 from plumbob.reports.advice.user_settings import UserResult
-from plumbob.reports.advice.work_precision import Point
 from plumbob.reports.judge.expectations import Standing
 from plumbob.reports.judge.tolerance import Tolerance
 from plumbob.reports.judge.verdict import Verdict
@@ -121,7 +120,6 @@ class SceneRecord:
 
     verdicts: Mapping[str, PairVerdict]  # by method
     recommendations: tuple[Recommendation, ...]  # one an error; none where nothing was timed
-    points: tuple[Point, ...]
     exact: ExactRecord | None
     """None of a system of another package where no run was held to it: it may be a defect."""
 

@@ -126,7 +126,6 @@ def environment() -> Environment:
         "unit": in_unit,  # 12 µm
         "scene": lambda name: name.partition("/")[2],
         "engine": lambda name: name.partition("/")[0],
-        "order": order_text,
         "anchor": lambda name: name.replace("/", "-"),  # the id of a scene's place
     }
     return environment
@@ -135,13 +134,6 @@ def environment() -> Environment:
 def in_unit(amount: float, unit: str, digits: int = 3) -> str:
     """An amount in SI units, or relative, in a smaller unit."""
     return f"{notation.number(UNITS[unit] * amount, digits)} {unit}"
-
-
-def order_text(order: Mapping[str, float] | None) -> str:
-    """An order with its confidence interval; a dash where there is none."""
-    if not order:
-        return "–"
-    return f"{order['slope']:.3f} [{order['low']:.3f}, {order['high']:.3f}]"
 
 
 def verdict_cell(judged: PairVerdict, link: str = "") -> Cell:

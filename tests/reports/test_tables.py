@@ -19,8 +19,9 @@ from plumbob.reports.analyses.cone_pendulum import source_claims
 from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.judge.tolerance import exceeded, round_off, tolerance
 from plumbob.reports.judge.verdict import Judged, judge
-from plumbob.reports.view import notation, scene_tables, sources, top_tables
+from plumbob.reports.view import notation, sources, tables, top_tables
 from plumbob.reports.view.content import StatementVerdict
+from plumbob.reports.view.method_results import MethodResult
 from plumbob.reports.view.sources import NOTEBOOK
 from plumbob.tests.site import whole_profile
 from plumbob.tests.support.declared import finding, nothing
@@ -72,9 +73,10 @@ def test_predicted_and_observed_orders_stand_in_their_columns():
     (rk4,) = [c for c in measured() if c.method == "ode/rk4"]
     steps = rk4.measurements[0].step, rk4.measurements[1].step
     order, predicted = Order(3.5, 3.4, 3.6, steps), Order(2.5, 2.4, 2.6, steps)
-    shown = texts(
-        scene_tables.orders([replace(rk4, order=order, predicted_order=predicted)], by_name())
-    )
+    series = replace(rk4, order=order, predicted_order=predicted)
+    method = by_name()[rk4.method]
+    of = MethodResult(find_scene(rk4.scene), method, series, None, ())
+    shown = texts(tables.table("orders", rows=[of]))
     assert shown["observed [95 % interval]"][0].startswith("3.5")
     assert shown["predicted here"][0].startswith("2.5")
 
@@ -96,7 +98,8 @@ def test_a_rounding_of_zero_is_no_failure():
     c = ConvergenceStudy(scene.name, how.name, (found,))
     study = replace(nothing(), scenes=(scene,), methods=(how,), convergence=(c,))
     both = verdict_on(study, c, {(scene.name, how.name): Judged(shown, (shown,))})
-    cells = texts(scene_tables.budgets(system.observables, [c], {how.name: both}, {how.name: how}))
+    of = MethodResult(scene, how, c, both, ())
+    cells = texts(tables.table("budgets", rows=[of], units=units))
     rows = zip(cells["observable"], cells["reason"], strict=True)
     said = {head.partition(",")[0]: why for head, why in rows if ", error" in head}
     assert said["heading"] == said["sideways"] == "the sum: within"

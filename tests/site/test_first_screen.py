@@ -14,6 +14,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.page_numbers import study_record
 from plumbob.reports.view import notation
+from plumbob.reports.view.method_results import MethodResult, results_of
 from plumbob.reports.view.records import (
     PairVerdict,
     Records,
@@ -58,7 +59,17 @@ def _about(study, scene):
 
 
 def _answers(study):
-    return first_screen.answers(study, _record())
+    return first_screen.answers(study, _record(), _results(study))
+
+
+def _results(study):
+    """Every method on every scene, by the study's verdicts, or those of the whole profile."""
+    judged = verdicts(whole_profile.study())
+    by_scene = {}
+    for c in study.convergence:
+        by_scene.setdefault(c.scene, {})[c.method] = judged[c.scene, c.method]
+    records = {name: SceneRecord(of, (), None) for name, of in by_scene.items()}
+    return results_of(study, Records(_record(), records))
 
 
 @cache
@@ -70,10 +81,10 @@ def _record():
 def _matrix(study, scene):
     """The cells of a scene's row, by method."""
     judged = {m: of for (name, m), of in verdicts(study).items() if name == scene.name}
-    records = Records(_record(), {scene.name: SceneRecord(judged, (), (), None)})
+    records = Records(_record(), {scene.name: SceneRecord(judged, (), None)})
     own = tuple(c for c in study.convergence if c.scene == scene.name)
     alone = replace(study, convergence=own)
-    every = matrix.every_pair(alone, records)
+    every = results_of(alone, records)
     ((_, cells),) = matrix.matrices(alone, every, (scene,))[0].rows
     names = matrix.matrices(alone, every, (scene,))[0].methods
     return {name: cell for name, cell in zip(names, cells, strict=True) if cell}
@@ -96,7 +107,7 @@ def test_settings_costs_and_results_stand_on_the_index(study, index):
         assert settings in words
     for said in ("a step costs", "plumbob settings", "runs."):
         assert said in words
-    for count in first_screen.counts(verdicts(study)):
+    for count in first_screen.counts(_results(study)):
         assert f"{count.sign} {count.count} {count.name}" in words
 
 
@@ -144,42 +155,38 @@ def _at_steps(study, runs):
     ],
 )
 def test_the_error_at_the_reference_step_or_the_nearest_is_shown(study, runs, text):
-    found = _at_steps(study, runs)
-    shown = matrix.at_reference(found, find_method(DEFAULT), _about(study, LINE))
-    assert shown
-    assert shown.text == text
+    assert _result(study, runs).at_reference.text == text
+
+
+def _result(study, runs):
+    """The default method on the line with these runs, all of them as predicted."""
+    runs, passes = _at_steps(study, runs), (RunVerdict("predicted", ""),)
+    judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, passes * 4)
+    about = _about(study, LINE)
+    return MethodResult(find_scene(LINE), find_method(DEFAULT), runs, judged, about)
 
 
 def test_a_tolerance_stands_beside_an_error_at_it(study):
     cells = _matrix(study, find_scene("cone-pendulum/rotating-base"))
-    assert "\nrtol" in cells["ode/dop853"][0].cell(1e-3)
+    assert "\nrtol" in cells["ode/dop853"].at_reference.cell(1e-3)
 
 
 def test_a_cell_has_the_error_at_other_steps(study):
     """At MuJoCo's default step, and at the largest step that is, with all smaller ones, within 1 %:
     one that is so by chance is no answer."""
-    passes = RunVerdict("predicted", "")
-    judged = PairVerdict(
-        "predicted", "", "as expected", "predicted", "", False, None, (passes,) * 4
-    )
     for coarse, largest in ((0.3, 2e-3), (0.009, 1e-2)):
-        found = _at_steps(study, {1e-2: coarse, 2e-3: 0.009, 1e-3: 0.007, 5e-4: 0.004})
-        cells = matrix.shown(study, found, find_method(DEFAULT), judged)
-        assert cells
-        assert cells[2] is not None
-        assert [cell.step for cell in cells if cell] == [1e-3, 2e-3, largest]
-        assert cells[1].cell(2e-3) == "= 0.9 %"
-    found = _at_steps(study, {1e-2: 0.3, 2e-3: 0.009, 1e-3: 0.3, 5e-4: 0.03})
-    cells = matrix.shown(study, found, find_method(DEFAULT), judged)
-    assert cells
-    assert cells[2] is None
+        of = _result(study, {1e-2: coarse, 2e-3: 0.009, 1e-3: 0.007, 5e-4: 0.004})
+        cells = of.at_reference, of.at_default, of.at_largest
+        assert [cell.step for cell in cells] == [1e-3, 2e-3, largest]
+        assert of.at_default.cell(2e-3) == "= 0.9 %"
+    assert _result(study, {1e-2: 0.3, 2e-3: 0.009, 1e-3: 0.3, 5e-4: 0.03}).at_largest is None
 
 
 @pytest.mark.long
 def test_each_error_is_that_of_a_run_made_again():
     case = case_of(find_scene(SCENE))
-    for name, cells in _matrix(quick(), case.scene).items():
-        for cell in cells:
+    for name, of in _matrix(quick(), case.scene).items():
+        for cell in (of.at_reference, of.at_default, of.at_largest):
             again, _ = measure(case, find_method(name), cell.step)
             error = notation.relative(relative_error(again, case.system.quantities(case)))
             assert cell.cell(1e-3)[2:].partition("\n")[0] == error

@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
+from plumbob.reports.view.method_results import Shown
 from plumbob.reports.view.site import phenomena
-from plumbob.reports.view.site.matrix import Shown
 
 RAN = {  # by scene and method: the error at 1 ms, what it means, errors of all runs
     ("stack/a", "mujoco/euler"): (0.2, "predicted", (0.2, 0.03)),
@@ -17,21 +17,18 @@ RAN = {  # by scene and method: the error at 1 ms, what it means, errors of all 
 }
 
 
-def test_a_cell_is_of_the_best_method_that_does_all_scenes_as_predicted(monkeypatch):
-    monkeypatch.setattr(phenomena, "relative_error", lambda run, quantities: run)
-    names = dict.fromkeys(method for _, method in RAN)
-    study = SimpleNamespace(
-        methods=[
-            SimpleNamespace(name=n, engine=n.split("/")[0], surrogate="surrogate" in n)
-            for n in names
-        ],
-        convergence=[
-            SimpleNamespace(scene=s, method=m, measurements=runs)
-            for (s, m), (_, _, runs) in RAN.items()
-        ],
-        quantities=lambda scene: (),
-    )
-    every = {pair: (Shown(e, 1e-3, "step", why), None, None) for pair, (e, why, _) in RAN.items()}
+def test_a_cell_is_of_the_best_method_that_does_all_scenes_as_predicted():
+    every = {
+        (scene, name): SimpleNamespace(
+            scene=SimpleNamespace(system=scene.split("/")[0]),
+            method=SimpleNamespace(engine=name.split("/")[0], surrogate="surrogate" in name),
+            name=name,
+            at_reference=Shown(error, 1e-3, "step", why),
+            errors=dict(enumerate(errors)),
+        )
+        for (scene, name), (error, why, errors) in RAN.items()
+    }
+    study = SimpleNamespace(methods=[of.method for of in every.values()])
     systems = [SimpleNamespace(name=name, title=name) for name in ("stack", "cone-pendulum")]
     made = phenomena.phenomena(study, every, systems)
     assert made.heads == ("phenomenon", "mujoco", "pymunk")

@@ -7,8 +7,10 @@ import pytest
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.analyses.page_numbers import scene_record
 from plumbob.reports.judge.study_verdicts import judge_study
+from plumbob.reports.view.method_results import results_of
 from plumbob.reports.view.records import Records, StudyRecord
-from plumbob.reports.view.site import matrix, scene_answer
+from plumbob.reports.view.site.views import sentences
+from plumbob.reports.view.tables import table
 from plumbob.tests.support.studies import SCENE, made_up
 
 STEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
@@ -23,17 +25,15 @@ def _study(default, rk4):
 
 
 def _parts(study):
-    """The record of the scene, and its errors by method."""
+    """The record of the scene, and the results of its methods."""
     record = scene_record(study, judge_study(study), study.scenes[0])
     records = Records(StudyRecord((), {}, {}, ()), {SCENE: record})
-    return record, {name: of for (_, name), of in matrix.every_pair(study, records).items()}
+    return record, list(results_of(study, records).values())
 
 
 def _sentences(default, rk4):
-    study = _study(default, rk4)
-    record, cells = _parts(study)
-    about = study.quantities(SCENE)
-    return scene_answer.sentences(study.convergence, about, cells, record.recommendations)
+    record, rows = _parts(_study(default, rk4))
+    return sentences(rows, record.recommendations)
 
 
 def test_default_recommended_cost_and_a_smaller_step():
@@ -64,15 +64,13 @@ def test_whether_a_smaller_step_helps_is_measured(error, words):
 
 
 def test_each_method_has_its_error_its_verdict_with_a_reason_and_its_cost():
-    study = _study(lambda h: 20 * h, lambda h: 0.3)
-    record, cells = _parts(study)
-    methods = {method.name: method for method in study.methods}
-    table = scene_answer.errors(study.convergence, cells, record.verdicts, record.points, methods)
-    assert table.heads == ("method", "error at 1 ms", "verdict", "computing time per s")
-    rows = {cells[0].text: cells for cells in table.rows}
+    record, results = _parts(_study(lambda h: 20 * h, lambda h: 0.3))
+    shown = table("scene_errors", rows=results)
+    assert shown.heads == ("method", "error at 1 ms", "verdict", "computing time per s")
+    rows = {cells[0].text: cells for cells in shown.rows}
     for name, error, cost in (("mujoco/euler", "2 %", "500 µs"), ("mujoco/rk4", "30 %", "2 ms")):
-        _, shown, verdict, time = rows[name]
-        assert (shown.text, time.text) == (error, cost)
+        _, size, verdict, time = rows[name]
+        assert (size.text, time.text) == (error, cost)
         judged = record.verdicts[name]
         assert judged.verdict in verdict.kind.split()
         assert verdict.hint == "as above" if name == "mujoco/rk4" else judged.reason in verdict.hint

@@ -22,7 +22,7 @@ from plumbob.reports.analyses.claims import as_expected, as_predicted
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
-from plumbob.reports.view.step_ranges import SCENES
+from plumbob.reports.view.site.largest_step import SCENES
 
 # In the quick profile: an equilibrium with each scheme of each engine, and a swing with one of each
 # engine.

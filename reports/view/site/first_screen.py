@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
@@ -14,10 +13,11 @@ from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.records import StudyRecord, Verdicts
+from plumbob.reports.view.method_results import SIGNS, Results, Shown
+from plumbob.reports.view.records import StudyRecord
 from plumbob.reports.view.settings import to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
-from plumbob.reports.view.site.matrix import SIGNS, Shown, at_reference, meaning, ordered
+from plumbob.reports.view.site.matrix import ordered
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs
 
@@ -52,18 +52,18 @@ KINDS = (
 Ran = tuple[Scene, Mapping[str, Shown]]  # errors at the reference step, by method
 
 
-def by_engine(verdicts: Verdicts) -> Mapping[str, Counter[str]]:
+def by_engine(every: Results) -> Mapping[str, Counter[str]]:
     """For each engine that ran how many of its pairs of a scene and a method have a meaning."""
     engines: dict[str, Counter[str]] = {}
-    for (_, name), of in verdicts.items():
-        if (means := meaning(of)) != "not-run":
-            engines.setdefault(name.partition("/")[0], Counter())[means] += 1
+    for of in every.values():
+        if of.meaning != "not-run":
+            engines.setdefault(of.method.engine, Counter())[of.meaning] += 1
     return engines
 
 
-def counts(verdicts: Verdicts) -> Sequence[View]:
+def counts(every: Results) -> Sequence[View]:
     """How many pairs of a scene and a method are as predicted, converge, and so on."""
-    numbers = sum(by_engine(verdicts).values(), Counter[str]())
+    numbers = Counter(of.meaning for of in every.values())
     return [
         View(meaning=name, sign=sign, name=words, count=numbers[name])
         for name, (sign, words, _) in SIGNS.items()
@@ -95,20 +95,20 @@ def work_precision(views: Sequence[View]) -> Mapping[str, Any]:
     return next(({"figure": of.figures[0], "chosen": of.at_first} for of in scenes), {})
 
 
-def answers(study: Study, record: StudyRecord) -> Sequence[View]:
+def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:
     """The settings to use with contacts and without, what they give and what they cost, of what
     was measured."""
     shown = []
     for name, title, heading, systems, first_systems, methods in KINDS:
         default, better, last = methods[0], methods[1], methods[-1]
-        ran = _errors(study, [s for s in study.scenes if fnmatch(s.system, systems)], methods)
+        ran = _ran(every, [s for s in study.scenes if fnmatch(s.system, systems)], methods)
         # hard cases, and those without friction, are no usual motions
         apart = [of for of in ran if of[0].hard or of[0].parameters.get("friction") == 0.0]
         usual = [of for of in ran if of not in apart]
         first = [of for of in usual if fnmatch(of[0].system, first_systems)]
-        if not first or not {default, better} <= set(first[0][1]):
+        if not first:
             continue
-        costs = _costs(study, ran)
+        costs = _costs(study, [scene for scene, _ in ran], methods)
         ratios = {n: notation.number(ns / costs[default], 2) for n, ns in costs.items()}
         sentences = paragraphs(
             name.replace("-", "_"),
@@ -118,11 +118,11 @@ def answers(study: Study, record: StudyRecord) -> Sequence[View]:
             most=_largest(first, better)[1],
             usual_range=_range(first, default),
             range=_range(first, better),
-            turning=_most(usual, last) if last in ratios else "",
+            turning=_largest(usual, last) if last in ratios else (),
             ratios=ratios,
-            apart=[View(scene=scene) for scene, _ in apart],
+            apart=[scene for scene, _ in apart],
             largest=[
-                f"{_most(apart, method)} with {method}"
+                (*_largest(apart, method), method)
                 for method in (last if last in ratios else better, default)
                 if apart
             ],
@@ -132,17 +132,15 @@ def answers(study: Study, record: StudyRecord) -> Sequence[View]:
     return shown
 
 
-def _errors(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> list[Ran]:
+def _ran(every: Results, scenes: Sequence[Scene], methods: Sequence[str]) -> list[Ran]:
     """The errors of these methods on the scenes that all of them ran, system by system."""
-    by_name = {m.name: m for m in study.methods if m.name in methods}
-    each: dict[str, dict[str, Shown]] = {scene.name: {} for scene in ordered(scenes)}
-    for c in study.convergence:
-        if c.scene in each and c.method in by_name:
-            error = at_reference(c, by_name[c.method], study.quantities(c.scene))
-            if error is not None and not math.isnan(error.error):
-                each[c.scene][c.method] = error
-    of = {scene.name: scene for scene in scenes}
-    return [(of[name], errors) for name, errors in each.items() if len(errors) == len(by_name)]
+    ran = list[Ran]()
+    for scene in ordered(scenes):
+        results = {name: every.get((scene.name, name)) for name in methods}
+        errors = {name: at for name, of in results.items() if of and (at := of.at_reference)}
+        if len(errors) == len(methods):
+            ran.append((scene, errors))
+    return ran
 
 
 def _largest(ran: Sequence[Ran], method: str) -> tuple[Scene, Shown]:
@@ -150,23 +148,17 @@ def _largest(ran: Sequence[Ran], method: str) -> tuple[Scene, Shown]:
     return max(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
 
 
-def _range(ran: Sequence[Ran], method: str) -> str:
-    """The smallest and the largest error of a method as text, or one where they are the same."""
-    least = min((of[method] for _, of in ran), key=lambda shown: shown.error)
-    return " to ".join(dict.fromkeys((least.text, _largest(ran, method)[1].text)))
+def _range(ran: Sequence[Ran], method: str) -> Sequence[str]:
+    """The smallest and the largest error of a method, or one where they are the same."""
+    ends = [end((of[method] for _, of in ran), key=lambda at: at.error) for end in (min, max)]
+    return list(dict.fromkeys(at.text for at in ends))
 
 
-def _most(ran: Sequence[Ran], method: str) -> str:
-    scene, error = _largest(ran, method)
-    return f"{error.text} (on {scene.name})"
-
-
-def _costs(study: Study, ran: Sequence[Ran]) -> Mapping[str, float]:
+def _costs(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> Mapping[str, float]:
     """The median cost of a step [ns] of each method, over the scenes that all were timed on."""
-    names = list(ran[0][1])
-    timed = [s.name for s, _ in ran if all((s.name, name) in study.costs for name in names)]
+    timed = [s.name for s in scenes if all((s.name, name) in study.costs for name in methods)]
     return {
         name: median_high(study.costs[scene, name].ns_per_step for scene in timed)
-        for name in names
+        for name in methods
         if timed
     }

@@ -13,6 +13,7 @@ from typing import Any
 from plumbob.engines.study.results import Study
 from plumbob.reports.view import notation, top_tables
 from plumbob.reports.view.drawing import DASHES
+from plumbob.reports.view.method_results import SIGNS, Results, results_of
 from plumbob.reports.view.page import (
     NAME,
     Plots,
@@ -135,13 +136,13 @@ def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
 def content(study: Study) -> Content:
     """The content of the pages of `study`; raises as `records_of`."""
     records = records_of(study)
-    every = matrix.every_pair(study, records)
+    every = results_of(study, records)
     views = _views(study, records, every)
     common = _common(study, records, views, every)
     return Content(views, common, _pages(views, common))
 
 
-def _views(study: Study, records: Records, every: matrix.Every) -> list[View]:
+def _views(study: Study, records: Records, every: Results) -> list[View]:
     """A view of each system that ran, in the order of the sources."""
     done = {c.scene for c in study.convergence if any(m.status == "done" for m in c.measurements)}
     ran = {scene.system for scene in study.scenes if scene.name in done}
@@ -152,12 +153,12 @@ def _views(study: Study, records: Records, every: matrix.Every) -> list[View]:
 
 
 def _common(
-    study: Study, records: Records, views: Sequence[View], every: matrix.Every
+    study: Study, records: Records, views: Sequence[View], every: Results
 ) -> dict[str, Any]:
     """Values that every page may show, by name."""
     on_engines = formed(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
-    answers = first_screen.answers(study, records.study)
+    answers = first_screen.answers(study, records.study, every)
     shown = {answer.pasted.settings.method for answer in answers}
     advice = {name: record.recommendations for name, record in records.scenes.items()}
     settings = [s for s in pasted(records.study.settings) if s.settings.method not in shown]
@@ -170,18 +171,18 @@ def _common(
         "cards": first_screen.cards(findings),
         "gradients": first_screen.cards([f for f in findings if f.name == GRADIENTS])[:1],
         "preview": next((view.system.picture for view in views if view.system.picture), ""),
-        "counts": first_screen.counts(records.verdicts),
-        "by_engine": first_screen.by_engine(records.verdicts),
+        "counts": first_screen.counts(every),
+        "by_engine": first_screen.by_engine(every),
         "made": first_screen.made(study),
         "answers": answers,
         "work_precision": first_screen.work_precision(views),
-        "largest_step": largest_step(study),
+        "largest_step": largest_step(every),
         "settings": settings,
         "advice": recommendations or settings,
         "user_settings": own_table(records.study.user, records.verdicts),
         "matrices": matrix.matrices(study, every, matrix.ordered(study.scenes)),
         "phenomena": phenomena(study, every, records.study.systems),
-        "signs": dict(matrix.SIGNS),
+        "signs": dict(SIGNS),
         "engines": {engine: matrix.ENGINES.get(engine, engine) for engine in matrix.engines(study)},
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
@@ -190,6 +191,7 @@ def _common(
         "dashes": dict(DASHES),
         "provenance": study.provenance,
         "number": notation.number,
+        "short": notation.short,
         "seconds": notation.seconds,
         "plural": notation.plural,
         "pictures": records.study.pictures,

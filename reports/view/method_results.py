@@ -1,0 +1,226 @@
+"""Methods on scenes as pages show them: errors by step, what they mean, and the largest steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import takewhile
+from types import MappingProxyType
+from typing import Literal
+
+from plumbob.engines.method import Method
+from plumbob.engines.study.convergence import DEFAULT, ConvergenceStudy, timed_run
+from plumbob.engines.study.cost import Cost
+from plumbob.engines.study.measurement import (
+    REFERENCE_STEP,
+    Measurement,
+    reference_run,
+    relative_error,
+)
+from plumbob.engines.study.results import Quantities, Study
+from plumbob.engines.study.stability import KnownLimit
+from plumbob.models.scene import Scene
+from plumbob.reports.advice.recommend import UNTRUSTED
+from plumbob.reports.view import notation
+from plumbob.reports.view.records import PairVerdict, Records
+
+Meaning = Literal["predicted", "converges", "limit", "unexpected", "unclaimed", "not-run"]
+SIGNS: Mapping[Meaning, tuple[str, str, str]] = MappingProxyType(
+    {
+        "predicted": ("=", "as predicted", "the error is the predicted one, or within its bound"),
+        "converges": ("↓", "converges", "not predicted, but smaller steps remove it"),
+        "limit": ("◆", "known limit", "declared, with its reason and its size"),
+        "unclaimed": ("?", "step too large", "the theory does not reach it"),
+        "unexpected": ("✗", "unexpected", "not what theory or a declared limit says"),
+    }
+)
+LARGEST_STEP, LOOSEST = DEFAULT[1], 1e-3  # default settings: MuJoCo's step [s], scipy's tolerance
+PERCENT = 0.01  # relative: the error that the largest step is shown for
+DECADES = 6  # below 1 that have a colour of their own: errors of 1e-6 and less have the first
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The error of a method on a scene beside the step that it was measured at."""
+
+    error: float  # relative; infinite where the run diverged
+    step: float  # [s], or the relative tolerance
+    control: Literal["step", "tolerance"]
+    meaning: Meaning = "predicted"
+
+    @property
+    def text(self) -> str:
+        """The error, with its step where that is not the reference step."""
+        at = self._beside(REFERENCE_STEP)
+        return f"{self._size} at {at}" if at else self._size
+
+    def cell(self, column: float | None) -> str:
+        """The sign and the error, with the step where that is not the column's [s]."""
+        at = self._beside(column)
+        return f"{SIGNS[self.meaning][0]} {self._size}" + (f"\n{at}" if at else "")
+
+    @property
+    def look(self) -> str:
+        """The classes of its cell: the decade of its error, from 0 to 7, and what stands out."""
+        decade = math.ceil(math.log10(max(self.error, 1e-99)) - 1e-9) if self.error < 1.0 else 0
+        place = DECADES + 1 if self.error > 1.0 else max(DECADES + decade, 0)
+        return f"size-{'abcdefgh'[place]}{' unexpected' * (self.meaning == 'unexpected')}"
+
+    @property
+    def _size(self) -> str:
+        return "diverged" if math.isinf(self.error) else notation.relative(self.error)
+
+    def _beside(self, column: float | None) -> str:
+        if self.control == "step" and column and math.isclose(self.step, column, rel_tol=1e-9):
+            return ""
+        return notation.step(self.step, self.control)
+
+
+@dataclass(frozen=True)
+class MethodResult:
+    """A method on a scene: its runs, its verdict, the cost of a step, and the largest one that is
+    stable, of a method that is given one."""
+
+    scene: Scene
+    method: Method
+    series: ConvergenceStudy
+    judged: PairVerdict
+    quantities: Quantities  # of interest
+    cost: Cost | None = None
+    limit: KnownLimit | None = None
+
+    @property
+    def name(self) -> str:
+        """The method's name."""
+        return self.method.name
+
+    @cached_property
+    def done(self) -> Sequence[Measurement]:
+        """The runs that reached their end, coarse to fine."""
+        return [m for m in self.series.measurements if m.status == "done"]
+
+    @cached_property
+    def errors(self) -> Mapping[float, float]:
+        """Relative errors by step, infinite where a run diverged."""
+        runs = [m for m in self.series.measurements if m.status in ("done", "diverged")]
+        return {run.step: relative_error(run, self.quantities) for run in runs}
+
+    @property
+    def meaning(self) -> Meaning:
+        """The verdict's meaning to a reader."""
+        verdict = self.judged.verdict
+        if self.judged.mark == "unexpected":
+            return "unexpected"
+        if verdict in ("unsupported", "missing"):
+            return "not-run"
+        if self.judged.mark == "known" or verdict in UNTRUSTED:
+            return "limit"
+        if verdict == "pre-asymptotic":
+            return "unclaimed"
+        return "converges" if verdict == "converges" else "predicted"
+
+    @cached_property
+    def at_reference(self) -> Shown | None:
+        """The error at the reference step; where that was not run, at the step nearest to it, or at
+        the tightest tolerance. None where nothing was run."""
+        run = reference_run(self.series.measurements, self.method)
+        step = run.step if run else next(reversed(self.errors), None)
+        if self.method.control == "step" and REFERENCE_STEP in self.errors:
+            step = REFERENCE_STEP
+        if step is None or math.isnan(self.errors[step]) or self.meaning == "not-run":
+            return None
+        return self._at(step)
+
+    @property
+    def at_default(self) -> Shown:
+        """The error at the step that is nearest to that of default settings."""
+        usual = LARGEST_STEP if self.method.control == "step" else LOOSEST
+        return self._at(min(self.errors, key=lambda step: abs(math.log(step / usual))))
+
+    @property
+    def at_largest(self) -> Shown | None:
+        """The error at the largest accurate step."""
+        return self._at(self.accurate) if self.accurate else None
+
+    @property
+    def finest(self) -> Shown | None:
+        """The error at the smallest step that reached the end."""
+        return self._at(self.done[-1].step) if self.done else None
+
+    def _at(self, step: float) -> Shown:
+        runs = zip(self.series.measurements, self.judged.runs, strict=False)
+        verdicts = {m.step: run.verdict for m, run in runs}
+        large = verdicts.get(step) in ("pre-asymptotic", "diverged")
+        means = "unclaimed" if large and self.meaning == "predicted" else self.meaning
+        return Shown(self.errors[step], step, self.method.control, means)
+
+    @cached_property
+    def accurate(self) -> float | None:
+        """The largest step [s] that was run, or tolerance, that is within 1 % with all smaller
+        ones."""
+        within = [*takewhile(lambda step: self.errors[step] <= PERCENT, sorted(self.errors))]
+        return within[-1] if within else None
+
+    @property
+    def margin(self) -> float | None:
+        """The largest stable step over the largest accurate one; None where there is no limit."""
+        if self.limit is None or not self.accurate or math.isinf(self.limit.step):
+            return None
+        return self.limit.step / self.accurate
+
+    @property
+    def limited_by(self) -> str:
+        """Whether steps above the accurate ones are inaccurate, or lost; empty where none is
+        known."""
+        larger = [step for step in self.errors if step > (self.accurate or 0.0)]
+        if self.limit is None or not larger:
+            return ""
+        lost = self.accurate is not None and min(larger) > self.limit.step
+        return "stability" if lost or not self.limit.step else "accuracy"
+
+    def ns_per_second(self, step: float) -> float | None:
+        """Computing time [ns] of a simulated second at a step of a run that reached its end."""
+        runs = [m for m in self.done if m.step == step and m.duration]
+        return (
+            runs[0].steps * self.cost.ns_per_step / runs[0].duration if runs and self.cost else None
+        )
+
+    @property
+    def timed(self) -> Measurement | None:
+        """The run at whose step the cost was measured."""
+        return timed_run(self.series, self.method)
+
+    @property
+    def in_reach(self) -> bool:
+        """Whether the errors that the order was fitted to are small enough for a series."""
+        steps = self.series.order.steps if self.series.order else ()
+        predicted = [e.predicted for m in self.done if m.step in steps for e in m.errors.values()]
+        return all(f is not None and f.nonlinearity < 1.0 for f in predicted)
+
+
+Results = Mapping[tuple[str, str], MethodResult]  # by scene and method
+
+
+def results_of(study: Study, records: Records) -> Results:
+    """Every method on every scene of a study."""
+    methods, scenes = {m.name: m for m in study.methods}, {s.name: s for s in study.scenes}
+    results = {}
+    for c in study.convergence:
+        pair, stepped = (c.scene, c.method), methods[c.method].control == "step"
+        results[pair] = MethodResult(
+            scenes[c.scene],
+            methods[c.method],
+            c,
+            records.verdicts[pair],
+            study.quantities(c.scene),
+            study.costs.get(pair),
+            study.step_limit(*pair) if stepped else None,
+        )
+    return results
+
+
+def finite_limits(results: Sequence[MethodResult]) -> dict[str, float]:
+    """The largest stable step [s] of each method that has one and a next that is not."""
+    return {of.name: of.limit.step for of in results if of.limit and 0.0 < of.limit.step < math.inf}
