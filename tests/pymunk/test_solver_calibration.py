@@ -4,7 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import STALLED, USED_UP, Run
+from plumbob.analytic.errors.contact_models.model_error import sampled
+from plumbob.analytic.errors.contact_models.sequential_impulse_bounds import (
+    STALLED,
+    USED_UP,
+    demand,
+)
 from plumbob.engines.adapters.pymunk.capsule import described
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, scene, system_of
@@ -27,9 +32,9 @@ def residual(name, step, iterations, **changes):
     feet = replace(feet, settings={**feet.settings, "iterations": iterations})
     solver = described(case.problem, feet, step)
     assert solver.iterations == iterations
-    demand = Run(case.problem, changed.duration, solver).demand
+    jump = demand(case.problem, sampled(case.problem, changed.duration)).jump
     velocity = measure(case, feet, step)[0].errors["velocity"]
-    return beyond(velocity) / (demand.jump * step), solver.one_foot_residual
+    return beyond(velocity) / (jump * step), solver.one_foot_residual
 
 
 def test_residual_where_friction_is_used_up():

@@ -1,20 +1,14 @@
 """Regularised contacts as theory sees them: one record, whichever engine they belong to.
 
 What such contacts add to the exact motion, apart from the step's own error, is bounded in
-`soft_contact_line` for motions with a closed form and in `soft_contact_plane` for those of the
-plane that have none. Derivations: THEORY.md, section 9.
+`soft_contact_bounds`. Derivations: THEORY.md, section 9.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER
-from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 DEPTH_ROUNDINGS = 16  # of the place of a support, turned and moved
@@ -57,16 +51,3 @@ class SoftContact:
 def without_formula(problem: CapsuleProblem) -> bool:
     """Whether the motion is one of the plane that has no closed form."""
     return bool(problem.motion.kind == "plane")
-
-
-def load_fraction_slopes(problem: CapsuleProblem) -> Array:
-    """Change of each support's fraction of the load with the centre of pressure [1/m], (3, 2)."""
-    here, x, y = load_fractions(
-        problem.setup.capsule, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    )
-    return np.column_stack([x - here, y - here])
-
-
-def shortest_arm(problem: CapsuleProblem) -> float:
-    """Distance from C to the nearest support [m]."""
-    return min(math.hypot(*support) for support in problem.setup.capsule.supports)

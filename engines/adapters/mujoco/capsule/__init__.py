@@ -14,8 +14,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models import soft_contact_line, soft_contact_plane
-from plumbob.analytic.errors.contact_models.soft_contact import without_formula
+from plumbob.analytic.errors.contact_models import soft_contact_bounds
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import load_fractions
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
@@ -101,11 +100,7 @@ def model_error(
     """Bounds on the model's error of each observable over `duration` [s], by reason, where theory
     covers its contacts."""
     contact = soft_contact(problem, method.settings, step)
-    if contact is None:
-        return {}
-    if without_formula(problem):
-        return soft_contact_plane.model_error(problem, duration, contact)
-    return soft_contact_line.model_error(problem, duration, contact)
+    return soft_contact_bounds.model_error(problem, duration, contact) if contact else {}
 
 
 def whole(
