@@ -19,7 +19,7 @@ from plumbob.models.scene import Case, Scene, System
 from plumbob.reports.advice.advice import from_study
 from plumbob.reports.advice.user_settings import user_results
 from plumbob.reports.analyses.replay import replay
-from plumbob.reports.judge.expectations import expected, standing
+from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.judge.tolerance import exceeded
 from plumbob.reports.judge.verdict import Judged, Judgement
@@ -88,10 +88,9 @@ def verdict_on(study: Study, series: ConvergenceStudy, judged: Judgements) -> Pa
         standing(scene, method, both.whole),
         wanted.verdict,
         wanted.reason,
-        wanted.verdict != "predicted" and wanted.allows(both.whole),
-        min(both.whole.errors.values(), default=None),
         tuple(_run(run, study.leading(scene.name).name) for run in both.runs),
         both.whole.unjudged,
+        surprise(scene, method, both.whole),
         step,
         budgets,
     )
@@ -118,9 +117,9 @@ def _budgets(
 
 
 def _budget(run: Measurement, judged: Judgement, name: str, units: Mapping[str, str]) -> Budget:
-    error, held = run.errors[name], judged.tolerances[name]
+    held = judged.tolerances[name]
     why = exceeded(run, name, held, units) or ""
-    return Budget(name, error.largest, held, error.predicted is not None, why)
+    return Budget(name, run.errors[name].largest, held, why)
 
 
 def _motion(case: Case, period: float) -> Motion:

@@ -35,6 +35,8 @@ from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
+from plumbob.reports.view.method_results import Results, results_of
+from plumbob.reports.view.records import records_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -125,18 +127,18 @@ def _report(
     study = store.load(out / store.FILE, number)
     assert study
     results = user_results(study, judged)
-    page = write_page(study, out)
+    page, every = write_page(study, out), results_of(study, records_of(study))
     if junit:
-        write_junit(junit, study, judged)
+        write_junit(junit, study, every)
     if chosen.json:
         values.print_json(records(study, judged, results))
     else:
-        _print(study, judged, chosen.verbose)
+        _print(study, every, chosen.verbose)
         if results:
             from plumbob.reports.view.user_settings import lines as own_lines
 
             print(f"\nYour settings, {chosen.like}", *own_lines(results), sep="\n")
-        print("", *summary_lines(study, judged, page), sep="\n")
+        print("", *summary_lines(study, every, page), sep="\n")
     return exit_code(study, judged)
 
 
@@ -168,13 +170,13 @@ def surprises(study: Study, judged: Judgements) -> set[Pair]:
     }
 
 
-def _print(study: Study, judged: Judgements, verbose: bool) -> None:
+def _print(study: Study, every: Results, verbose: bool) -> None:
     from plumbob.reports.view import terminal
 
-    for line in terminal.unexpected_lines(study, judged):
+    for line in terminal.unexpected_lines(study, every):
         print(line)
     for scene in study.scenes:
-        table = list(terminal.scene_lines(scene, study, judged, verbose))
+        table = list(terminal.scene_lines(scene, every, verbose))
         if table:
             print("", *table, sep="\n")
 

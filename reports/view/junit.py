@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from plumbob.engines.study.measurement import reference_run, worst
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.runner import pairs
-from plumbob.reports.judge.expectations import expected, standing, surprise
 from plumbob.reports.judge.searches import judged_searches, unexpected
-from plumbob.reports.judge.study_verdicts import Judgements
+from plumbob.reports.view.method_results import MethodResult, Results
 from plumbob.reports.view.page import written
 
 
@@ -28,7 +25,7 @@ class Case(NamedTuple):
     message: str = ""
 
 
-def write_junit(file: Path, study: Study, judged: Judgements) -> None:
+def write_junit(file: Path, study: Study, every: Results) -> None:
     """Write one test case for each scene and method: a failure where the verdict is unexpected,
     skipped with the reason where it is a known limit or claims nothing; and a failure for each
     largest step and each derivative that is unexpected."""
@@ -37,35 +34,30 @@ def write_junit(file: Path, study: Study, judged: Judgements) -> None:
         for of in unexpected(judged_searches(study))
     ]
     date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
-    cases = [*_cases(study, judged), *searches]
+    cases = [*map(_case, every.values()), *searches]
     write_cases(file, cases, sum(study.seconds.values()), date)
 
 
-def _cases(study: Study, judged: Judgements) -> Iterator[Case]:
-    """Each pair, with its verdict and order, the relative error at the reference step [s] (or the
+def _case(of: MethodResult) -> Case:
+    """A pair, with its verdict and order, the relative error at the reference step [s] (or the
     tightest tolerance), of which quantity of interest it is, and the step."""
-    ran = {(c.scene, c.method): c for c in study.convergence}
-    for scene, method in pairs(study.scenes, study.methods):
-        of, runs = judged[scene.name, method.name].whole, ran[scene.name, method.name]
-        properties: dict[str, str] = {"verdict": of.verdict}
-        if runs.order:
-            properties["order"] = f"{runs.order.slope:.3f}"
-        if run := reference_run(runs.measurements, method):
-            quantity, error = worst(run, study.quantities(scene.name))
-            properties |= {"relative_error": f"{error:.6g}", "quantity": quantity.observable}
-            properties["step"] = f"{run.step:.6g}"
-        outcomes = {
-            "unexpected": ("failure", f"{surprise(scene, method, of)}: {of.reason}"),
-            "known limit": (
-                "skipped",
-                f"known limit, {of.verdict}: {expected(scene.name, method.name).reason}",
-            ),
-            "pre-asymptotic": ("skipped", f"pre-asymptotic, nothing is claimed: {of.reason}"),
-            "not run": ("skipped", f"{of.verdict}: {of.reason}"),
-        }
-        outcome = outcomes.get(standing(scene, method, of), ("", ""))
-        seconds = sum(m.seconds for m in runs.measurements)
-        yield Case(scene.name, method.name, seconds, properties, *outcome)
+    judged, order = of.judged, of.series.order
+    properties: dict[str, str] = {"verdict": judged.verdict}
+    if order:
+        properties["order"] = f"{order.slope:.3f}"
+    if run := of.reference:
+        quantity, error = of.worst(run)
+        properties |= {"relative_error": f"{error:.6g}", "quantity": quantity.observable}
+        properties["step"] = f"{run.step:.6g}"
+    outcomes = {
+        "unexpected": ("failure", f"{judged.surprise}: {judged.reason}"),
+        "known limit": ("skipped", f"known limit, {judged.verdict}: {judged.declared}"),
+        "pre-asymptotic": ("skipped", f"pre-asymptotic, nothing is claimed: {judged.reason}"),
+        "not run": ("skipped", f"{judged.verdict}: {judged.reason}"),
+    }
+    seconds = sum(m.seconds for m in of.series.measurements)
+    outcome = outcomes.get(judged.standing, ("", ""))
+    return Case(of.scene.name, of.name, seconds, properties, *outcome)
 
 
 def write_cases(file: Path, cases: Sequence[Case], seconds: float, date: str) -> None:

@@ -18,10 +18,11 @@ from plumbob.engines.study.measurement import (
     Measurement,
     reference_run,
     relative_error,
+    worst,
 )
 from plumbob.engines.study.results import Quantities, Study
 from plumbob.engines.study.stability import KnownLimit
-from plumbob.models.scene import Scene
+from plumbob.models.scene import Quantity, Scene
 from plumbob.reports.advice.recommend import UNTRUSTED
 from plumbob.reports.view import notation
 from plumbob.reports.view.records import PairVerdict, Records
@@ -121,11 +122,20 @@ class MethodResult:
             return "unclaimed"
         return "converges" if verdict == "converges" else "predicted"
 
+    @property
+    def reference(self) -> Measurement | None:
+        """The run that stands for the method, whose step is nearest to the reference step."""
+        return reference_run(self.series.measurements, self.method)
+
+    def worst(self, run: Measurement) -> tuple[Quantity, float]:
+        """The quantity of interest whose error is the largest in a run, and that error."""
+        return worst(run, self.quantities)
+
     @cached_property
     def at_reference(self) -> Shown | None:
         """The error at the reference step; where that was not run, at the step nearest to it, or at
         the tightest tolerance. None where nothing was run."""
-        run = reference_run(self.series.measurements, self.method)
+        run = self.reference
         step = run.step if run else next(reversed(self.errors), None)
         if self.method.control == "step" and REFERENCE_STEP in self.errors:
             step = REFERENCE_STEP

@@ -66,13 +66,6 @@ def metres(value: float) -> str:
     return f"{value:.1e} m" if value else "0"
 
 
-def duration(value: float) -> str:
-    """A time step [s] in the unit that suits it."""
-    if value >= 1.0:
-        return f"{value:.3g} s"
-    return f"{1e3 * value:.3g} ms" if value >= 1e-3 else f"{1e6 * value:.3g} µs"
-
-
 def real_time_factor(ns_per_second: float) -> str:
     """Simulated time over wall time, of a cost [ns per simulated second]."""
     return number(1e9 / ns_per_second) if ns_per_second > 0 else "–"

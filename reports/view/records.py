@@ -58,7 +58,6 @@ class Budget:
     observable: str
     error: float
     tolerance: Tolerance
-    predicted: bool
     exceeded: str = ""
 
 
@@ -80,10 +79,9 @@ class PairVerdict:
     standing: Standing
     expected: Verdict
     declared: str  # the reason of what is expected
-    as_declared: bool  # a verdict other than `predicted` that is expected
-    smallest: float | None  # relative error of all runs
     runs: tuple[RunVerdict, ...] = ()
     unjudged: Mapping[str, str] = field(default_factory=dict)  # {observable: why}
+    surprise: str = ""  # why the verdict is not the expected one
     budget_step: float = 0.0  # of the run whose tolerance is shown: [s], or relative tolerance
     budgets: tuple[Budget, ...] = ()
 

@@ -118,7 +118,6 @@ def environment() -> Environment:
         "step": notation.step,  # 1e-4 s, or rtol 1e-9
         "seconds": notation.seconds,  # 12 ms
         "metres": notation.metres,  # 1.2 mm, two digits
-        "duration": notation.duration,  # 2 ms
         "real_time_factor": notation.real_time_factor,  # 123, of ns for a simulated second
         "times_real": notation.times_real,  # 123×
         "in_cell": lambda text: BAR.sub(r"\\|", text),  # whose bars end no cell

@@ -7,75 +7,51 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from plumbob.engines.study.measurement import reference_run, worst
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.runner import pairs
 from plumbob.models.scene import Scene
-from plumbob.reports.judge.expectations import Standing, expected, standing, surprise
 from plumbob.reports.judge.searches import judged_searches, unexpected
-from plumbob.reports.judge.study_verdicts import Judgements
 from plumbob.reports.view.content import Table
+from plumbob.reports.view.method_results import Results
 from plumbob.reports.view.tables import lines, table
 
 
-def unexpected_lines(study: Study, judged: Judgements) -> list[str]:
+def unexpected_lines(study: Study, every: Results) -> list[str]:
     """The unexpected verdicts: scene, method, verdict, what was expected, and why; then those on
     largest steps and derivatives."""
-    verdicts = [
-        (scene.name, method.name, surprise(scene, method, judgement), judgement.reason, reason)
-        for scene, method in pairs(study.scenes, study.methods)
-        if standing(scene, method, judgement := judged[scene.name, method.name].whole)
-        == "unexpected"
-        for reason in (expected(scene.name, method.name).reason,)
-    ]
+    verdicts = [of for of in every.values() if of.judged.mark == "unexpected"]
     return lines("unexpected", verdicts=verdicts, searches=unexpected(judged_searches(study)))
 
 
-def scene_lines(
-    scene: Scene, study: Study, judged: Judgements, verbose: bool = False
-) -> Iterator[str]:
+def scene_lines(scene: Scene, every: Results, verbose: bool = False) -> Iterator[str]:
     """The table of one scene, a row a method: its relative error at the reference step, and what
     that costs; with `verbose` every reason, the confidence interval of every order, and the cost of
     a step too."""
-    ran = {c.method: c for c in study.convergence if c.scene == scene.name}
-    about, rows = study.quantities(scene.name), []
-    for _, method in pairs((scene,), study.methods):
-        result, done = judged[scene.name, method.name].whole, ran[method.name]
-        run = reference_run(done.measurements, method)
-        error, cost = run and worst(run, about), study.costs.get((scene.name, method.name))
-        rows.append((method, result, standing(scene, method, result), done.order, run, error, cost))
+    rows = [of for (name, _), of in every.items() if name == scene.name]
     if not rows:
         return
-    written = table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
-    heads, *cells = aligned(written)
+    about = rows[0].quantities
+    heads, *cells = aligned(
+        table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
+    )
     yield f"{scene.name}: {scene.summary}" if verbose else scene.name
     yield f"  {heads}"
-    for (_, result, *_), line in zip(rows, cells, strict=True):
+    for of, line in zip(rows, cells, strict=True):
         yield f"  {line}"
         if verbose:
-            yield from (f"      {reason}" for reason in (result.reason,) if reason)
-            yield from (f"      not judged: {n}, {why}" for n, why in result.unjudged.items())
+            yield from (f"      {reason}" for reason in (of.judged.reason,) if reason)
+            yield from (f"      not judged: {n}, {why}" for n, why in of.judged.unjudged.items())
 
 
-def summary_lines(study: Study, judged: Judgements, page: Path) -> list[str]:
+def summary_lines(study: Study, every: Results, page: Path) -> list[str]:
     """The last lines: runs, verdicts, known limits, unexpected verdicts, and where the page is."""
-    means: Counter[Standing] = Counter()
-    verdicts: Counter[str] = Counter()
-    for scene, method in pairs(study.scenes, study.methods):
-        judgement = judged[scene.name, method.name].whole
-        means[standing(scene, method, judgement)] += 1
-        verdicts[judgement.verdict] += 1
-    for of in judged_searches(study):
-        means["unexpected"] += bool(of.surprise)
-        means["known limit"] += bool(of.known and not of.surprise)
+    standings = Counter(of.judged.standing for of in every.values())
+    searches = judged_searches(study)
     return lines(
         "summary",
-        runs=sum(
-            m.status in ("done", "diverged") for c in study.convergence for m in c.measurements
-        ),
-        verdicts=verdicts,
-        known=means["known limit"],
-        unexpected=means["unexpected"],
+        runs=sum(len(of.errors) for of in every.values()),
+        verdicts=Counter(of.judged.verdict for of in every.values()),
+        known=standings["known limit"] + sum(bool(of.known and not of.surprise) for of in searches),
+        unexpected=standings["unexpected"] + sum(bool(of.surprise) for of in searches),
         page=page,
     )
 

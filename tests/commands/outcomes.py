@@ -7,9 +7,13 @@ from xml.etree import ElementTree
 
 from plumbob.engines import registry
 from plumbob.engines.method import Simulation, Unsupported
+from plumbob.engines.study.codec import plain
+from plumbob.engines.study.results import Analysed
 from plumbob.engines.trajectory import Trajectory
+from plumbob.reports.analyses.page_numbers import verdict_on
 from plumbob.reports.cli import main
 from plumbob.reports.judge import expectations
+from plumbob.reports.view.records import SCENE, STUDY, SceneRecord, StudyRecord
 
 
 @dataclass(frozen=True)
@@ -63,11 +67,21 @@ def validated(folder, capsys, scenes, methods, more=()):
 def without_pages(monkeypatch):
     """Let studies make no runs but their own, and draw no page."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: ())
-    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
+    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", _verdicts_alone)
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page",
         lambda study, out, *more: out / "none",
     )
+
+
+def _verdicts_alone(study, jobs, judged):
+    """The records of a study's pages with its verdicts and nothing else."""
+    verdicts = {scene.name: {} for scene in study.scenes}
+    for c in study.convergence:
+        verdicts[c.scene][c.method] = verdict_on(study, c, judged)
+    pages = {name: plain(SceneRecord(of, (), None)) for name, of in verdicts.items()}
+    scenes = [Analysed("", SCENE, "", name, numbers) for name, numbers in pages.items()]
+    return (*scenes, Analysed("", STUDY, "", "", plain(StudyRecord((), {}, {}, ()))))
 
 
 def without_findings(monkeypatch):

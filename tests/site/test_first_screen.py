@@ -161,7 +161,7 @@ def test_the_error_at_the_reference_step_or_the_nearest_is_shown(study, runs, te
 def _result(study, runs):
     """The default method on the line with these runs, all of them as predicted."""
     runs, passes = _at_steps(study, runs), (RunVerdict("predicted", ""),)
-    judged = PairVerdict("predicted", "", "as expected", "predicted", "", False, None, passes * 4)
+    judged = PairVerdict("predicted", "", "as expected", "predicted", "", passes * 4)
     about = _about(study, LINE)
     return MethodResult(find_scene(LINE), find_method(DEFAULT), runs, judged, about)
 
