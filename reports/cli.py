@@ -18,7 +18,6 @@ from typing import NoReturn
 import plumbob
 
 USAGE, INCOMPLETE, DEFECT, INTERRUPTED = 2, 3, 4, 130
-GRACE = 1.2  # [s] for Python to see an interrupt and to end
 COMMANDS = (
     "list",
     "validate",
@@ -133,39 +132,10 @@ def _interrupts() -> Iterator[list[int]]:
     for number in before:
         signal.signal(number, interrupt)
     try:
-        with _no_delay():
-            yield signals
+        yield signals
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def _no_delay() -> Iterator[None]:
-    """An interrupt ends this process within `GRACE` too where a library keeps Python from seeing
-    it, in a long run that is one call: no file needs what would be done then."""
-    ours, theirs = os.pipe()
-    os.set_blocking(theirs, False)
-    over = threading.Event()
-
-    def watch() -> None:
-        while number := os.read(ours, 1):
-            if number[0] in (signal.SIGINT, signal.SIGTERM) and not over.wait(GRACE):
-                shown = "\x1b[?25h" if os.isatty(2) else ""  # the cursor, hidden while it works
-                os.write(2, f"{shown}plumbob: interrupted\n".encode())
-                os._exit(INTERRUPTED)
-
-    watching = threading.Thread(target=watch, daemon=True)
-    watching.start()
-    before = signal.set_wakeup_fd(theirs, warn_on_full_buffer=False)
-    try:
-        yield
-    finally:
-        over.set()
-        signal.set_wakeup_fd(before)
-        os.close(theirs)
-        watching.join()
-        os.close(ours)
 
 
 def _version(wanted: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeVar, get_origin
 
@@ -22,7 +22,7 @@ from plumbob.engines.study.identification import ParameterFit
 from plumbob.engines.study.long_runs import LongRunSearch
 from plumbob.engines.study.model_reading import ModelReading
 from plumbob.engines.study.request import Request
-from plumbob.engines.study.results import Answers, Study, TaskResult
+from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 
 T = TypeVar("T")
@@ -90,16 +90,13 @@ def _converter() -> cattrs.Converter:
         extras = {}
         for name, request, answer in held["extras"]:
             kind = kinds[name]
-            extras[made.structure(request, kind)] = partial(_answer, answer, kind.answers)
-        return replace(back(held, TaskResult), extras=Answers(extras))
+            held_answer = None if answer is None else made.structure(answer, kind.answers)
+            extras[made.structure(request, kind)] = held_answer
+        return replace(back(held, TaskResult), extras=extras)
 
     made.register_unstructure_hook(TaskResult, with_extras)
     made.register_structure_hook(TaskResult, of_extras)
     return made
-
-
-def _answer(values: Any, kind: type[T]) -> T | None:
-    return None if values is None else restored(values, kind)
 
 
 def _is_array(kind: Any) -> bool:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 from plumbob.engines.method import Method
@@ -38,32 +37,6 @@ class Analysed:
     claims: tuple[tuple[str, bool], ...] = ()
     """Checks: why each would not hold, and whether it does; without numbers, the pairs of scene and
     method whose verdicts are unexpected."""
-
-
-class Answers(Mapping[Request[Any], Any]):
-    """Answers to requests, each made where it is first asked for: recordings are long, and most
-    readers of a study want none."""
-
-    def __init__(self, makers: Mapping[Request[Any], Callable[[], Any]]) -> None:
-        self._makers = makers
-        self._made: dict[Request[Any], Any] = {}
-
-    def __getitem__(self, request: Request[Any]) -> Any:
-        if request not in self._made:
-            self._made[request] = self._makers[request]()
-        return self._made[request]
-
-    def __contains__(self, request: object) -> bool:
-        return request in self._makers
-
-    def __iter__(self) -> Iterator[Request[Any]]:
-        return iter(self._makers)
-
-    def __len__(self) -> int:
-        return len(self._makers)
-
-    def __reduce__(self) -> tuple[type[dict[Request[Any], Any]], tuple[dict[Request[Any], Any]]]:
-        return dict, (dict(self),)
 
 
 @dataclass(frozen=True)
@@ -187,8 +160,6 @@ def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
         head,
         convergence=tuple(part.convergence for part in parts if part.convergence is not None),
         costs=costs,
-        extras=Answers(
-            {of: partial(part.extras.__getitem__, of) for part in parts for of in part.extras}
-        ),
+        extras={of: answer for part in parts for of, answer in part.extras.items()},
         analyses=tuple(part.analysis for part in parts if part.analysis is not None),
     )

@@ -62,12 +62,8 @@ def command(chosen: argparse.Namespace) -> int:
         for path in sorted(folder.iterdir())
         if path.suffix in (".xml", ".md", ".png")
     ] + [(path.read_bytes(), target / path.name) for path in ABOUT]
-    for content, copy in files:
-        folder = copy.parent
-        if os.path.lexists(folder) and not folder.is_dir():
-            raise ParameterError("DIR", str(target), f"a folder where {folder.name} is a folder")
-        if os.path.lexists(copy) and not _same(content, copy):
-            raise ParameterError("DIR", str(target), f"a folder without another {copy.name}")
+    if os.path.lexists(target) and not (target.is_dir() and not any(target.iterdir())):
+        raise ParameterError("DIR", str(target), "an empty folder or a new one")
     for content, copy in files:
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(content)
@@ -88,11 +84,6 @@ def _check(file: Path, as_json: bool) -> int:
     if len(readers) == 1:
         print("No other engine that reads MJCF is installed: see `plumbob list methods`.")
     return 0
-
-
-def _same(content: bytes, copy: Path) -> bool:
-    """Whether `copy` is a regular file with these bytes."""
-    return copy.is_file() and copy.stat().st_size == len(content) and copy.read_bytes() == content
 
 
 def _content(path: Path, step: float | None) -> bytes:

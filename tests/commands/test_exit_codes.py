@@ -1,12 +1,10 @@
 """Exit codes of what goes wrong on plumbob's own side: 4 for a defect, 130 when interrupted."""
 
-import hashlib
 import os
 import re
 import shlex
 import signal
 import tempfile
-import threading
 from pathlib import Path
 
 import pytest
@@ -57,27 +55,6 @@ def test_an_interrupt_is_one_line(error, capsys, monkeypatch):
     assert main(["cite"]) == 130
     assert capsys.readouterr().err == "plumbob: interrupted\n"
     assert signal.getsignal(signal.SIGINT) == usual
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_in_one_long_call_of_a_library(number, tmp_path, monkeypatch):
-    def calling(_):
-        threading.Timer(0.1, os.kill, (os.getpid(), number)).start()
-        hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # many minutes without Python
-        return 0
-
-    monkeypatch.setattr(cite, "command", calling)
-    child = os.fork()
-    if not child:
-        try:
-            said = os.open(tmp_path / "said", os.O_WRONLY | os.O_CREAT)
-            os.dup2(said, 2)
-            main(["cite"])
-        finally:
-            os._exit(99)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
-    assert (tmp_path / "said").read_text().endswith("plumbob: interrupted\n")
 
 
 @pytest.mark.long
