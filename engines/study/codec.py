@@ -69,7 +69,7 @@ def _converter() -> cattrs.Converter:
     made = cattrs.Converter(detailed_validation=False)
     made.register_unstructure_hook(MappingProxyType, lambda m: made.unstructure(dict(m)))
     made.register_unstructure_hook(np.generic, lambda value: value.item())
-    made.register_structure_hook_func(lambda kind: kind is Any, lambda value, _: _hashable(value))
+    made.register_structure_hook_func(lambda kind: kind is Any, lambda value, _: hashable(value))
     made.register_unstructure_hook_func(_is_array, _packed)
     made.register_structure_hook_func(_is_array, lambda value, _: _unpacked(value))
     apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
@@ -115,8 +115,8 @@ def _unpacked(packed: tuple[tuple[int, ...], str]) -> Array:
     return np.frombuffer(bytearray(held), DOUBLES).reshape(shape)
 
 
-def _hashable(value: Any) -> Any:
+def hashable(value: Any) -> Any:
     """JSON with tuples in place of lists."""
     if isinstance(value, dict):
-        return {name: _hashable(entry) for name, entry in value.items()}
-    return tuple(map(_hashable, value)) if isinstance(value, (list, tuple)) else value
+        return {name: hashable(entry) for name, entry in value.items()}
+    return tuple(map(hashable, value)) if isinstance(value, (list, tuple)) else value

@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from plumbob.analytic.reference import NoAnswer
 from plumbob.engines.abilities import Ablation, Trimming
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.measurement import not_asked_for
+from plumbob.engines.study.measurement import complete_run
 from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
-from plumbob.engines.trajectory import Trajectory, last_sample, lost
+from plumbob.engines.trajectory import Trajectory, last_sample
 from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Scene
 
@@ -34,9 +35,11 @@ class ExtraRun(RunRequest[Trajectory]):
     def made(self, scene: Scene, method: Method) -> Trajectory | None:
         """The recording."""
         changed = replace(method, settings={**method.settings, **dict(self.settings)})
-        run = engine_of(method).prepare(case_of(scene), changed, self.step).run()
-        whole = _whole(run, scene, changed, self.step)
-        return last_sample(whole) if whole and self.end_alone else whole
+        try:
+            run = complete_run(case_of(scene), changed, self.step)
+        except NoAnswer:
+            return None
+        return last_sample(run) if self.end_alone else run
 
     def work(self, scene: Scene, method: Method) -> float:
         """Roughly how many steps it takes."""
@@ -100,10 +103,3 @@ Requests = Callable[[StudyPlan], Sequence[Request[Any]]]
 def nothing_more(plan: StudyPlan) -> Sequence[Request[Any]]:
     """No requests: those of an analysis of the study's own runs alone."""
     return ()
-
-
-def _whole(run: Trajectory, scene: Scene, method: Method, step: float) -> Trajectory | None:
-    """A run that reached its end, with numbers alone and the samples that were asked for."""
-    if lost(run) or not_asked_for(case_of(scene), method, step, run):
-        return None
-    return run

@@ -16,9 +16,9 @@ from plumbob.engines.box import Box, Side, box
 from plumbob.engines.box_search import Searched, lowest
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.registry import engine_of
-from plumbob.engines.study.measurement import not_asked_for
+from plumbob.engines.study.measurement import complete_run
 from plumbob.engines.study.request import Changes, RunRequest, work_of
-from plumbob.engines.trajectory import Trajectory, lost
+from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Quantity, Scene
 
@@ -127,7 +127,7 @@ def identify(
     added = noise * np.random.default_rng(seed).standard_normal(size)
 
     def residuals(at: Sequence[float] | None) -> Array:
-        run = _run(true if at is None else box.case(at), method, step)
+        run = complete_run(true if at is None else box.case(at), method, step)
         return _difference(true, run, times, wanted) - added
 
     if way == "search":
@@ -209,18 +209,10 @@ def _times(case: Case, method: Method, step: float) -> Array:
     """Times [s] of the samples of a run, shape (n,); raises ParameterError where it is lost."""
     try:
         with answering():
-            return _run(case, method, step).times
+            return complete_run(case, method, step).times
     except NoAnswer as why:
         name = "step" if method.control == "step" else "rtol"
         raise ParameterError(name, step, f"one whose run can be fitted ({why})") from why
-
-
-def _run(case: Case, method: Method, step: float) -> Trajectory:
-    """A run of `case`; raises NoAnswer where it is lost."""
-    run = engine_of(method).prepare(case, method, step).run()
-    if why := lost(run) or not_asked_for(case, method, step, run):
-        raise NoAnswer(why)
-    return run
 
 
 def _difference(true: Case, run: Trajectory, times: Array, wanted: Sequence[Quantity]) -> Array:

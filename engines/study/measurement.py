@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Literal
@@ -13,7 +14,7 @@ import numpy as np
 
 from plumbob.analytic.answer_cache import Same, as_stepped, exactly, expected
 from plumbob.analytic.left_open import by_rounding, by_second_run, by_series, roundings
-from plumbob.analytic.reference import Array, Reference, answering
+from plumbob.analytic.reference import Array, NoAnswer, Reference, answering
 from plumbob.analytic.schemes import ADAPTIVE, Scheme
 from plumbob.analytic.theory import SteppedErrors, reaches
 from plumbob.engines.abilities import SchemeOfCase, SecondRun
@@ -160,6 +161,15 @@ def not_asked_for(case: Case, method: Method, step: float, run: Trajectory) -> s
     return cut_short(run, case.scene.duration, fixed)
 
 
+def complete_run(case: Case, method: Method, step: float) -> Trajectory:
+    """A run that reached its end, with numbers alone and the samples that were asked for; raises
+    NoAnswer where it did not, and Unsupported."""
+    run = engine_of(method).prepare(case, method, step).run()
+    if why := lost(run) or not_asked_for(case, method, step, run):
+        raise NoAnswer(why)
+    return run
+
+
 def scheme_of(case: Case, method: Method) -> Scheme:
     """The steps that a method takes of this case: its scheme, or another that its engine names."""
     named = engine_of(method).ability(SchemeOfCase)
@@ -292,9 +302,9 @@ class _Second:
 @lru_cache(maxsize=4)
 def _confirmed(second: _Second) -> Trajectory | None:
     """The trajectory of such a run; None where it fails."""
-    run = engine_of(second.method).prepare(second.case, second.method, second.tolerance).run()
-    whole = not not_asked_for(second.case, second.method, second.tolerance, run)
-    return run if whole and not lost(run) else None
+    with suppress(NoAnswer):
+        return complete_run(second.case, second.method, second.tolerance)
+    return None
 
 
 def _controlled(

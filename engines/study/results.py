@@ -52,7 +52,6 @@ class TaskResult:
     pair: Key = ("", "")  # scene, and method of a convergence study or limits of the step
     label: str = ""
     lost: str = ""
-    seconds: float = 0.0
 
     def given_up(self, label: str, why: str) -> TaskResult:
         """This, as what stands for a result that is given up."""
@@ -73,8 +72,6 @@ class Study:
     convergence: tuple[ConvergenceStudy, ...] = ()
     costs: Mapping[Key, Cost] = field(default_factory=dict)
     reference_step: float = math.nan  # [ns] of a bare step of an empty model, in this study
-    seconds: Mapping[str, float] = field(default_factory=dict)
-    """Wall time of the two halves, "errors" and "costs"."""
     observed: Mapping[str, Observables] = field(default_factory=dict)
     """The observables of each scene, so that a reader need not load every system."""
     interest: Mapping[str, Quantities] = field(default_factory=dict)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import statistics
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -58,15 +57,6 @@ def no_analyses(study: Study, workers: Workers) -> tuple[Analysed, ...]:
     return ()
 
 
-@dataclass(frozen=True)
-class _Pool:
-    """Who works out errors, and who timings; None: this process."""
-
-    of_timings: Workers | None
-    of_errors: Workers | Executor | None
-    count: int
-
-
 def run_study(
     scenes: Sequence[Scene],
     methods: Sequence[Method],
@@ -102,14 +92,15 @@ def run_study(
         # What ended an earlier process, or may end one, is worked out in another than this.
         elsewhere = goes_on or any(find_engine(m.engine).distribution for m in plan.methods)
         here = workers if elsewhere or min(workers.count, len(errors)) > 1 else None
-        pool = _Pool(here, here if executor is None else executor, workers.count)
-        found, seconds = _measured(errors, trims, plan, kept, pool, progress, timed)
+        found = worked_out(errors, kept, executor or here, progress, workers.count)
+        alone = [*trims, *(_cost_tasks(found.values(), plan) if timed else ())]
+        for task in alone:
+            found |= worked_out([task], kept, here, progress)
         study = Study(
             profile,
             plan.scenes,
             plan.methods,
             reference_step=_reference_step(found.values()),
-            seconds=seconds,
             provenance=provenance(command),
             seed=seed,
         )
@@ -118,26 +109,6 @@ def run_study(
         study = replace(study, analyses=analyse(study, workers))
         kept.complete(study, found)
     return study
-
-
-def _measured(
-    errors: Sequence[Task],
-    trims: Sequence[Task],
-    plan: StudyPlan,
-    kept: Checkpoint,
-    pool: _Pool,
-    progress: Progress,
-    timed: bool,
-) -> tuple[dict[str, TaskResult], dict[str, float]]:
-    """The results of all tasks by key, and the wall time [s] of "errors" and "costs"."""
-    begin = time.perf_counter()
-    found = worked_out(errors, kept, pool.of_errors, progress, pool.count)
-    computed = sum(result.seconds for result in found.values()) / max(pool.count, 1)
-    between = time.perf_counter()
-    for task in (*trims, *(_cost_tasks(found.values(), plan) if timed else ())):
-        found |= worked_out([task], kept, pool.of_timings, progress)
-    seconds = {"errors": max(between - begin, computed), "costs": time.perf_counter() - between}
-    return found, seconds
 
 
 def _reference_step(results: Iterable[TaskResult]) -> float:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
 from typing import Any
 
 from plumbob.engines.study.checkpoint import Checkpoint
@@ -30,13 +28,7 @@ def study_task(
 ) -> Task:
     """A task that takes roughly as long as `work` steps of a pendulum."""
     limit = LEAST + GENEROUS * PREDICTED * work
-    return Task(key, _timed, (do, arguments), limit, group, label, instead)
-
-
-def _timed(do: Callable[..., TaskResult], arguments: tuple[Any, ...]) -> TaskResult:
-    """The result of a task, with the time [s] that it took."""
-    begin = time.perf_counter()
-    return replace(do(*arguments), seconds=time.perf_counter() - begin)
+    return Task(key, do, arguments, limit, group, label, instead)
 
 
 def worked_out(

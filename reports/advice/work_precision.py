@@ -33,11 +33,11 @@ class Point:
         return 1e9 / self.ns_per_second if self.ns_per_second else math.inf
 
 
-def points(study: Study, scene: str, quantities: Quantities | None = None) -> tuple[Point, ...]:
+def points(study: Study, scene: str) -> tuple[Point, ...]:
     """Every run of `scene` whose cost is known, by method, coarse to fine, with the
-    error of `quantities`, or of what the scene is about; runs that diverged at the end of the curve
+    error of what the scene is about; runs that diverged at the end of the curve
     they belong to, with an infinite error and cost."""
-    about = study.quantities(scene) if quantities is None else quantities
+    about = study.quantities(scene)
     return tuple(
         Point(m.method, m.step, error_of(m, about), _cost(m, cost.ns_per_step))
         for convergence_study in study.convergence

@@ -11,6 +11,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import method as find_method
+from plumbob.engines.study.codec import hashable
 from plumbob.engines.study.gradient import GradientSearch
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
@@ -67,7 +68,7 @@ def _searches(
         None,
         _positive("eps", chosen.eps),
         next(iter(_positive("at", chosen.at)), None),
-        _hashable(changed),
+        tuple(hashable(changed).items()),
     )
     search.check(case)
     every = product(dict.fromkeys(by), _positive("step", chosen.step) or (None,))
@@ -76,13 +77,6 @@ def _searches(
 
 def _positive(name: str, text: str | None) -> tuple[float, ...]:
     return tuple(values.positive_number(name, part) for part in (text or "").split(",") if part)
-
-
-def _hashable(changed: dict[str, object]) -> tuple[tuple[str, object], ...]:
-    def held(value: object) -> object:
-        return tuple(map(held, value)) if isinstance(value, list) else value
-
-    return tuple((name, held(value)) for name, value in changed.items())
 
 
 def _usual(case: Case) -> list[str]:

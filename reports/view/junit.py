@@ -35,7 +35,7 @@ def write_junit(file: Path, study: Study, every: Results) -> None:
     ]
     date = study.provenance.date.removesuffix(" UTC").replace(" ", "T")
     cases = [*map(_case, every.values()), *searches]
-    write_cases(file, cases, sum(study.seconds.values()), date)
+    write_cases(file, cases, sum(case.seconds for case in cases), date)
 
 
 def _case(of: MethodResult) -> Case:
