@@ -35,10 +35,7 @@ class Slide:
     @property
     def state(self):
         """The start as (x, y, psi, v_x, v_y, omega), shape (6,)."""
-        start = self.start
-        return np.array(
-            [*start.position, start.heading, *start.velocity, start.angular_velocity], dtype=float
-        )
+        return np.array([0.0, 0.0, 0.0, *self.start.velocity, self.start.angular_velocity])
 
 
 def _capsule(rng):
@@ -102,7 +99,9 @@ def slide(seed):
     if rng.random() < 0.7:
         return Slide(capsule, path, Start())
     vx, vy = (float(v) for v in rng.uniform(-0.5, 0.5, 2))
-    start = Start((0.1, -0.2), float(rng.uniform(-3.0, 3.0)), (vx, vy), float(rng.uniform(-6, 6)))
+    turn = np.exp(-1j * rng.uniform(-3.0, 3.0))  # to the body's axes
+    velocity = complex(vx, vy) * turn
+    start = Start((velocity.real, velocity.imag), float(rng.uniform(-6, 6)))
     return Slide(capsule, path, start)
 
 

@@ -125,16 +125,15 @@ def trajectory(
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
     advance = _rk4 if integrator == RK4 else _euler
-    turn = exp(1j * start.heading)
     state: State = (
-        complex(*start.position),
-        start.heading,
+        0j,
+        0.0,
         complex(*start.velocity),
         start.angular_velocity,
         complex(*places[0]),
         complex(*speeds[0]),
     )
-    slip: Slip = (state[2] / turn, state[3])
+    slip: Slip = (state[2], state[3])
     rows = np.empty((steps + 1, 6))
     for k in range(steps + 1):
         z, psi, speed, omega, _, _ = state

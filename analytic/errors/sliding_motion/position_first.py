@@ -60,9 +60,8 @@ def position_first_trajectory(
     after each of `steps` steps of `step` [s], shape (steps + 1, 6), in the ground's axes."""
     inside, moving, targets = _targets(path, step, steps)
     body = _Body.of(capsule, step)
-    turned, omega = cmath.exp(1j * start.heading), start.angular_velocity
-    state = _started(start, turned, inside, moving, step)
-    slip: Slip = (state[3] + 1j * omega * capsule.mass_ratio * turned * inside, omega)
+    state, omega = _started(start, inside, moving, step), start.angular_velocity
+    slip: Slip = (state[3] + 1j * omega * capsule.mass_ratio * inside, omega)
     rows = np.empty((steps + 1, 6))
     for k in range(steps + 1):
         z, psi, _, speed, omega, _ = state
@@ -98,14 +97,13 @@ class _Body:
         return ground, limits, [behind * place for place in ground]
 
 
-def _started(start: Start, turned: complex, inside: complex, moving: complex, step: float) -> State:
+def _started(start: Start, inside: complex, moving: complex, step: float) -> State:
     """State at the start, the slider `inside` the body [m] and `moving` there [m/s]: a joint that
     is closed in every step is open then by what a step before it opened."""
-    z, speed, omega = complex(*start.position), complex(*start.velocity), start.angular_velocity
+    speed, omega = complex(*start.velocity), start.angular_velocity
     behind = opened(step * omega)
-    slider = z + turned * inside * (1.0 - behind)
-    sliding = speed + turned * ((1j * omega + behind / step) * inside + moving)
-    return z, start.heading, slider, speed, omega, sliding
+    sliding = speed + (1j * omega + behind / step) * inside + moving
+    return 0j, 0.0, inside * (1.0 - behind), speed, omega, sliding
 
 
 def _advanced(

@@ -160,7 +160,7 @@ def residual_limit(
     # A stop from speed v turns the body by about v^2/(f g lever).
     scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
     body_velocity = scale * (velocity - 1j * omega * arm)
-    start = Start((0.0, 0.0), 0.0, (body_velocity.real, body_velocity.imag), scale * omega)
+    start = Start((body_velocity.real, body_velocity.imag), scale * omega)
     motion = three_point_motion(capsule, fixed(slider), start)
     end = motion.at(np.array([motion.rest_time]))
     turn = float(end.heading[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +17,7 @@ from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits, RestPose
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track, curve
 from plumbob.analytic.systems.slider_path import SliderPath, concatenate, fixed
-from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
 
 TrackName = Literal["free", "curve"]
@@ -97,16 +98,16 @@ class Plan:
 
     @cached_property
     def motion(self) -> ThreePointMotion:
-        """The exact motion of the whole plan."""
-        begin = Start((self.start.x, self.start.y), self.start.heading)
-        return three_point_motion(self.capsule, self.path, begin)
+        """The exact motion of the whole plan, in the axes of its start."""
+        return three_point_motion(self.capsule, self.path)
 
     @property
     def reached(self) -> RestPose:
         """The pose that the exact motion reaches."""
         end = self.motion.at(np.array([max(self.duration, self.motion.rest_time)]))
-        (x, y), psi = end.position[0], end.heading[0]
-        return RestPose(float(x), float(y), float(psi), self.path.end)
+        place = self.start.place + complex(*end.position[0]) * cmath.rect(1.0, self.start.heading)
+        heading = self.start.heading + float(end.heading[0])
+        return RestPose(place.real, place.imag, heading, self.path.end)
 
     @property
     def error(self) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from plumbob.analytic.numerics.collocation import radau_collocation
-from plumbob.analytic.parameters import ParameterError, finite
+from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, validity
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
@@ -47,11 +47,9 @@ LATER = 1e-6  # of what is left of a piece: where a start that grows from nothin
 
 @dataclass(frozen=True)
 class Start:
-    """Pose and velocity of the body at time 0 on the ground: place of C [m], heading [rad],
-    velocity of C [m/s], angular velocity [rad/s]."""
+    """Velocity of C [m/s] and angular velocity [rad/s] at time 0, with C at the origin and heading
+    0."""
 
-    position: tuple[float, float] = (0.0, 0.0)
-    heading: float = 0.0
     velocity: tuple[float, float] = (0.0, 0.0)
     angular_velocity: float = 0.0
 
@@ -71,21 +69,17 @@ class Now:
 def three_point_motion(
     capsule: Capsule,
     path: SliderPath,
-    start: Start | None = None,
+    start: Start = Start(),
     *,
     nodes: int = 24,
     tolerance: float = 1e-11,
 ) -> ThreePointMotion:
-    """Motion of `capsule` from `start` (None: rest at the origin) while the slider follows `path`,
+    """Motion of `capsule` from `start` while the slider follows `path`,
     until its final rest.
 
     `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
     ParameterError where a support would lose contact, or if the body would never stop.
     """
-    start = Start() if start is None else start
-    for name, value in (("x", start.position[0]), ("y", start.position[1])):
-        finite(name, value)
-    finite("heading", start.heading), finite("angular_velocity", start.angular_velocity)
     for error in validity(capsule, path.track()):
         raise error
     if capsule.friction == 0.0:
@@ -173,10 +167,9 @@ def _sliding(
 
 def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
     at = configuration(body, piece, np.zeros(1))
-    turn = np.exp(1j * start.heading)
-    omega, velocity = start.angular_velocity, complex(*start.velocity) / turn
+    omega, velocity = start.angular_velocity, complex(*start.velocity)
     point = velocity + 1j * omega * body.mass_ratio * complex(at.position[0])
-    state = State(0.0, complex(point), omega, start.heading, complex(*start.position))
+    state = State(0.0, complex(point), omega, 0.0, 0j)
     if point == omega == 0.0:
         return Now(state, "rest")
     speeds = np.abs(velocity + 1j * omega * body.supports)

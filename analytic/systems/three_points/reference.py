@@ -1,4 +1,4 @@
-"""A motion of the body in the plane as a reference, in the axes of its start."""
+"""A motion of the body in the plane as a reference."""
 
 from __future__ import annotations
 
@@ -60,11 +60,6 @@ class PlaneReference(LinearResponse):
     motion: PlaneMotion
     closed_form: ClassVar[None] = None  # integrated from event to event
 
-    @cached_property
-    def _start(self) -> tuple[complex, float]:
-        begin = self.motion.at(np.zeros(1))
-        return complex(*begin.position[0]), float(begin.heading[0])
-
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Exact x, y of C [m], velocity_x, velocity_y [m/s], heading [rad], heading_rate [rad/s]
         and normal_force_1..3 [N] at `times` [s], shape (n,); body_angle is the heading by the
@@ -86,18 +81,15 @@ class PlaneReference(LinearResponse):
         return found
 
     def _worked_out(self, times: Array) -> Mapping[str, Array]:
-        now, (place, heading) = self.motion.at(times), self._start
-        back = np.exp(-1j * heading)
-        moved = (now.position @ [1.0, 1j] - place) * back
-        speed = now.velocity @ [1.0, 1j] * back
-        turned = now.heading - heading
+        now = self.motion.at(times)
+        (x, y), (velocity_x, velocity_y) = now.position.T, now.velocity.T
         return {
-            "body_angle": turned,
-            "x": moved.real,
-            "y": moved.imag,
-            "velocity_x": speed.real,
-            "velocity_y": speed.imag,
-            "heading": turned,
+            "body_angle": now.heading,
+            "x": x,
+            "y": y,
+            "velocity_x": velocity_x,
+            "velocity_y": velocity_y,
+            "heading": now.heading,
             "heading_rate": now.angular_velocity,
             **self._loads(times),
         }
@@ -109,11 +101,9 @@ class PlaneReference(LinearResponse):
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """The error of the motion, and that of rounded inputs, at `times` [s], shape (n,)."""
         error, observed = self.motion.error, self.observe(times)
-        place, speed = float(np.abs(error.position).max()), float(np.abs(error.velocity).max())
         heading, rate = float(error.heading[0]), float(error.angular_velocity[0])
-        # In rotated axes an error of either coordinate affects both.
         load = self._load_uncertainty(times)
-        bounds = (heading, *2 * (2 * place,), *2 * (2 * speed,), heading, rate, *3 * (load,))
+        bounds = (heading, *error.position[0], *error.velocity[0], heading, rate, *3 * (load,))
         return {
             name: np.full(np.shape(times), bound + ROUNDINGS * float(np.abs(values).max()))
             for (name, values), bound in zip(observed.items(), bounds, strict=True)
@@ -128,10 +118,7 @@ class PlaneReference(LinearResponse):
 
     @property
     def begun(self) -> Start:
-        """The start in its own axes."""
-        begin, heading = self.motion.at(np.zeros(1)), self._start[1]
-        speed = complex(*begin.velocity[0]) * np.exp(-1j * heading)
-        return Start(
-            velocity=(float(speed.real), float(speed.imag)),
-            angular_velocity=float(begin.angular_velocity[0]),
-        )
+        """How the body moves at first."""
+        first = self.motion.at(np.zeros(1))
+        x, y = first.velocity[0].tolist()
+        return Start((x, y), float(first.angular_velocity[0]))
