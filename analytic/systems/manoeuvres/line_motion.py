@@ -184,20 +184,19 @@ class LineMotion(LinearResponse):
         """Absolute error [SI] at `times` [s], shape (n,), that parameters and times rounded to
         double, and the arithmetic, may have caused: first order, term by term, in magnitude; it
         adds up over the repetitions."""
-        capsule, (done, spent, phase) = self.capsule, self._now(times)
+        capsule, (done, _, _) = self.capsule, self._now(times)
         late = np.where(done > 0.0, SHIFTED, 2.0) * np.abs(np.asarray(times, dtype=float))
         late = ROUNDOFF * (late if self.count > 1 else np.minimum(late, 2 * self.phases[-1].start))
         pulls = np.abs(self._table[3])
-        pushes = capsule.mass_ratio * pulls + capsule.friction * capsule.gravity
-        slid, slid_rate, _ = self._magnitudes(pulls, phase, spent)
-        moved, rate, at_end = self._magnitudes(pushes * self._table[7], phase, spent)
+        pushes = self._table[7] * (capsule.mass_ratio * pulls + capsule.friction * capsule.gravity)
+        (slid, slid_rate), (moved, rate) = self._magnitudes(pulls), self._magnitudes(pushes)
         reach = math.hypot(*self.segment.start) + abs(self.stroke)
         slack = normal_force_uncertainty(capsule, reach)
         slack = slack + steepest_load(capsule) * late * slid_rate * (self.count > 1)
-        still = np.zeros_like(spent)
+        still = np.zeros_like(late)
         return {
-            "displacement": FEW * (moved + done * at_end) + late * rate,
-            "velocity": FEW * rate + 2 * late * float((pushes * self._table[7]).max()),
+            "displacement": FEW * moved * (1.0 + done) + late * rate,
+            "velocity": FEW * rate + 2 * late * float(pushes.max()),
             "stroke": FEW * slid + late * slid_rate,
             "stroke_rate": FEW * slid_rate + 2 * late * float(pulls.max()),
             "heading": still,
@@ -209,17 +208,9 @@ class LineMotion(LinearResponse):
             ),
         }
 
-    def _magnitudes(
-        self, accelerations: Array, phase: Array, spent: Array
-    ) -> tuple[Array, Array, float]:
-        """Way [m] and rate [m/s] of which every term counts with its size, `spent` [s] after the
-        start of each `phase`, and the way after all."""
-        starts = self._table[0]
-        spans = np.diff(starts)
-        rates = np.append(0.0, np.cumsum(accelerations[:-1] * spans))
-        ways = rates[:-1] * spans + 0.5 * accelerations[:-1] * spans**2
-        ways = np.append(0.0, np.cumsum(ways))
-        which = np.searchsorted(starts, phase[0], side="right") - 1
-        rate, pull = rates[which], accelerations[which]
-        way = ways[which] + spent * (rate + 0.5 * pull * spent)
-        return way, rate + pull * spent, float(ways[-1])
+    def _magnitudes(self, accelerations: Array) -> tuple[float, float]:
+        """Way [m] and rate [m/s] after all phases, of which every term counts with its size."""
+        spans = np.diff(self._table[0])
+        gained = accelerations[:-1] * spans
+        rates = np.cumsum(gained)
+        return float(spans @ (rates - 0.5 * gained)), float(rates[-1]) if spans.size else 0.0

@@ -5,59 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
 from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
-    Capsule,
     by_support,
     normal_force_uncertainty,
     normal_forces,
     steepest_load,
 )
-from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.friction import Start
-from plumbob.analytic.systems.three_points.motion import Pose, ThreePointMotion
 
 ROUNDINGS = 8 * ROUNDOFF  # of parameters and times, and of the change to the axes of the start
-
-
-class PlaneMotion(Protocol):
-    """A motion of the body in the plane under a prescribed slider, with its error."""
-
-    @property
-    def capsule(self) -> Capsule:
-        """The body that moves."""
-        ...
-
-    @property
-    def path(self) -> SliderPath:
-        """The slider's path in the body."""
-        ...
-
-    def at(self, times: Array) -> Pose:
-        """Pose and velocity of the body at `times` [s], shape (n,)."""
-        ...
-
-    @property
-    def error(self) -> Pose:
-        """Largest error over the whole motion, parts of shape (1, 2) and (1,)."""
-        ...
-
-    @property
-    def single(self) -> ThreePointMotion:
-        """The motion itself, or the one that it repeats."""
-        ...
 
 
 @dataclass(frozen=True)
 class PlaneReference(LinearResponse):
     """Observables of a motion in the plane: C starts at the origin, with heading 0."""
 
-    motion: PlaneMotion
+    motion: Any
+    """A ThreePointMotion, or several equal ones: its body, path, pose at any time, and error."""
     closed_form: ClassVar[None] = None  # integrated from event to event
 
     def observe(self, times: Array) -> Mapping[str, Array]:
