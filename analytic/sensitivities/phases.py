@@ -15,16 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 
-from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.collocation import gauss_collocation
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity
+from plumbob.analytic.sensitivities.neighbours import ABOVE, Derived, Neighbours, Sensitivity
 
-NODES = 12  # of a polynomial for do/dt
-WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # its width over the length of the phase: near its end a
-# support's direction settles as a power of the time that is left
+WINDOWS = 0.125 ** np.arange(1.0, 6.0)  # of a stencil for do/dt over the length of the phase: near
+# its end a support's direction settles as a power of the time that is left
 LATEST = 1.0 - 1e-11  # fraction of a phase: at its end round-off decides which formula holds
 
 
@@ -96,19 +92,15 @@ def _slopes(
 ) -> Derived:
     """do/dt within a phase, shape (observables, n), and its uncertainty, the smallest of several
     windows'; none in the last phase, where everything has come to rest."""
-    found = uncertain = np.zeros((len(names), times.size))
+    shape = len(names), times.size
     if not np.isfinite(length):
-        return found, uncertain
-    rule, uncertain = gauss_collocation(NODES), uncertain + np.inf
+        return np.zeros(shape), np.zeros(shape)
+    slopes, uncertain = np.zeros(shape), np.full(shape, np.inf)
+    inward = np.where(times - begin < 0.5 * length, 1.0, -1.0)  # from an end of the phase
     for width in length * WINDOWS:
-        low = np.clip(times - width / 2, begin, begin + length - width)
-        values = motion.at((low[:, None] + width * rule.nodes).ravel(), names)
-        spectra = values.reshape(len(values), times.size, NODES) @ rule.spectrum.T
-        where = np.clip(2.0 * (times - low) / width - 1.0, -1.0, 1.0)
-        slopes = legendre.legder(np.moveaxis(spectra, -1, 0)) * 2.0 / width
-        fewer = legendre.legder(np.moveaxis(spectra[..., :-2], -1, 0)) * 2.0 / width
-        fine, coarse = (legendre.legval(where, part, tensor=False) for part in (slopes, fewer))
-        size = np.abs(values).max(axis=1)[:, None]
-        unsure = np.abs(fine - coarse) + ULP * size * NODES**2 / width
-        found, uncertain = np.where(unsure < uncertain, (fine, unsure), (found, uncertain))
-    return found, uncertain
+        step = inward * width / ABOVE[-1]
+        ahead = tuple(motion.at(times + k * step, names) for k in ABOVE)
+        rate, unsure = Neighbours(ahead, np.array(ABOVE, dtype=float)).derivative(np.asarray)
+        rate, unsure = rate / step, unsure / np.abs(step)
+        slopes, uncertain = np.where(unsure < uncertain, (rate, unsure), (slopes, uncertain))
+    return slopes, uncertain
