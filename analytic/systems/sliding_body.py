@@ -31,20 +31,13 @@ class Stance:
         >>> square.inside(np.array([0.25, 0.0])), square.inside(np.array([2.0, 0.0]))
         (0.75, -1.0)
         """
-        points = np.asarray(self.points, dtype=float)
-        edges = points[None] - points[:, None]
-        lengths = np.hypot(edges[..., 0], edges[..., 1])
-        size = float(lengths.max(initial=0.0))
-        i, j = np.nonzero(lengths > 1e-9 * size)
-        normals = np.stack([edges[i, j, 1], -edges[i, j, 0]], axis=1) / lengths[i, j, None]
-        offsets = np.einsum("kd,kd->k", normals, points[i])
-        beyond = (normals @ points.T - offsets[:, None]).max(axis=1, initial=-np.inf)
-        hull = beyond <= 1e-9 * size
-        if not hull.any():
+        from scipy.spatial import ConvexHull, QhullError
+
+        try:
+            hull = ConvexHull(np.asarray(self.points, dtype=float))
+        except (QhullError, ValueError):  # fewer than three, or on one line
             return -np.inf
-        inner = np.asarray(offsets - normals @ place)[hull]
-        width = (offsets[:, None] - normals @ points.T).max(axis=1)[hull].min()
-        return float(inner.min()) if width > 1e-9 * size else -np.inf
+        return -float((hull.equations[:, :2] @ place + hull.equations[:, 2]).max())
 
     def slides(self, friction: float, heading: float) -> bool:
         """Whether every load can stay >= 0 while it slides along `heading` [rad]."""

@@ -25,18 +25,9 @@ SLOW = 1e-6  # its square is about the turn of the coasting body [rad], which th
 
 @dataclass(frozen=True)
 class TurnPose:
-    """Place of C relative to its start [m] and change of heading [rad]; as a second-order
-    coefficient the same over tau^2, [m/s^2] and [rad/s^2]."""
-
-    x: float
-    y: float
-    heading: float
-
-
-@dataclass(frozen=True)
-class TurnRates:
-    """Velocity of C in the axes of the start [m/s] and angular velocity [rad/s]; as a first-order
-    coefficient the same over tau, [m/s^2] and [rad/s^2]."""
+    """Place of C [m] and heading [rad], from those of the start, or their rates [m/s] and [rad/s]; as
+    a coefficient of second order the pose over tau^2, of first order the rates over tau, [m/s^2]
+    and [rad/s^2]."""
 
     x: float
     y: float
@@ -50,7 +41,7 @@ class TurnCorrection:
 
     at_stop: TurnPose
     at_rest: TurnPose
-    left_at_stop: TurnRates
+    left_at_stop: TurnPose
     residual_time: float
 
 
@@ -122,7 +113,7 @@ def turn_correction(
     return TurnCorrection(
         TurnPose(at_stop.real, at_stop.imag, turned.real),
         TurnPose(at_rest.real, at_rest.imag, turned.real + turn),
-        TurnRates(carried.real, carried.imag, spin.real),
+        TurnPose(carried.real, carried.imag, spin.real),
         lasting,
     )
 

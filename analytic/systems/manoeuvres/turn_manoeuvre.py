@@ -15,7 +15,6 @@ from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, validity
 from plumbob.analytic.systems.manoeuvres.turn_correction import (
     TurnCorrection,
     TurnPose,
-    TurnRates,
     circle_inertia,
     inertia_ratio,
     progress,
@@ -152,11 +151,10 @@ class TurnManoeuvre:
         return _added(self.leading_pose, self.correction.at_rest, self.half_time**2)
 
     @property
-    def rates_at_stop(self) -> TurnRates:
+    def rates_at_stop(self) -> TurnPose:
         """Velocity and angular velocity left at 2 tau, of which eq. 32 has none, to leading order:
         in proportion to tau."""
-        left, tau = self.correction.left_at_stop, self.half_time
-        return TurnRates(tau * left.x, tau * left.y, tau * left.heading)
+        return _added(TurnPose(0.0, 0.0, 0.0), self.correction.left_at_stop, self.half_time)
 
     @property
     def rest_time(self) -> float:

@@ -92,24 +92,20 @@ def _leaving_rest(problem: FrictionProblem, free: Slip, scale: float) -> Slip | 
 def _rests(problem: FrictionProblem, free: Slip) -> bool:
     """Whether impulses kappa L_i (X + Y k x b_i), with b_i the arms from the centre of the limits,
     keep the body at rest: a sufficient condition."""
-    (p, w), (first, second, third), (a, b, c) = free, problem.limits, problem.arms
-    if not (total := first + second + third) > 0.0:
+    (p, w), total = free, sum(problem.limits)
+    if not total > 0.0:
         return False
     along = problem.mass * p / total
     if abs(along) > SURELY:  # the mean of the three sums below, each of which is 1 at most
         return False
-    centre = (first * a + second * b + third * c) / total
-    a, b, c = a - centre, b - centre, c - centre
-    spread = first * abs(a) ** 2 + second * abs(b) ** 2 + third * abs(c) ** 2
-    turn = problem.inertia * w - total * (centre.conjugate() * along).imag
+    supports = tuple(zip(problem.limits, problem.arms, strict=True))
+    centre = sum(limit * arm for limit, arm in supports) / total
+    spread = sum(limit * abs(arm - centre) ** 2 for limit, arm in supports)
     if not spread > 0.0:
         return False
+    turn = problem.inertia * w - total * (centre.conjugate() * along).imag
     push = 1j * (turn / spread)
-    return (
-        abs(along + push * a) <= 1.0
-        and abs(along + push * b) <= 1.0
-        and abs(along + push * c) <= 1.0
-    )
+    return all(abs(along + push * (arm - centre)) <= 1.0 for arm in problem.arms)
 
 
 def _pivoting(problem: FrictionProblem, free: Slip, pivot: int) -> tuple[Slip, float, complex]:
@@ -190,22 +186,20 @@ def _expanded(
 
 
 def _newton_step(gradient: Vector, hessian: Hessian) -> Vector | None:
-    """Minus the inverse of the Hessian times the gradient, by cofactors; None where singular."""
-    (gx, gy, go), (c11, c22, c33, c12, c13, c23) = gradient, _cofactors(*hessian)
-    det = hessian[0] * c11 + hessian[3] * c12 + hessian[4] * c13
-    if det == 0.0:
+    """Minus the inverse of the Hessian times the gradient, by elimination; None where singular."""
+    (gx, gy, go), (xx, yy, oo, xy, xo, yo) = gradient, hessian
+    if not xx:
         return None
-    return (
-        -(c11 * gx + c12 * gy + c13 * go) / det,
-        -(c12 * gx + c22 * gy + c23 * go) / det,
-        -(c13 * gx + c23 * gy + c33 * go) / det,
-    )
-
-
-def _cofactors(hxx: float, hyy: float, hoo: float, hxy: float, hxo: float, hyo: float) -> Hessian:
-    c11, c12, c13 = hyy * hoo - hyo * hyo, hxo * hyo - hxy * hoo, hxy * hyo - hxo * hyy
-    c22, c23, c33 = hxx * hoo - hxo * hxo, hxy * hxo - hxx * hyo, hxx * hyy - hxy * hxy
-    return c11, c22, c33, c12, c13, c23
+    gy, go = gy - xy / xx * gx, go - xo / xx * gx
+    yy, yo, oo = yy - xy / xx * xy, yo - xy / xx * xo, oo - xo / xx * xo
+    if not yy:
+        return None
+    go, oo = go - yo / yy * gy, oo - yo / yy * yo
+    if not oo:
+        return None
+    o = -go / oo
+    y = (-gy - yo * o) / yy
+    return (-gx - xy * y - xo * o) / xx, y, o
 
 
 def _damping(
