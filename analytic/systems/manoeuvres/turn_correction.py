@@ -25,9 +25,9 @@ SLOW = 1e-6  # its square is about the turn of the coasting body [rad], which th
 
 @dataclass(frozen=True)
 class TurnPose:
-    """Place of C [m] and heading [rad], from those of the start, or their rates [m/s] and [rad/s]; as
-    a coefficient of second order the pose over tau^2, of first order the rates over tau, [m/s^2]
-    and [rad/s^2]."""
+    """Place of C [m] and heading [rad], from those of the start, or their rates [m/s] and [rad/s];
+    as a coefficient of second order the pose over tau^2, of first order the rates over tau,
+    [m/s^2] and [rad/s^2]."""
 
     x: float
     y: float

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from plumbob.analytic.systems.three_points.rest import excess_load, holding_limi
 Kind = Literal["slow", "turn", "line", "wait"]
 
 ANYWHERE, FIRST, ARC, SECOND = range(4)  # parts of a track
+NEAR = 1e-12  # [m] or [rad]: two places of the slider this near are one
 ARC_SAMPLES = 9  # of each piece of a slow arc, for its largest load
 
 
@@ -50,13 +51,19 @@ class Manoeuvre:
         return self.path.duration
 
 
-@dataclass(frozen=True)
-class Place:
-    """A place of the slider: `at` is x + iy relative to C [m] where `part` is ANYWHERE, its angle
-    [rad] on the ARC, and on the FIRST or the SECOND segment its distance along it from C [m]."""
+class Place(NamedTuple):
+    """A place of the slider: its `point` x + iy relative to C [m], and on a `part` of the track its
+    place along that, `at`: its angle [rad] on the ARC, and on the FIRST or the SECOND segment its
+    distance along it from C [m]."""
 
     part: int
-    at: complex
+    at: float
+    point: complex
+
+    def away(self, other: Place) -> bool:
+        """Whether the slider has to move from the one to the other."""
+        round_ = self.part == other.part == ARC
+        return abs(self.at - other.at if round_ else self.point - other.point) > NEAR
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -29,6 +29,7 @@ from plumbob.analytic.systems.planner.manoeuvre import (
     ANYWHERE,
     ARC,
     FIRST,
+    NEAR,
     SECOND,
     Manoeuvre,
     Place,
@@ -37,7 +38,6 @@ from plumbob.analytic.systems.planner.manoeuvre import (
 )
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, Limits
 
-NEAR = 1e-12  # [m] or [rad]: two places of the slider this near are one
 ROUND = tuple(k / 24 for k in range(24))  # places round the circle for the first turn to begin at
 ON_ARC = (0.0, 0.5, 1.0)  # and on an arc
 LEAST_LOAD = 0.1  # of a support's load with the slider at C, to remain on a rail
@@ -55,12 +55,18 @@ signed along it from C [m]."""
 @dataclass(frozen=True)
 class Rail:
     """A straight part of the track on a line through C: the slider may go in `direction` [rad, from
-    the body's x axis] from `low` to `high`, signed along it from C [m]; `place` is that there."""
+    the body's x axis] from `low` to `high`, signed along it from C [m]; it is a `part` of the
+    track, gone along in its own sense or against that, -1."""
 
     direction: float
     low: float
     high: float
-    place: Callable[[float], Place]
+    part: int = ANYWHERE
+    sense: float = 1.0
+
+    def place(self, along: float) -> Place:
+        """The place `along` it [m]."""
+        return Place(self.part, self.sense * along, cmath.rect(along, self.direction))
 
 
 Legs = tuple[tuple[Rail, float], ...]
@@ -81,7 +87,7 @@ class Circle:
     longest: float
     first: float
     extent: float | None
-    places: Sequence[float] = (0.0,)
+    places: Sequence[float]
 
     def starts(self, swing: float) -> Array:
         """Angles [rad], shape (n,), at which the first turn, through `swing` [rad], may begin."""
@@ -148,7 +154,8 @@ class Track:
             for along in (self.limits.radius, -self.limits.radius):
                 angle = self._on_arc(direction if along > 0.0 else direction + math.pi)
                 if low - NEAR <= along <= high + NEAR and angle is not None:
-                    met.setdefault(part, (Place(part, along), Place(ARC, angle)))
+                    there = Rail(direction, low, high, part).place(along)
+                    met.setdefault(part, (there, self.on_circle(angle)))
         return met
 
     @property
@@ -169,15 +176,15 @@ class Track:
         """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
         there = complex(*point)
         if not self.joined:
-            return (Place(ANYWHERE, there),)
+            return (Place(ANYWHERE, 0.0, there),)
         near = list[Place]()
         for part, (direction, low, high) in zip((FIRST, SECOND), self.segments, strict=True):
             along = there * cmath.rect(1.0, -direction)
             if abs(along.imag) <= NEAR and low - NEAR <= along.real <= high + NEAR:
-                near.append(Place(part, along.real))
+                near.append(Place(part, along.real, there))
         angle = self._on_arc(cmath.phase(there))
         if angle is not None and abs(abs(there) - self.limits.radius) <= NEAR:
-            near.append(Place(ARC, angle))
+            near.append(Place(ARC, angle, there))
         if not near:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
         return tuple(near)
@@ -195,9 +202,8 @@ class Track:
 
     def on_circle(self, angle: float) -> Place:
         """The place on the circle at `angle` [rad]."""
-        if self.arc is None:
-            return Place(ANYWHERE, cmath.rect(self.limits.radius, angle))
-        return Place(ARC, angle)
+        part = ANYWHERE if self.arc is None else ARC
+        return Place(part, angle, cmath.rect(self.limits.radius, angle))
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
         """Ways to carry the body over `displacement` [m], in body axes: along the two segments in
@@ -222,53 +228,40 @@ class Track:
         ahead, behind = 1.0 / float(falls.max()), -1.0 / float(falls.min())
         length = min(self.limits.stroke, ahead + behind)
         high = min(max(0.5 * length, length - behind), ahead)
-
-        def place(along: float) -> Place:
-            return Place(ANYWHERE, cmath.rect(along, direction))
-
-        return Rail(direction, high - length, high, place)
+        return Rail(direction, high - length, high)
 
     def _rail(self, number: int, *, away: bool) -> Rail:
         """A segment, with the slider going in its line's direction (`away`) or against it."""
         direction, low, high = self.segments[number]
         part = (FIRST, SECOND)[number]
         if away:
-            return Rail(direction, low, high, lambda along: Place(part, along))
-        return Rail(direction + math.pi, -high, -low, lambda along: Place(part, -along))
-
-    def _point(self, place: Place) -> complex:
-        """The point relative to C [m]."""
-        if place.part == ANYWHERE:
-            return place.at
-        if place.part == ARC:
-            return cmath.rect(self.limits.radius, place.at.real)
-        return cmath.rect(place.at.real, self.segments[place.part == SECOND][0])
+            return Rail(direction, low, high, part)
+        return Rail(direction + math.pi, -high, -low, part, -1.0)
 
     def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
         """The slow motions from one place to another: along one piece, along the curve with stops
         at its corners, or else the quicker of straight and by way of C, where static friction
         allows most."""
+        c = Place(ANYWHERE, 0.0, 0j)
+        ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
-            return self._slow(((begin, end),))
-        if self.joined:
+            ways = ways[:1]
+        elif self.joined:
             (off, onto), (last, onto_last) = (
                 self.joints.get(place.part, (place, place)) for place in (begin, end)
             )
-            return self._slow(((begin, off), (onto, onto_last), (last, end)))
-        here, there, c = self._point(begin), self._point(end), Place(ANYWHERE, 0j)
-        ends = Place(ANYWHERE, here), Place(ANYWHERE, there)
-        ways = self._slow((ends,)), self._slow(((ends[0], c), (c, ends[1])))
-        return min(ways, key=lambda way: sum(motion.duration for motion in way))
+            ways = [((begin, off), (onto, onto_last), (last, end))]
+        return min(map(self._slow, ways), key=lambda way: sum(motion.duration for motion in way))
 
     def _slow(self, ways: Sequence[tuple[Place, Place]]) -> tuple[Manoeuvre, ...]:
         """Slow motions, each within one part of the track."""
         capsule, radius, holding = self.capsule, self.limits.radius, self.limits.holding
         return tuple(
-            slow_arc(capsule, radius, here.at.real, there.at.real, holding)
-            if here.part == ARC
-            else slow_line(capsule, self._point(here), self._point(there), holding)
+            slow_arc(capsule, radius, here.at, there.at, holding)
+            if here.part == there.part == ARC
+            else slow_line(capsule, here.point, there.point, holding)
             for here, there in ways
-            if abs(there.at - here.at) > NEAR
+            if here.away(there)
         )
 
 
