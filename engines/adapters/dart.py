@@ -33,9 +33,9 @@ from plumbob.engines.adapters.three_feet import (
     Pose,
     ThreeFeet,
     gravity,
+    on_three_feet,
     scheme,
     start_velocity,
-    three_feet,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation
 from plumbob.engines.peer_model import FREE, Frame, Layout, NotRead, PeerModel, Translated
@@ -59,7 +59,9 @@ DEPTH = 1e-9  # [m] that the feet start in the plane: contacts are found where b
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     if case.system.family == CAPSULE:
-        return stepped(case, step, partial(_capsule, three_feet(case), method, step))
+        return stepped(
+            case, step, partial(_capsule, on_three_feet(case.problem.setup), method, step)
+        )
     return stepped(case, step, partial(_pendulum, hinged_body(case), step))
 
 

@@ -30,8 +30,8 @@ from plumbob.engines.adapters.three_feet import (
     Pose,
     ThreeFeet,
     gravity,
+    on_three_feet,
     start_velocity,
-    three_feet,
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
 from plumbob.engines.trajectory import ByName
@@ -74,7 +74,7 @@ METHODS = (
 def prepare(case: Case, method: Method, step: float) -> Simulation:
     """Build `case` for `method` at `step` [s]; raises Unsupported and ParameterError."""
     if case.system.family == CAPSULE:
-        build = partial(_capsule, three_feet(case), method, step)
+        build = partial(_capsule, on_three_feet(case.problem.setup), method, step)
     else:
         build = partial(_pendulum, hinged_body(case), method, step)
     return stepped(case, step, build, (OverflowError, ValueError, _error()))

@@ -11,10 +11,10 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
-from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
+from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.chain import FREE, ORIGIN, SLIDE, WELD, Link, Vector
 from plumbob.engines.adapters.stepping import Built, TakeSteps
-from plumbob.engines.method import Method, Unsupported
+from plumbob.engines.method import Method
 from plumbob.engines.trajectory import ByName
 from plumbob.models.scene import Case
 
@@ -155,13 +155,6 @@ def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
 def scheme(case: Case, method: Method) -> Scheme:
     """The method's own where there are no contacts."""
     return CONTACTS if case.system.family == CAPSULE else method.scheme
-
-
-def three_feet(case: Case) -> ThreeFeet:
-    """The bodies of a capsule's case; raises Unsupported for other systems."""
-    if not isinstance(case.problem, CapsuleProblem):
-        raise Unsupported(f"{case.scene.name} is no capsule")
-    return on_three_feet(case.problem.setup)
 
 
 def on_three_feet(setup: CapsuleSetup) -> ThreeFeet:

@@ -42,8 +42,8 @@ from plumbob.engines.adapters.three_feet import (
     Pose,
     ThreeFeet,
     gravity,
+    on_three_feet,
     start_velocity,
-    three_feet,
 )
 from plumbob.engines.method import Method, Options, Simulation
 from plumbob.engines.sampling import step_count
@@ -74,7 +74,9 @@ def _scene(case: Case, settings: Options, step: float, control: float) -> Any:
     if case.system.family != CAPSULE:
         return partial(_pendulum, hinged_body(case), step)
     steps = step_count(case.scene.duration, control)
-    return partial(_capsule, three_feet(case), {**settings, "time_step": step}, control, steps)
+    return partial(
+        _capsule, on_three_feet(case.problem.setup), {**settings, "time_step": step}, control, steps
+    )
 
 
 @dataclass

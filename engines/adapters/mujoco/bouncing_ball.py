@@ -21,8 +21,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, and contacts for a `step` [s]."""
-    spec = read(mjcf)
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec = read(mjcf, problem.gravity)
     impact, ball = soft_impact(problem.restitution, step), spec.geom("ball")
     ball.solref, ball.solimp[:2] = impact.solref, [IMPEDANCE, IMPEDANCE]
     spec.key("start").qpos = [problem.height + ball.size[0]]

@@ -66,9 +66,8 @@ def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, geoms and keyframe included;
     `platform_armature` [kg m^2] is what `armature` says unless given."""
-    spec, body = read(mjcf), problem.body
+    spec, body = read(mjcf, problem.gravity), problem.body
     hung, offset = spec.body("cone"), body.mass * body.com_distance**2
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
     spec.joint("platform").armature = platform_armature or armature(problem)
     hung.pos = [problem.pivot_x, problem.pivot_y, problem.pivot_z]
     hung.mass = body.mass

@@ -28,8 +28,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf)
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec = read(mjcf, problem.gravity)
     top, across = spec.body("top"), problem.inertia_across
     top.mass, top.ipos = problem.mass, [0.0, 0.0, problem.length]
     top.inertia = [across, across, problem.inertia_axis]

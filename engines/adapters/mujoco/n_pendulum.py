@@ -25,8 +25,7 @@ def of_chain(spec: mujoco.MjSpec, system: SmoothSystem) -> Translation:
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, above, end = read(mjcf), None, 0.0
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec, above, end = read(mjcf, problem.gravity), None, 0.0
     rods = zip(problem.each("masses"), problem.each("lengths"), strict=True)
     for number, (mass, length) in enumerate(rods, start=1):
         rod = spec.body(f"rod_{number}") or _added(above, number)

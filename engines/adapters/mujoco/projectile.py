@@ -18,7 +18,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec = read(mjcf)
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec = read(mjcf, problem.gravity)
     spec.key("start").qvel = problem.motion.system.rate
     return spec

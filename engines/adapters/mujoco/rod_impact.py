@@ -45,8 +45,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any, step: float = 1e-3) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, and contacts for a `step` [s]."""
-    spec, half = read(mjcf), problem.length / 2.0
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec, half = read(mjcf, problem.gravity), problem.length / 2.0
     rod, start, begun = spec.body("rod"), spec.key("start"), problem.observe(np.zeros(1))
     rod.mass, rod.inertia = problem.mass, [problem.mass * problem.length**2 / 12.0] * 3
     spec.geom("rod").fromto = [-half, 0.0, 0.0, half, 0.0, 0.0]

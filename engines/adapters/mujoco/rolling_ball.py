@@ -66,8 +66,7 @@ def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> floa
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, radius = read(mjcf), problem.radius
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec, radius = read(mjcf, problem.gravity), problem.radius
     ball, pair = spec.body("ball"), spec.pair("contact")
     ball.pos, spec.geom("ball").size[0], ball.mass = [0.0, 0.0, radius], radius, problem.mass
     ball.inertia = [0.4 * problem.mass * radius**2] * 3

@@ -46,8 +46,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, radius, system = read(mjcf), problem.radius, problem.motion.system
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec, radius, system = read(mjcf, problem.gravity), problem.radius, problem.motion.system
     disc, start = spec.body("disc"), spec.key("start")
     disc.inertia = [radius**2 / 4.0, radius**2 / 4.0, radius**2 / 2.0]
     spec.geom("rim").size = [radius, radius, 1e-6 * radius]

@@ -47,8 +47,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, stretched = read(mjcf), problem.crank + problem.rod
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec, stretched = read(mjcf, problem.gravity), problem.crank + problem.rod
     for name in ("crank", "rod"):
         link, length, mass = spec.body(name), *(getattr(problem, n) for n in (name, f"{name}_mass"))
         link.mass, link.ipos = mass, [length / 2, 0.0, 0.0]

@@ -46,8 +46,7 @@ def model_error(problem: Any, duration: float, method: Method, step: float) -> M
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, visual parts included."""
-    spec, half = read(mjcf), problem.size / 2.0
-    spec.option.gravity = [0.0, 0.0, -problem.gravity]
+    spec, half = read(mjcf, problem.gravity), problem.size / 2.0
     # pairs first: MuJoCo deletes those of a body with it
     for part in (*spec.keys, *spec.pairs, *spec.bodies[1:]):
         spec.delete(part)

@@ -110,12 +110,15 @@ def with_contacts(
     return tune
 
 
-def read(mjcf: Path) -> mujoco.MjSpec:
-    """Model in the file `mjcf`, open to changes; raises ParameterError when it holds none."""
+def read(mjcf: Path, gravity: float = 0.0) -> mujoco.MjSpec:
+    """Model in the file `mjcf`, open to changes, under gravity [m/s^2]; raises ParameterError when
+    it holds none."""
     try:
-        return _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
+        spec = _parsed(str(mjcf), mjcf.stat().st_mtime_ns).copy()
     except (ValueError, OSError) as error:
         raise ParameterError("mjcf", str(mjcf), f"a MuJoCo model file ({error})") from None
+    spec.option.gravity = [0.0, 0.0, -gravity]
+    return spec
 
 
 @lru_cache(maxsize=32)  # a copy costs a twentieth of what reading costs

@@ -112,17 +112,3 @@ def place_part(
     opening = cmath.exp(-turn) * (1 + turn) - 1
     part.position = vector(turned * (anchor + opening * (anchor - centre_of_mass)))
     part.velocity = vector(turned * (complex(*setup.velocity) + (turn - opening) / step * anchor))
-
-
-def settle(assembly: Assembly, step: float) -> None:
-    """Let the solver find the impulses of joints and contacts at the start, in a step that is
-    undone."""
-    space, parts = assembly.space, assembly.parts
-    iterations, start = space.iterations, [(p.position, p.velocity) for p in parts]
-    angle, rate = assembly.body.angle, assembly.body.angular_velocity
-    space.iterations = max(iterations, SETTLING_ITERATIONS)
-    space.step(step)
-    space.iterations = iterations
-    assembly.body.angle, assembly.body.angular_velocity = angle, rate
-    for part, (position, velocity) in zip(parts, start, strict=True):
-        part.position, part.velocity = position, velocity

@@ -7,7 +7,7 @@ from typing import Any
 import pymunk
 
 from plumbob.analytic.errors.contact_models.impacts import KEPT, SLOP
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, touching
 from plumbob.engines.method import Method
 
 RADIUS = 0.1  # [m]
@@ -22,7 +22,5 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     ball.position = (0.0, problem.height + RADIUS)
     ground = pymunk.Segment(space.static_body, (-1.0, 0.0), (1.0, 0.0), 0.0)
     shapes = ground, pymunk.Circle(ball, RADIUS)
-    for shape, elasticity in zip(shapes, (1.0, problem.restitution), strict=True):
-        shape.elasticity = elasticity  # their product counts
-    space.add(ball, *shapes)
+    touching(space, ball, shapes, elasticity=problem.restitution)
     return Translation(space, lambda: {"z": ball.position.y - RADIUS})

@@ -23,7 +23,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.pymunk import capsule_above, capsule_side, slider_drive
-from plumbob.engines.adapters.pymunk.assembly import Assembly, settle
+from plumbob.engines.adapters.pymunk.assembly import SETTLING_ITERATIONS, Assembly
 from plumbob.engines.adapters.pymunk.capsule_above import (
     foot_mass,
     friction_limits,
@@ -31,7 +31,7 @@ from plumbob.engines.adapters.pymunk.capsule_above import (
     on_pivots,
 )
 from plumbob.engines.adapters.pymunk.capsule_side import along, foot_reach, side_moment, standing
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 
@@ -120,7 +120,7 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     elif problem.motion.kind == "plane" and setup.plane_velocity is not None:
         targets = slider_drive.plane_targets(problem.motion.path, setup, step)
         act = slider_drive.driven(assembly, targets, step, set_limits)
-    settle(assembly, step)
+    settle(assembly.space, step, SETTLING_ITERATIONS)
     readings = capsule_above.readings(setup, assembly)
     return _translated(assembly, act, readings, frozenset({"opening_rate"}))
 
@@ -136,7 +136,7 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
             slider_drive.on_an_axis(velocity), (along(setup, setup.slider), 0.0), step
         )
         act = slider_drive.driven_along(stand.assembly, targets, 0.0, slider_drive.no_limits)
-    settle(stand.assembly, step)
+    settle(stand.assembly.space, step, SETTLING_ITERATIONS)
     readings = capsule_side.readings(setup, stand)
     channels = frozenset({"vertical_displacement", "tilt", "momentum_residual"})
     return _translated(stand.assembly, act, readings, channels)

@@ -21,8 +21,7 @@ from plumbob.engines.trajectory import ByName
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
-    """Translate a ConePendulum; the setting `torque` of the method says when it is computed:
-    "within" the step, or "before" it."""
+    """Translate a ConePendulum."""
     problem = problem.started
     body, square = problem.body, problem.platform_rate**2
     arm = body.mass * body.com_distance
@@ -45,15 +44,9 @@ def build(problem: Any, method: Method, step: float) -> Translation:
         turned.torque = torque(turned.angle)
         pymunk.Body.update_velocity(turned, gravity, damping, dt)
 
-    def push(time: float) -> None:
-        wheel.torque = torque(wheel.angle)
-
-    before = method.settings.get("torque") == "before"
-    if not before:
-        wheel.velocity_func = turn
+    wheel.velocity_func = turn
 
     def read() -> ByName:
         return {"theta": wheel.angle, "theta_dot": wheel.angular_velocity}
 
-    act = push if before else None
-    return Translation(space, read, act, limits=limits_on_platform(problem))
+    return Translation(space, read, limits=limits_on_platform(problem))

@@ -7,7 +7,7 @@ from typing import Any
 import pymunk
 
 from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, touching
 from plumbob.engines.method import Method
 
 LONGEST = 1e4  # [m], of a way on the segment
@@ -20,8 +20,6 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     cube = pymunk.Body(problem.mass, float("inf"))
     cube.position, cube.velocity = (0.0, edge * (0.5 - DEPTH)), (problem.speed, 0.0)
     ground = pymunk.Segment(space.static_body, (-LONGEST, 0.0), (LONGEST, 0.0), 0.0)
-    shapes = ground, pymunk.Poly.create_box(cube, (edge, edge))
-    for shape, friction in zip(shapes, (1.0, problem.friction), strict=True):
-        shape.friction = friction  # their product counts
-    space.add(cube, *shapes)
+    box = pymunk.Poly.create_box(cube, (edge, edge))
+    touching(space, cube, (ground, box), friction=problem.friction)
     return Translation(space, lambda: {"x": cube.position.x, "speed": cube.velocity.x})

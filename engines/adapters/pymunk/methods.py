@@ -42,9 +42,7 @@ METHODS = (
     Method("pymunk/spring", EULER_STEP, 1, systems=("linear-pendulum", "servo")),
     Method("pymunk/contact", EULER_STEP, 1, systems=("projectile",), kinds=(ON_PLANE,)),
     # No rotating platform in the plane: its moments about the axle are a torque, without a joint.
-    Method(
-        "pymunk/torque", EULER_STEP, 1, settings={"torque": "within"}, systems=("cone-pendulum",)
-    ),
+    Method("pymunk/torque", EULER_STEP, 1, systems=("cone-pendulum",)),
     *(
         Method(
             f"pymunk/{model}",

@@ -7,7 +7,7 @@ from typing import Any
 import pymunk
 
 from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.method import Method
 
 ITERATIONS = 20
@@ -33,21 +33,16 @@ def build(problem: Any, method: Method, step: float) -> Translation:
             body.apply_force_at_local_point(force)
 
     press(0.0)
-    settle(space, step, max(problem.mass / problem.finger_mass, problem.finger_mass / problem.mass))
+    uneven = max(problem.mass / problem.finger_mass, problem.finger_mass / problem.mass)
+    settle(space, step, iterations(uneven))
     return Translation(
         space, lambda: {"slip": cube.position.x, "speed": cube.velocity.x}, act=press
     )
 
 
-def settle(space: pymunk.Space, step: float, uneven: float) -> None:
-    """Take a step of as many iterations as masses that differ so much need, and undo it: the solver
-    begins with the impulses of a step before."""
-    places = {body: body.position for body in space.bodies}
-    space.iterations = min(round(SETTLING * uneven) + ITERATIONS, MOST)
-    space.step(step)
-    space.iterations = ITERATIONS
-    for body, place in places.items():
-        body.position, body.velocity = place, (0.0, 0.0)
+def iterations(uneven: float) -> int:
+    """Of the first step, for masses that differ so much."""
+    return min(round(SETTLING * uneven) + ITERATIONS, MOST)
 
 
 def finger(problem: Any, space: pymunk.Space, side: float) -> pymunk.Body:

@@ -10,7 +10,7 @@ import pymunk
 
 from plumbob.analytic.errors.contact_models.impacts import ITERATIONS
 from plumbob.analytic.errors.contact_models.rod_steps import TIP
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, touching
 from plumbob.engines.method import Method
 
 LONGEST = 1e2  # lengths to either end of the floor, and half of its thickness
@@ -27,10 +27,8 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     deep = -LONGEST * size
     ground = pymunk.Segment(space.static_body, (deep, deep), (-deep, deep), -deep)
     tips = [pymunk.Circle(rod, TIP * size, (side, 0.0)) for side in (-size / 2.0, size / 2.0)]
-    for shape in (ground, *tips):  # products count
-        shape.friction = problem.friction if shape is ground else 1.0
-        shape.elasticity = problem.restitution if shape is ground else 1.0
-    space.add(rod, ground, *tips)
+    surface = {"friction": problem.friction, "elasticity": problem.restitution}
+    touching(space, rod, (ground, *tips), **surface)
     return Translation(
         space, lambda: {"x": rod.position.x, "z": rod.position.y, "angle": rod.angle}
     )

@@ -7,7 +7,7 @@ from typing import Any
 import pymunk
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, touching
 from plumbob.engines.method import Method, ModelError, Unsupported
 
 DEPTH = 1e-6  # of the radius: the circle's start below the line, or it touches by rounding alone
@@ -39,10 +39,7 @@ def build(problem: Any, method: Method, step: float) -> Translation:
     ball.velocity, ball.angular_velocity = (problem.speed, 0.0), -problem.spin
     ends = (-far(problem), 0.0), (far(problem), 0.0)
     ground = pymunk.Segment(space.static_body, *ends, 0.0)
-    shapes = ground, pymunk.Circle(ball, radius)
-    for shape, friction in zip(shapes, (1.0, problem.friction), strict=True):
-        shape.friction = friction  # their product counts
-    space.add(ball, *shapes)
+    touching(space, ball, (ground, pymunk.Circle(ball, radius)), friction=problem.friction)
     return Translation(
         space,
         lambda: {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import pymunk
@@ -29,6 +29,31 @@ class Translation:
     """Observables of the step that begins at a sample: read when it is done."""
     before_sample: Callable[[float], None] | None = None
     """Called with the time [s] before the step that ends at a sample."""
+
+
+def touching(
+    space: pymunk.Space, body: pymunk.Body, shapes: Sequence[pymunk.Shape], **surface: float
+) -> None:
+    """Add a body with its shapes to a space, in contact with each other: of what a `surface` is
+    like, such as its friction, engines take the product, and one side has 1."""
+    ground, *others = shapes
+    for name, value in surface.items():
+        setattr(ground, name, 1.0)
+        for shape in others:
+            setattr(shape, name, value)
+    space.add(body, *shapes)
+
+
+def settle(space: pymunk.Space, step: float, iterations: int) -> None:
+    """Let the solver find the impulses of joints and contacts at the start, in a step that is
+    undone: it begins with those of a step before."""
+    usual, bodies = space.iterations, space.bodies
+    start = [(b.position, b.velocity, b.angle, b.angular_velocity) for b in bodies]
+    space.iterations = max(iterations, usual)
+    space.step(step)
+    space.iterations = usual
+    for body, state in zip(bodies, start, strict=True):
+        body.position, body.velocity, body.angle, body.angular_velocity = state
 
 
 def prepared(case: Case, method: Method, step: float) -> SteppedSimulation:

@@ -6,15 +6,16 @@ from typing import Any
 
 import pymunk
 
-from plumbob.engines.adapters.pymunk.pinch import settle
+from plumbob.engines.adapters.pymunk.pinch import ITERATIONS, iterations
 from plumbob.engines.adapters.pymunk.rolling_ball import DEPTH
-from plumbob.engines.adapters.pymunk.simulation import Translation
+from plumbob.engines.adapters.pymunk.simulation import Translation, settle
 from plumbob.engines.method import Method
 
 
 def build(problem: Any, method: Method, step: float) -> Translation:
     """Translate a plumbob.analytic.systems.stack.Stack."""
     space, edge = pymunk.Space(), problem.size
+    space.iterations = ITERATIONS
     space.gravity, space.collision_slop = (0.0, -problem.gravity), 2.0 * DEPTH * edge
     space.add(pymunk.Segment(space.static_body, (-edge, 0.0), (edge, 0.0), 0.0))
     for i, mass in enumerate(problem.masses):
@@ -22,5 +23,5 @@ def build(problem: Any, method: Method, step: float) -> Translation:
         cube.position = (0.0, edge * (i + 0.5 - DEPTH * (i + 1)))
         space.add(cube, pymunk.Poly.create_box(cube, (edge, edge)))
     begun, uneven = cube.position.y, max(problem.mass_ratio, 1.0 / problem.mass_ratio)
-    settle(space, step, uneven * problem.count**2)
+    settle(space, step, iterations(uneven * problem.count**2))
     return Translation(space, lambda: {"top": cube.position.y - begun})
