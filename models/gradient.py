@@ -49,12 +49,8 @@ def exact_gradient(
     times = np.asarray(times, dtype=np.float64)
     names = of or tuple(observable.name for observable in case.system.observables)
     known(dict.fromkeys(names), [observable.name for observable in case.system.observables])
-    beside = {n.name: _beside(n) for wanted in by for n in numbers(case, wanted)}
-    flat = [one for sides, _ in beside.values() for one in sides.values()]
-    gradients = case.system.sensitivity or _general(case.system)
-    answers = iter(gradients(flat, times) if flat else [])
-    nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
-    return {name: _answer(answers, found, nothing) for name, found in beside.items()}
+    wanted = (number for name in by for number in numbers(case, name))
+    return {number.name: _sensitivity(number, times, names) for number in wanted}
 
 
 @dataclass(frozen=True)
@@ -115,13 +111,12 @@ def numbers(case: Case, wanted: str) -> Iterator[Number]:
         yield Number(case, name, parameters, path)
 
 
-def _answer(
-    answers: Iterator[Sensitivity], beside: Beside, nothing: Mapping[str, Array]
-) -> Sensitivity:
-    """One parameter's answer from the next ones, on both of its sides or on one; `nothing` has the
-    observables that are wanted."""
-    (sides, why), names = beside, list(nothing)
-    found = {side: next(answers) for side in sides}
+def _sensitivity(number: Number, times: Array, names: Sequence[str]) -> Sensitivity:
+    """The derivatives by one number, on both of its sides or on one."""
+    (sides, why), system = _beside(number), number.case.system
+    gradients = system.sensitivity or _general(system)
+    found = dict(zip(sides, gradients(list(sides.values()), times) if sides else (), strict=True))
+    nothing = dict.fromkeys(names, np.full(times.shape, np.nan))
     values = {side: {n: one.values[n] for n in names} for side, one in found.items()}
     # Where there are both sides apart, the larger of their uncertainties.
     unsure = [one.uncertainty for one in found.values()] or [nothing]
