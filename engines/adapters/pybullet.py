@@ -9,10 +9,7 @@ motor without a limit to its force.
 from __future__ import annotations
 
 import math
-import os
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -35,6 +32,7 @@ from plumbob.engines.adapters.three_feet import (
 )
 from plumbob.engines.method import Engine, Method, Options, Simulation, Unsupported
 from plumbob.engines.trajectory import ByName
+from plumbob.models.entry_points import captured
 from plumbob.models.scene import Case, later
 
 EULER_STEP = Scheme(EULER, "start")
@@ -85,23 +83,8 @@ def scheme(case: Case, method: Method) -> Scheme:
     return OTHERWISE if case.system.family == CAPSULE else method.scheme
 
 
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep off the terminal what the engine's C code prints when it is imported and started."""
-    sys.stdout.flush(), sys.stderr.flush()
-    kept, nowhere = (os.dup(1), os.dup(2)), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1), os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        for number, stream in enumerate(kept, start=1):
-            os.dup2(stream, number)
-            os.close(stream)
-        os.close(nowhere)
-
-
 def _error() -> type[Exception]:
-    with _silent():
+    with captured():  # what its C code prints
         import pybullet
 
     error: type[Exception] = pybullet.error
@@ -110,7 +93,7 @@ def _error() -> type[Exception]:
 
 def _world(pull: Vector, settings: Options, step: float) -> Any:
     """A client of a simulation of its own, which ends with the last reference to it."""
-    with _silent():
+    with captured():  # what its C code prints
         import pybullet
         from pybullet_utils.bullet_client import BulletClient
 
