@@ -106,7 +106,7 @@ SYSTEM = field_system(
         ),
     ),
     default="motor-damped",
-    reference=lambda servo: servo if servo.saturates else linear.reference(servo.started),
+    reference=lambda servo: servo if servo.saturates else servo.started.motion,
     errors=errors,
     stability=lambda servo: None if servo.saturates else linear.stability(servo.started),
     invariants=lambda servo, observed: (

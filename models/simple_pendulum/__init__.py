@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.parameters import ParameterError, finite, known, positive
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import StabilityTheory
 from plumbob.analytic.systems.pendulums.rod_tension import MASS
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
@@ -102,12 +102,6 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-@lru_cache(maxsize=64)  # the same for every method and step of a scene
-def reference(problem: SimplePendulum) -> Reference:
-    """The exact motion of `problem`."""
-    return problem.motion
-
-
 def invariants(problem: SimplePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """Drift of the energy over the energy needed to reach the top, where the energy is
     conserved."""
@@ -126,7 +120,7 @@ def stability(problem: SimplePendulum) -> StabilityTheory:
     period = math.inf if elliptic is None else elliptic.period
     begun = start.theta, start.theta_dot
     theory: StabilityTheory = from_analytic("errors.stability.pendulums.pendulum_stability")(
-        problem.rotor, begun, reference(problem), period
+        problem.rotor, begun, problem.motion, period
     )
     return theory
 
@@ -377,7 +371,7 @@ def _system(name: str, title: str, observables: tuple[Observable, ...], linear: 
         scenes=tuple(scene for scene in _SCENES if scene.system == name),
         default="free-large",
         problem=partial(problem, linear=linear),
-        reference=reference,
+        reference=lambda problem: problem.motion,
         errors=errors,
         stability=stability,
         start=("theta", "theta_dot"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from types import MappingProxyType
 
 import numpy as np
 
@@ -32,14 +31,13 @@ from plumbob.engines.adapters.pymunk.capsule_above import (
 )
 from plumbob.engines.adapters.pymunk.capsule_side import along, foot_reach, side_moment, standing
 from plumbob.engines.adapters.pymunk.simulation import Translation, settle
+from plumbob.engines.adapters.three_feet import limits
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 
-FAR = 1e3  # [m]: no body that only slides gets there
 PLACES = 65  # of a slider that does not keep to one line, to find its largest factor
 Read = Callable[[], ByName]
 Readings = tuple[Read, Read | None]  # at a sample, and once the step that begins there is done
-LIMITS = MappingProxyType(dict.fromkeys(("displacement", "x", "y"), FAR))
 
 
 def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
@@ -67,7 +65,7 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
     capsule, reach = problem.setup.capsule, foot_reach(problem.setup)
     model, least = method.settings["model"], int(method.settings["iterations"])
     if model == "pivots":
-        slowest = _pivots_factor(capsule, problem.setup.slider)
+        slowest = pivots_factor(capsule, np.asarray(problem.setup.slider))
         return SequentialImpulse(model, step, least, reach, slowest, slowest)
     if model == "side":
         moment = side_moment(problem.setup)
@@ -82,11 +80,6 @@ def described(problem: CapsuleProblem, method: Method, step: float) -> Sequentia
 
 
 @lru_cache(maxsize=32)  # the same for every step of a scene
-def _pivots_factor(capsule: Capsule, slider: tuple[float, float]) -> float:
-    return pivots_factor(capsule, np.asarray(slider))
-
-
-@lru_cache(maxsize=32)
 def _largest_feet_factor(capsule: Capsule, mass: float, places: bytes) -> float:
     """The largest `feet_factor` over `places` of the slider, pairs of doubles."""
     return max(feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2))
@@ -122,7 +115,7 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         act = slider_drive.driven(assembly, targets, step, set_limits)
     settle(assembly.space, step, SETTLING_ITERATIONS)
     readings = capsule_above.readings(setup, assembly)
-    return _translated(assembly, act, readings, frozenset({"opening_rate"}))
+    return _translated(setup, assembly, act, readings, frozenset({"opening_rate"}))
 
 
 def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation:
@@ -139,11 +132,15 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
     settle(stand.assembly.space, step, SETTLING_ITERATIONS)
     readings = capsule_side.readings(setup, stand)
     channels = frozenset({"vertical_displacement", "tilt", "momentum_residual"})
-    return _translated(stand.assembly, act, readings, channels)
+    return _translated(setup, stand.assembly, act, readings, channels)
 
 
 def _translated(
-    assembly: Assembly, act: slider_drive.Act | None, readings: Readings, channels: frozenset[str]
+    setup: CapsuleSetup,
+    assembly: Assembly,
+    act: slider_drive.Act | None,
+    readings: Readings,
+    channels: frozenset[str],
 ) -> Translation:
     read, following = readings
-    return Translation(assembly.space, read, act, channels, LIMITS, following)
+    return Translation(assembly.space, read, act, channels, limits(setup), following)
