@@ -23,17 +23,15 @@ def build(problem: Any, method: Method) -> Equation:
     c: float = arm * problem.gravity / body.inertia_x
     sin, cos = math.sin, math.cos
 
-    def acceleration(time: float, theta: float, theta_dot: float) -> float:
-        sine, cosine = sin(theta), cos(theta)
-        return (twice_a * sine + b) * cosine - c * sine
-
     product: float = body.inertia_yz * square / body.inertia_x
 
-    def without_symmetry(time: float, theta: float, theta_dot: float) -> float:
-        return acceleration(time, theta, theta_dot) + product * cos(2 * theta)
+    def acceleration(time: float, theta: float, theta_dot: float) -> float:
+        sine, cosine = sin(theta), cos(theta)
+        pull = (twice_a * sine + b) * cosine - c * sine
+        return pull + product * (cosine - sine) * (cosine + sine)
 
     return Equation(
-        without_symmetry if product else acceleration,
+        acceleration,
         finite("theta", problem.theta),
         finite("theta_dot", problem.theta_dot),
         possible_speed(problem.motion.rotor, problem.theta_dot),
