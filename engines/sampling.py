@@ -45,22 +45,18 @@ def sampled(steps: int, samples: int = SAMPLES) -> Indices:
 def cut_short(run: Trajectory, duration: float, step: float | None) -> str:
     """Why a run that claims to have ended is not the one asked for, of `duration` [s] at `step` [s]
     (None: of a solver that chooses its steps); empty where it is."""
-    times = run.times
-    if len(times) < 2:
-        return f"it has {len(times)} samples"
-    if not np.isfinite(times).all():
-        return "a sample is at no finite time"
-    if times[0] != 0.0 or not (np.diff(times) > 0.0).all():
-        return f"its times begin at {times[0]:g} s, or do not increase"
-    if step is None:
-        if abs(times[-1] - duration) > CLOCK_OF_A_SOLVER * duration:
-            return f"it ends at {times[-1]:g} s of {duration:g} s"
+    times, steps = run.times, step_count(duration, step) if step else 0
+    end, clock = duration, CLOCK_OF_A_SOLVER * duration
+    if step:
+        end, clock = steps * step, CLOCK * step
+    if len(times) < 2 or times[0] != 0.0 or not (np.diff(times) > 0.0).all():
+        return f"its {len(times)} times do not increase from 0"
+    if not abs(times[-1] - end) <= clock:
+        return f"it ends at {times[-1]:g} s of {end:g} s"
+    if not step:
         counted = isinstance(run.steps, int | np.integer) and 0 < run.steps <= MOST_STEPS
         return "" if counted else f"it counts {run.steps} evaluations, not 1 to {MOST_STEPS:g}"
-    steps = step_count(duration, step)
-    if abs(times[-1] - steps * step) > CLOCK * step:
-        return f"it ends at {times[-1]:g} s of {steps * step:g} s"
     kept = sampled(steps) * step
-    if len(kept) != len(times) or np.abs(times - kept).max() > CLOCK * step:
+    if len(kept) != len(times) or np.abs(times - kept).max() > clock:
         return f"its {len(times)} samples are not those at the {len(kept)} times asked for"
     return "" if run.steps == steps else f"it counts {run.steps} steps, and takes {steps}"

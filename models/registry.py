@@ -67,7 +67,9 @@ def find_system(name: str) -> System:
 
 def added_system(name: str) -> System | None:
     """The system that another package adds under this name; else None."""
-    return None if name in built_in() else systems().get(name)
+    # Where no package adds it, nothing needs to be loaded.
+    added = name in entry_points.points(entry_points.SYSTEMS) and name not in built_in()
+    return systems().get(name) if added else None
 
 
 def _one_of(name: str, names: Iterable[str]) -> str:

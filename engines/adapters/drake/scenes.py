@@ -29,13 +29,13 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.chain import FREE, HINGE, WELD, Link, Vector
 from plumbob.engines.adapters.drake.stepping import (
     BROKEN,
-    Start,
+    Scene,
     by_steps,
     error_controlled,
     simulator_of,
 )
 from plumbob.engines.adapters.hinged_body import HingedBody, hinged_body
-from plumbob.engines.adapters.stepping import Built, stepped
+from plumbob.engines.adapters.stepping import Built, TakeSteps, stepped
 from plumbob.engines.adapters.three_feet import (
     CAPSULE,
     FOOT_RADIUS,
@@ -59,8 +59,8 @@ CONTROL = 1e-3  # [s] for which the slider's acceleration is held in a continuou
 def discrete(case: Case, method: Method, step: float) -> Simulation:
     """The discrete plant of `case` with the contact solver that `method` names, at `step` [s];
     raises Unsupported and ParameterError."""
-    build = partial(_scene(case, method.settings, step, step), by_steps(step))
-    return stepped(case, step, build, BROKEN)
+    scene = _scene(case, method.settings, step, step)
+    return stepped(case, step, partial(by_steps, scene, step), BROKEN)
 
 
 def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> Simulation:
@@ -69,8 +69,8 @@ def continuous(case: Case, method: Method, accuracy: float, smallest: float) -> 
     return error_controlled(case, method, accuracy, smallest, _scene(case, {}, 0.0, CONTROL))
 
 
-def _scene(case: Case, settings: Options, step: float, control: float) -> Any:
-    """Builds `case` in a plant of this step [s], 0 if continuous, by its `Start`."""
+def _scene(case: Case, settings: Options, step: float, control: float) -> Scene:
+    """`case` in a plant of this step [s], 0 if continuous."""
     if case.system.family != CAPSULE:
         return partial(_pendulum, hinged_body(case), step)
     steps = step_count(case.scene.duration, control)
@@ -188,10 +188,13 @@ def hinged(body: HingedBody, step: float) -> Standing:
     return Standing(builder.Build(), plant, body.links, bodies, joints)
 
 
-def _pendulum(body: HingedBody, step: float, start: Start) -> Built:
+def _pendulum(body: HingedBody, step: float) -> Any:
     standing = hinged(body, step)
-    simulator, advance = start(standing.diagram, standing.start())
-    return Built(advance, partial(standing.angle, simulator), body.limits)
+
+    def build(simulator: Any, advance: TakeSteps) -> Built:
+        return Built(advance, partial(standing.angle, simulator), body.limits)
+
+    return standing.diagram, standing.start(), build
 
 
 def _standing(
@@ -233,14 +236,17 @@ def _drive(builder: Any, plant: Any, forces: Array, step: float) -> None:
     builder.Connect(source.get_output_port(0), plant.get_actuation_input_port())
 
 
-def _capsule(body: ThreeFeet, settings: Options, step: float, steps: int, start: Start) -> Built:
+def _capsule(body: ThreeFeet, settings: Options, step: float, steps: int) -> Any:
     controls = (
         body.accelerations(np.arange(float(steps)), step) if body.tracks else np.zeros((0, 0))
     )
     standing = _standing(body, settings, step, gravity(body.setup), controls)
     rest = _rest(body, {**settings, "time_step": SETTLING_STEP})
-    simulator, advance = start(standing.diagram, standing.on_feet(body, rest))
-    return body.built(advance, partial(standing.pose, simulator))
+
+    def build(simulator: Any, advance: TakeSteps) -> Built:
+        return body.built(advance, partial(standing.pose, simulator))
+
+    return standing.diagram, standing.on_feet(body, rest), build
 
 
 def _rest(body: ThreeFeet, settings: Options) -> tuple[Array, Array]:

@@ -20,8 +20,8 @@ from plumbob.engines.method import Method, Simulation
 from plumbob.models.scene import Case
 
 BROKEN = (OverflowError, ValueError, RuntimeError)  # raised where numbers are no longer finite
-Start = Callable[[Any, Any], tuple[Any, TakeSteps]]
-"""Diagram and context -> their simulator, and the function that takes its steps."""
+Scene = Callable[[], tuple[Any, Any, Callable[[Any, TakeSteps], Built]]]
+"""A diagram and a context, and what makes a scene of their simulator and what takes its steps."""
 
 
 def simulator_of(diagram: Any, context: Any) -> Any:
@@ -42,18 +42,15 @@ def advancing(simulator: Any, step: float) -> TakeSteps:
     return advance
 
 
-def by_steps(step: float) -> Start:
-    """Of a discrete plant with this step [s]."""
-
-    def start(diagram: Any, context: Any) -> tuple[Any, TakeSteps]:
-        simulator = simulator_of(diagram, context)
-        return simulator, advancing(simulator, step)
-
-    return start
+def by_steps(scene: Scene, step: float) -> Built:
+    """A scene in a discrete plant with this step [s]."""
+    diagram, context, build = scene()
+    simulator = simulator_of(diagram, context)
+    return build(simulator, advancing(simulator, step))
 
 
 def error_controlled(
-    case: Case, method: Method, accuracy: float, smallest: float, build: Callable[[Start], Built]
+    case: Case, method: Method, accuracy: float, smallest: float, scene: Scene
 ) -> Simulation:
     """The simulation of `case` with the integrator that `method` names, at an accuracy of at least
     the `smallest`; raises ParameterError."""
@@ -66,16 +63,11 @@ def error_controlled(
     )
 
     def started(step: float) -> tuple[Any, Built]:
-        simulators = list[Any]()
-
-        def start(diagram: Any, context: Any) -> tuple[Any, TakeSteps]:
-            simulators.append(simulator := simulator_of(diagram, context))
-            ApplySimulatorConfig(chosen, simulator)
-            simulator.Initialize()
-            return simulator, lambda first, last: simulator.AdvanceTo(last * step)
-
-        built = build(start)
-        return simulators[0], built
+        diagram, context, build = scene()
+        simulator = simulator_of(diagram, context)
+        ApplySimulatorConfig(chosen, simulator)
+        simulator.Initialize()
+        return simulator, build(simulator, lambda first, last: simulator.AdvanceTo(last * step))
 
     def follow(duration: float, samples: int) -> Followed:
         step = duration / samples

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from plumbob.analytic.systems.capsule import NORMAL_FORCES, load_fractions
+from plumbob.analytic.systems.capsule import NORMAL_FORCES
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint, vector
 from plumbob.engines.adapters.three_feet import Pose, observed
@@ -128,29 +128,19 @@ def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
 
 def _normal_forces(setup: CapsuleSetup, stand: Stand) -> Read:
     """N_i in the last step [N]: the loads of both feet and their centre of pressure, carried by
-    three supports by statics across the line."""
-    parts, (behind, ahead) = _support_parts(setup), stand.reach
+    three supports by statics, across the line too."""
+    capsule, unit = setup.capsule, cmath.rect(1.0, setup.direction)
+    across = capsule.mass_ratio * (complex(*setup.slider) / unit).imag
+    supports = np.array([complex(*support) for support in capsule.supports]) / unit
+    share = np.linalg.inv([np.ones(3), supports.real, supports.imag])
 
     def read() -> ByName:
         (_, hind), (_, fore) = _contact_forces(stand)
-        both, turning = hind + fore, hind * behind + fore * ahead
-        return {
-            name: part * both + slope * turning if both else math.nan for name, part, slope in parts
-        }
+        both, turning = hind + fore, hind * stand.reach[0] + fore * stand.reach[1]
+        loads = share @ [both, turning, both * across] if both else np.full(3, math.nan)
+        return dict(zip(NORMAL_FORCES, loads.tolist(), strict=True))
 
     return read
-
-
-def _support_parts(setup: CapsuleSetup) -> list[tuple[str, float, float]]:
-    """Of each N_i the part of a load at C, and its change with the load's arm along the line [1/m],
-    in which it is affine."""
-    capsule, (x, y) = setup.capsule, setup.slider
-    unit = np.array([math.cos(setup.direction), math.sin(setup.direction)])
-    across = capsule.mass_ratio * (unit[0] * y - unit[1] * x)
-    aside = across * np.array([-unit[1], unit[0]])
-    here, beyond = load_fractions(capsule, np.array([aside, aside + unit])).tolist()
-    ends = zip(NORMAL_FORCES, here, beyond, strict=True)
-    return [(name, part, end - part) for name, part, end in ends]
 
 
 def _contact_forces(stand: Stand) -> list[tuple[float, float]]:
