@@ -182,14 +182,13 @@ def _nsgs(settings: Options) -> Any:
 
 def _pose(shell: Any, joints: list[Any]) -> Pose:
     transform = shell.getWorldTransform()
-    (x, y, z), turned = transform.translation().ravel(), transform.rotation()
+    (x, y, _), turned = transform.translation().ravel(), transform.rotation()
     vx, vy, _ = shell.getLinearVelocity().ravel()
     return Pose(
         (float(x), float(y)),
         (float(vx), float(vy)),
         math.atan2(turned[1, 0], turned[0, 0]),
         float(shell.getAngularVelocity().ravel()[2]),
-        float(z),
         *((joints[0].getPosition(0), joints[0].getVelocity(0)) if joints else ()),
     )
 

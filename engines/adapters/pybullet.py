@@ -216,10 +216,10 @@ def _heading(a: float, b: float, c: float, w: float) -> float:
 
 
 def _pose(client: Any, shell: int, driven: bool) -> Pose:
-    (x, y, z), attitude = client.getBasePositionAndOrientation(shell)
+    (x, y, _), attitude = client.getBasePositionAndOrientation(shell)
     (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
     slid, pace = client.getJointState(shell, 0)[:2] if driven else (0.0, 0.0)
-    return Pose((x, y), (vx, vy), _heading(*attitude), rate, z, slid, pace)
+    return Pose((x, y), (vx, vy), _heading(*attitude), rate, slid, pace)
 
 
 def model_fields(path: Path) -> Fields:

@@ -32,24 +32,21 @@ class Built:
 
     advance: TakeSteps
     """Takes the steps with these indices, the last one excluded: one call from sample to sample."""
-    read: Callable[[], Any]  # this moment: its observables and any channels, or what has these
+    read: Callable[[], Any]  # this moment: its observables, or what has these
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
-    channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
     pause: int = 0
     """Steps after a sample, or if negative before one, at which `note` is called."""
     note: Callable[[float], ByName] = lambda time: {}
     """Time [s] of a pause -> what else there is to say of the sample before it."""
     gather: Callable[[Sequence[Any]], Observed] | None = None
-    """Of all that was read, the observables and channels, where it is not these by name."""
+    """Of all that was read, the observables and channels, where it is not observables by name."""
 
     def gathered(self, rows: Sequence[Any]) -> Observed:
         """Observables and channels of the samples, shape (len(rows),) each."""
         if self.gather is not None:
             return self.gather(rows)
-        values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-        channels = {name: values.pop(name) for name in self.channels & values.keys()}
-        return values, channels
+        return {name: np.array([row[name] for row in rows]) for name in rows[0]}, {}
 
 
 @dataclass

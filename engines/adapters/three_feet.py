@@ -42,7 +42,6 @@ class Pose:
     velocity: tuple[Any, Any]  # [m/s]
     heading: Any  # [rad], of any turn
     heading_rate: Any  # [rad/s]
-    height: Any  # [m] of C
     slid: Any = 0.0  # [m]
     slid_rate: Any = 0.0  # [m/s]
 
@@ -109,9 +108,9 @@ class ThreeFeet:
             nonlocal latest
             now = pose()
             latest = nearest_turn(now.heading, latest)
-            return {**observed(self.setup, replace(now, heading=latest)), "height": now.height}
+            return observed(self.setup, replace(now, heading=latest))
 
-        return Built(advance, read, limits(self.setup), frozenset({"height"}))
+        return Built(advance, read, limits(self.setup))
 
 
 def gravity(setup: CapsuleSetup) -> Vector:

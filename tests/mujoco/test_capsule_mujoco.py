@@ -80,15 +80,6 @@ def test_without_friction_the_centre_of_mass_stays(method):
     assert moved < (1e-15 if method in REDUCED else 1e-12)
 
 
-@pytest.mark.long(keep=3)
-@pytest.mark.parametrize("method", [*GOOD, *REDUCED])
-@pytest.mark.parametrize("name", ["capsule-line/at-50", "capsule-hold/0.5"])
-def test_momentum_changes_by_friction_and_gravity_alone(name, method):
-    _, moved = run(name, method, 1e-3)
-    residual = moved.channels.get("momentum_residual", np.zeros(1))
-    assert np.abs(residual).max() < 1e-8  # of 3.8 N
-
-
 def test_what_contacts_add_to_ten_manoeuvres_is_ten_times_what_they_add_to_one():
     one, ten = (
         run(name, "euler+coulomb", 1e-3)[0].errors["displacement"]

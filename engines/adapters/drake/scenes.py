@@ -124,13 +124,13 @@ class Standing:
         context, shell = self._context(simulator), self.bodies[0]
         pose = self.plant.EvalBodyPoseInWorld(context, shell)
         rates = self.plant.EvalBodySpatialVelocityInWorld(context, shell)
-        turned, (x, y, z) = pose.rotation().matrix(), pose.translation().tolist()
+        turned, (x, y, _) = pose.rotation().matrix(), pose.translation().tolist()
         vx, vy, _ = rates.translational().tolist()
         slide = self.joints[1]
         slid = slide and (slide.get_translation(context), slide.get_translation_rate(context))
         heading = math.atan2(turned[1, 0], turned[0, 0])
         turning = float(rates.rotational()[2])
-        return Pose((x, y), (vx, vy), heading, turning, z, *map(float, slid or ()))
+        return Pose((x, y), (vx, vy), heading, turning, *map(float, slid or ()))
 
     def _context(self, simulator: Any) -> Any:
         return self.plant.GetMyContextFromRoot(simulator.get_context())

@@ -29,7 +29,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec,
         np.array([0.0, 0.0, -depth]),
         np.array(spec.key("start").qvel),
-        lambda qpos, qvel: ({"x": qpos[:, 0], "speed": qvel[:, 0]}, {"sideways": qpos[:, 1]}),
+        lambda qpos, qvel: ({"x": qpos[:, 0], "speed": qvel[:, 0]}, {}),
         tune=tune,
     )
 

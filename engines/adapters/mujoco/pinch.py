@@ -36,7 +36,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
                 "slip": across * qpos[:, 0] - down * qpos[:, 2],
                 "speed": across * qvel[:, 0] - down * qvel[:, 2],
             },
-            {"sideways": down * qpos[:, 0] + across * qpos[:, 2]},
+            {},
         ),
         control=lambda times: np.full((len(times), 2), float(problem.normal_force)),
         tune=tune,

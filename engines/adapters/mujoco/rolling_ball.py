@@ -33,7 +33,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         spec.option.timestep = max(step, SLOW)
 
     def observe(qpos: Array, qvel: Array) -> Observed:
-        return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {"z": qpos[:, 1]}
+        return {"x": qpos[:, 0], "speed": qvel[:, 0], "spin": qvel[:, 2]}, {}
 
     depth = settled(spec, tune) / 2.0
     spec.geom("ball").size[0] += depth

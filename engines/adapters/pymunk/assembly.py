@@ -66,17 +66,7 @@ class Assembly:
         unit = cmath.rect(1.0, setup.direction)
         slid, pace = (inside - complex(*setup.slider)) / unit, sliding / unit
         heading, rate = self.body.angle, self.body.angular_velocity
-        return Pose(place, velocity, heading, rate, 0.0, slid.real, pace.real)
-
-    @property
-    def opening_rate(self) -> float:
-        """Largest velocity of a foot relative to its pin [m/s]: the residual of the solver's
-        iterations."""
-        body = self.body
-        rates = [
-            abs(body.velocity_at_local_point(pin.anchor_a) - pin.b.velocity) for pin in self.pins
-        ]
-        return max(rates, default=0.0)
+        return Pose(place, velocity, heading, rate, slid.real, pace.real)
 
 
 def vector(value: complex) -> tuple[float, float]:

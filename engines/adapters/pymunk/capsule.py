@@ -115,7 +115,7 @@ def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
         act = slider_drive.driven(assembly, targets, step, set_limits)
     settle(assembly.space, step, SETTLING_ITERATIONS)
     readings = capsule_above.readings(setup, assembly)
-    return _translated(setup, assembly, act, readings, frozenset({"opening_rate"}))
+    return _translated(setup, assembly, act, readings)
 
 
 def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation:
@@ -131,16 +131,11 @@ def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation
         act = slider_drive.driven_along(stand.assembly, targets, 0.0, slider_drive.no_limits)
     settle(stand.assembly.space, step, SETTLING_ITERATIONS)
     readings = capsule_side.readings(setup, stand)
-    channels = frozenset({"vertical_displacement", "tilt", "momentum_residual"})
-    return _translated(setup, stand.assembly, act, readings, channels)
+    return _translated(setup, stand.assembly, act, readings)
 
 
 def _translated(
-    setup: CapsuleSetup,
-    assembly: Assembly,
-    act: slider_drive.Act | None,
-    readings: Readings,
-    channels: frozenset[str],
+    setup: CapsuleSetup, assembly: Assembly, act: slider_drive.Act | None, readings: Readings
 ) -> Translation:
     read, following = readings
-    return Translation(assembly.space, read, act, channels, limits(setup), following)
+    return Translation(assembly.space, read, act, limits(setup), following)

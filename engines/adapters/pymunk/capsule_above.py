@@ -141,9 +141,8 @@ def friction_limits(setup: CapsuleSetup, joints: tuple[pymunk.PivotJoint, ...]) 
 
 
 def readings(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read | None]:
-    """The observables that a pose shows, with the opening rate of the pins; along a line the N_i of
-    statics too, and, once the step that follows is done, the friction in it and the force on the
-    slider.
+    """The observables that a pose shows; along a line the N_i of statics too, and, once the step
+    that follows is done, the friction in it and the force on the slider.
 
     pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
     momentum gains beyond gravity, and the driving force what the slider's gains.
@@ -155,7 +154,7 @@ def readings(setup: CapsuleSetup, assembly: Assembly) -> tuple[Read, Read | None
     def read() -> ByName:
         nonlocal before, slid
         before, slid = assembly.momentum, complex(*slider.velocity)
-        shown = observed(setup, assembly.pose(setup)) | {"opening_rate": assembly.opening_rate}
+        shown = observed(setup, assembly.pose(setup))
         if not setup.in_plane:
             place = vector(assembly.motion_of_slider[0])
             shown |= zip(NORMAL_FORCES, loads(*place), strict=True)

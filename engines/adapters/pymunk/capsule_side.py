@@ -81,46 +81,39 @@ def side_moment(setup: CapsuleSetup) -> float:
 
 
 def _on_the_line(setup: CapsuleSetup, stand: Stand) -> ByName:
-    """The observables that a pose on the line shows, vertical displacement and tilt, both of which
-    should be zero."""
+    """The observables that a pose on the line shows."""
     body, slider = stand.assembly.body, stand.assembly.slider
-    (gone, height), pace = body.position, body.velocity.x
+    gone, pace = body.position.x, body.velocity.x
     line = cmath.rect(1.0, setup.heading + setup.direction)
     pose = Pose(
         vector(gone * line),
         vector(pace * line),
         setup.heading,
         0.0,
-        height,
         slider.position.x - gone - along(setup, setup.slider),
         slider.velocity.x - pace,
     )
-    shown = {name: v for name, v in observed(setup, pose).items() if name not in KEPT}
-    return shown | {"vertical_displacement": height + DEPTH, "tilt": body.angle}
+    return {name: v for name, v in observed(setup, pose).items() if name not in KEPT}
 
 
 def readings(setup: CapsuleSetup, stand: Stand) -> tuple[Read, Read | None]:
     """Those of `_on_the_line`; along a line the N_i of the last step too, and, once the step that
-    follows is done, the friction in it, the force on the slider, which is the joint's impulse over
-    the step, and the residual of the momentum balance [N]: contacts and gravity alone may change
-    the momentum."""
-    assembly, before, sliding = stand.assembly, 0.0, 0.0
+    follows is done, the friction in it and the force on the slider, which is the joint's impulse
+    over the step."""
+    assembly, sliding = stand.assembly, 0.0
     slider, loads = assembly.slider, _normal_forces(setup, stand)
-    pulled = (assembly.body.mass + slider.mass) * setup.pull
 
     def read() -> ByName:
-        nonlocal before, sliding
-        before, sliding = assembly.momentum.real, slider.velocity.x
+        nonlocal sliding
+        sliding = slider.velocity.x
         shown = _on_the_line(setup, stand)
         return shown if setup.in_plane else {**shown, **loads()}
 
     def following() -> ByName:
-        friction = sum(force for force, _ in _contact_forces(stand))
         step = assembly.space.current_time_step
         return {
-            "friction_force": friction,
+            "friction_force": sum(force for force, _ in _contact_forces(stand)),
             "driving_force": slider.mass * ((slider.velocity.x - sliding) / step - setup.pull),
-            "momentum_residual": (assembly.momentum.real - before) / step - pulled - friction,
         }
 
     return read, None if setup.in_plane else following

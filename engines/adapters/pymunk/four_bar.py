@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import pymunk
@@ -28,7 +27,6 @@ def build(problem: Any, method: Method, step: float) -> Translation:
             "angle_dot": crank.angular_velocity,
             "coupler_x": place.x,
             "coupler_y": place.y,
-            "opening": math.dist(rocker.local_to_world(end), axis),
         }
 
-    return Translation(space, read, channels=frozenset({"opening"}))
+    return Translation(space, read)

@@ -69,7 +69,6 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
             "theta": theta,
             "theta_dot": theta_dot,
             "tension": rod,
-            "opening": math.hypot(*bob.local_to_world((0.0, arm))),
         }
 
     def before(time: float) -> None:
@@ -83,7 +82,6 @@ def _on_a_rod(problem: Any, method: Method, step: float) -> Translation:
         space,
         read,
         act if problem.forcing_amplitude or problem.damping_rate else None,
-        frozenset({"opening"}),
         limits=limits(problem),
         before_sample=before,
     )

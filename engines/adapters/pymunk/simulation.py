@@ -19,10 +19,9 @@ class Translation:
     """A scene as a space at its start, what to do before each step, and what to read off it."""
 
     space: pymunk.Space
-    read: Callable[[], ByName]  # the observables, and any channels, of this moment
+    read: Callable[[], ByName]  # the observables of this moment
     act: Callable[[float], None] | None = None
     """Called with the time [s] before each step: forces last for one step."""
-    channels: frozenset[str] = frozenset()  # names that `read` gives beside the observables
     limits: ByName = field(default_factory=dict)
     """Magnitudes of observables that only a diverged run exceeds."""
     following: Callable[[], ByName] | None = None
@@ -80,4 +79,4 @@ def _built(scene: Translation, step: float) -> Built:
         return following() if following is not None else {}
 
     pause = 1 if following else -1 if before else 0
-    return Built(advance, scene.read, scene.limits, scene.channels, pause, note)
+    return Built(advance, scene.read, scene.limits, pause, note)

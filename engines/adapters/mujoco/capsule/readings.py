@@ -89,7 +89,7 @@ def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
             slid = qpos[:, -1], qvel[:, -1]
         place, velocity = (qpos[:, 0], qpos[:, 1]), (qvel[:, 0], qvel[:, 1])
         facing = _facing(qpos, setup.heading)
-        pose = Pose(place, velocity, facing, qvel[:, 5], qpos[:, 2], *slid)
+        pose = Pose(place, velocity, facing, qvel[:, 5], *slid)
         return observed(setup, pose), {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
 
     return observe
@@ -116,8 +116,8 @@ def turned(attitude: Array, angle: float) -> Array:
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
-    """Add the sensors that `reading` reads: each support's contact, the acceleration less gravity
-    of body and slider, and their common centre of mass."""
+    """Add the sensors that `reading` reads: each support's contact, the slider's acceleration less
+    gravity, and the common centre of mass."""
     for i in range(3):
         spec.add_sensor(
             type=SENSOR.mjSENS_CONTACT,
@@ -127,8 +127,7 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
             refname=f"support_{i + 1}",
             intprm=[CONTACT, 0, 1],
         )
-    for name in ("body", "slider"):
-        spec.add_sensor(type=SENSOR.mjSENS_FRAMELINACC, objtype=BODY, objname=name)
+    spec.add_sensor(type=SENSOR.mjSENS_FRAMELINACC, objtype=BODY, objname="slider")
     spec.add_sensor(type=SENSOR.mjSENS_SUBTREECOM, objtype=BODY, objname="body")
 
 
@@ -142,35 +141,22 @@ def _contacts(touching: Array) -> tuple[Array, Array, Array]:
 
 
 def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
-    """Sensor data at the samples, shape (n, 39) -> the normal forces N_i and, along a line,
+    """Sensor data at the samples, shape (n, 36) -> the normal forces N_i and, along a line,
     friction and the force of the actuator on the slider (what a force sensor between them reads,
     without the armature's inertia) [N], over the step that begins. As channels the number of
-    contacts, the common centre of mass [m], and what is left of the balance of momentum [N]: the
-    actuator is inside, so the plane and gravity alone may change it."""
-    capsule, angle = setup.capsule, setup.heading + setup.direction
+    contacts, and along a line the common centre of mass [m]."""
+    angle = setup.heading + setup.direction
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def read(data: Array) -> Observed:
         counts, normal, force = _contacts(data[:, :30].reshape(-1, 3, 10))
-        moved, pushing, centre = data[:, 30:33], data[:, 33:36], data[:, 36:39]
-        pushed = capsule.body_mass * moved + capsule.slider_mass * pushing
         loads = by_support(normal)
         if setup.in_plane:
-            return loads, {
-                "contacts": counts,
-                "least_normal_force": normal.min(axis=1),
-                "centre_of_mass_x": centre[:, 0],
-                "centre_of_mass_y": centre[:, 1],
-                "momentum_residual": np.hypot(*(pushed - force)[:, :2].T),
-            }
+            return loads, {"contacts": counts}
         forces = {
             "friction_force": force @ line,
-            "driving_force": capsule.slider_mass * (pushing @ line),
+            "driving_force": setup.capsule.slider_mass * (data[:, 30:33] @ line),
         }
-        return {**loads, **forces}, {
-            "contacts": counts,
-            "centre_of_mass": centre @ line,
-            "momentum_residual": (pushed - force) @ line,
-        }
+        return {**loads, **forces}, {"contacts": counts, "centre_of_mass": data[:, 33:36] @ line}
 
     return read
