@@ -185,8 +185,8 @@ def _pose(shell: Any, joints: list[Any]) -> Pose:
     (x, y, _), turned = transform.translation().ravel(), transform.rotation()
     vx, vy, _ = shell.getLinearVelocity().ravel()
     return Pose(
-        (float(x), float(y)),
-        (float(vx), float(vy)),
+        complex(x, y),
+        complex(vx, vy),
         math.atan2(turned[1, 0], turned[0, 0]),
         float(shell.getAngularVelocity().ravel()[2]),
         *((joints[0].getPosition(0), joints[0].getVelocity(0)) if joints else ()),

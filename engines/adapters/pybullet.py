@@ -219,7 +219,7 @@ def _pose(client: Any, shell: int, driven: bool) -> Pose:
     (x, y, _), attitude = client.getBasePositionAndOrientation(shell)
     (vx, vy, _), (_, _, rate) = client.getBaseVelocity(shell)
     slid, pace = client.getJointState(shell, 0)[:2] if driven else (0.0, 0.0)
-    return Pose((x, y), (vx, vy), _heading(*attitude), rate, slid, pace)
+    return Pose(complex(x, y), complex(vx, vy), _heading(*attitude), rate, slid, pace)
 
 
 def model_fields(path: Path) -> Fields:

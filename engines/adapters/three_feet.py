@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -36,10 +37,11 @@ SLIDER_RATIO = 1e8  # of the inertia that imposes the slider's motion to the cap
 @dataclass(frozen=True)
 class Pose:
     """Where the capsule is: the place of C and the heading in the world, and their rates, and the
-    slider's place and rate along its tracks, from its start; numbers, or shape (n,) each."""
+    slider's place and rate along its tracks, from its start; numbers, or shape (n,) each. Places
+    and velocities are x + iy."""
 
-    place: tuple[Any, Any]  # [m]
-    velocity: tuple[Any, Any]  # [m/s]
+    place: Any  # [m]
+    velocity: Any  # [m/s]
     heading: Any  # [rad], of any turn
     heading_rate: Any  # [rad/s]
     slid: Any = 0.0  # [m]
@@ -121,7 +123,8 @@ def gravity(setup: CapsuleSetup) -> Vector:
 
 def start_velocity(setup: CapsuleSetup) -> tuple[float, float]:
     """Of C, in the world [m/s]."""
-    return _turned(*setup.velocity, setup.heading)
+    velocity = complex(*setup.velocity) * cmath.rect(1.0, setup.heading)
+    return velocity.real, velocity.imag
 
 
 def limits(setup: CapsuleSetup) -> ByName:
@@ -132,22 +135,26 @@ def limits(setup: CapsuleSetup) -> ByName:
 
 def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
     """The observables that the pose shows: all but the forces."""
+    axis = setup.heading + (0.0 if setup.in_plane else setup.direction)
+    back = cmath.rect(1.0, -axis)
+    place, velocity = pose.place * back, pose.velocity * back
     if setup.in_plane:
-        x, y = _turned(*pose.place, -setup.heading)
-        vx, vy = _turned(*pose.velocity, -setup.heading)
-        seen = {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy, "heading": pose.heading}
-        turn = pose.heading - setup.heading
-        return seen | {"heading_rate": pose.heading_rate, "body_angle": turn}
-    line = -(setup.heading + setup.direction)
-    gone, sideways = _turned(*pose.place, line)
-    velocity, _ = _turned(*pose.velocity, line)
+        return {
+            "x": place.real,
+            "y": place.imag,
+            "velocity_x": velocity.real,
+            "velocity_y": velocity.imag,
+            "heading": pose.heading,
+            "heading_rate": pose.heading_rate,
+            "body_angle": pose.heading - setup.heading,
+        }
     return {
-        "displacement": gone,
-        "velocity": velocity,
+        "displacement": place.real,
+        "velocity": velocity.real,
         "stroke": pose.slid,
         "stroke_rate": pose.slid_rate,
         "heading": pose.heading,
-        "sideways": sideways,
+        "sideways": place.imag,
     }
 
 
@@ -170,8 +177,3 @@ def on_three_feet(setup: CapsuleSetup) -> ThreeFeet:
 def nearest_turn(angle: float, before: float) -> float:
     """The angle [rad], which is known to a whole turn, that is nearest to `before` [rad]."""
     return angle + 2.0 * math.pi * round((before - angle) / (2.0 * math.pi))
-
-
-def _turned(x: Any, y: Any, angle: float) -> tuple[Any, Any]:
-    cos, sin = math.cos(angle), math.sin(angle)
-    return cos * x - sin * y, sin * x + cos * y

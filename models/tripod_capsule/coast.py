@@ -92,14 +92,13 @@ def _closed_form(
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """How much the kinetic energy rises from one sample to the next, over that at the start."""
-    body, (x, y) = problem.setup.capsule, problem.setup.slider
-    vx, vy = observed["velocity_x"], observed["velocity_y"]
-    still = np.zeros_like(vx)  # for a model that has no turn
+    body, still = problem.setup.capsule, np.zeros_like(observed["velocity_x"])
+    # a model that has no turn is still
     rate, turn = (observed.get(name, still) for name in ("heading_rate", "heading"))
-    cos, sin = np.cos(turn), np.sin(turn)
-    qx, qy = vx - rate * (x * sin + y * cos), vy + rate * (x * cos - y * sin)
-    energy = 0.5 * body.body_mass * (vx**2 + vy**2) + 0.5 * body.inertia * rate**2
-    energy = energy + 0.5 * body.slider_mass * (qx**2 + qy**2)
+    velocity = observed["velocity_x"] + 1j * observed["velocity_y"]
+    slider = velocity + 1j * rate * np.exp(1j * turn) * complex(*problem.setup.slider)
+    squares = body.body_mass * np.abs(velocity) ** 2 + body.slider_mass * np.abs(slider) ** 2
+    energy = squares + body.inertia * rate**2
     return {"energy_gained": np.maximum(np.diff(energy), 0.0) / energy[0]}
 
 

@@ -130,7 +130,7 @@ class Standing:
         slid = slide and (slide.get_translation(context), slide.get_translation_rate(context))
         heading = math.atan2(turned[1, 0], turned[0, 0])
         turning = float(rates.rotational()[2])
-        return Pose((x, y), (vx, vy), heading, turning, *map(float, slid or ()))
+        return Pose(complex(x, y), complex(vx, vy), heading, turning, *map(float, slid or ()))
 
     def _context(self, simulator: Any) -> Any:
         return self.plant.GetMyContextFromRoot(simulator.get_context())

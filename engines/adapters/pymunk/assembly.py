@@ -61,12 +61,11 @@ class Assembly:
 
     def pose(self, setup: CapsuleSetup) -> Pose:
         """As rigid-body engines tell it."""
-        place, velocity = map(vector, self.motion_of_centre)
         inside, sliding = self.motion_of_slider
         unit = cmath.rect(1.0, setup.direction)
         slid, pace = (inside - complex(*setup.slider)) / unit, sliding / unit
         heading, rate = self.body.angle, self.body.angular_velocity
-        return Pose(place, velocity, heading, rate, slid.real, pace.real)
+        return Pose(*self.motion_of_centre, heading, rate, slid.real, pace.real)
 
 
 def vector(value: complex) -> tuple[float, float]:

@@ -18,7 +18,7 @@ import pymunk
 
 from plumbob.analytic.systems.capsule import NORMAL_FORCES
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
-from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint, vector
+from plumbob.engines.adapters.pymunk.assembly import NO_TURNING, Assembly, pin_joint
 from plumbob.engines.adapters.three_feet import Pose, observed
 from plumbob.engines.trajectory import ByName
 
@@ -86,8 +86,8 @@ def _on_the_line(setup: CapsuleSetup, stand: Stand) -> ByName:
     gone, pace = body.position.x, body.velocity.x
     line = cmath.rect(1.0, setup.heading + setup.direction)
     pose = Pose(
-        vector(gone * line),
-        vector(pace * line),
+        gone * line,
+        pace * line,
         setup.heading,
         0.0,
         slider.position.x - gone - along(setup, setup.slider),

@@ -87,7 +87,7 @@ def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
         slid = still, still
         if setup.relative_velocity is not None:
             slid = qpos[:, -1], qvel[:, -1]
-        place, velocity = (qpos[:, 0], qpos[:, 1]), (qvel[:, 0], qvel[:, 1])
+        place, velocity = qpos[:, 0] + 1j * qpos[:, 1], qvel[:, 0] + 1j * qvel[:, 1]
         facing = _facing(qpos, setup.heading)
         pose = Pose(place, velocity, facing, qvel[:, 5], *slid)
         return observed(setup, pose), {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
