@@ -26,7 +26,7 @@ class Layer:
     """One body of a replay: how it is drawn, its name, what the legend adds, its largest error over
     the replay, and the one at its end."""
 
-    slot: str  # how it is drawn: exact, first, second or companion
+    slot: str  # how it is drawn: exact, first or second
     name: str
     words: str
     largest: str = ""
@@ -43,9 +43,7 @@ class Replay:
     whole: float  # duration of the scene [s]
     layers: tuple[Layer, ...]
     lacking: tuple[str, ...]  # runs that did not reach their end
-    speeds: Mapping[str, float]  # to choose from, by their texts
-    speed: float  # that is chosen first
-    factors: tuple[int, ...]
+    factors: tuple[int, ...]  # that errors are drawn by
     magnified: int  # how many times as large the page of an audit draws errors at first
     data: str  # JSON for the script, which no HTML parser takes for a tag
 

@@ -19,7 +19,7 @@ from plumbob.reports.analyses.cone_pendulum import (
     symmetry,
     uniformity,
 )
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, forms
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING, cone, forms
 from plumbob.reports.view.finding_text import written
 from plumbob.tests.support.declared import declared, finding, nothing, numbers_of
 
@@ -99,7 +99,7 @@ def test_finding_equilibria():
     assert (numbers.fork, numbers.node) == pytest.approx((6.44823, 11.2938), abs=5e-5)
     assert len(numbers.centres) == 15
     assert numbers.largest_gap < 1e-6  # the amplitude's
-    near, far = (equilibria.still(0.0, rate).equilibria[0].rate for rate in (8.0, 8.001))
+    near, far = (cone(pivot_y=0.0, platform_rate=rate).equilibria[0].rate for rate in (8.0, 8.001))
     assert abs(near / far - 1.0) > 1e-4  # what a platform rate wrong by 1e-4 would change
 
 

@@ -4,12 +4,10 @@ measured in MuJoCo."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import double
-from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.action_curves import branches
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
@@ -17,7 +15,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
 from plumbob.reports.analyses.measurements import PERIODS, in_double, period
 
 STEP = 2e-4  # [s]
@@ -29,15 +27,8 @@ STARTS = (
 HIGHEST = 1100.0  # [J]
 
 
-@cache
-def started(theta: float, speed: float) -> ConePendulum:
-    """The source's cone on its turning platform from another start."""
-    scene = find_scene(ROTATING, {"theta": theta, "theta_dot": speed})
-    return case_of(scene).problem  # type: ignore[no-any-return]
-
-
 def _request(theta: float, speed: float) -> ExtraRun:
-    duration = PERIODS * started(theta, speed).motion.period
+    duration = PERIODS * cone(theta=theta, theta_dot=speed).motion.period
     return ExtraRun(ROTATING, MUJOCO, STEP, duration, (("theta", theta), ("theta_dot", speed)))
 
 
@@ -48,7 +39,7 @@ def requests(plan: StudyPlan) -> Sequence[ExtraRun]:
 
 def numbers(study: Study) -> Record:
     """Actions and periods, exact and in MuJoCo's runs."""
-    problem = started(DEEP, 40.0)
+    problem = cone(theta=DEEP, theta_dot=40.0)
     starts = tuple(_start(study, *start) for start in STARTS)
     return Record(
         starts=starts,
@@ -63,7 +54,7 @@ def numbers(study: Study) -> Record:
 
 def _start(study: Study, theta: float, speed: float) -> Record:
     """A motion of MuJoCo's full model, from an entry of STARTS."""
-    problem, run = started(theta, speed), study.answer(_request(theta, speed))
+    problem, run = cone(theta=theta, theta_dot=speed), study.answer(_request(theta, speed))
     motion, drift = problem.motion, None
     measured = period(run, theta)
     if run:

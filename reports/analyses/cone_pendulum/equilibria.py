@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 
-from plumbob.analytic.systems.cone_pendulum import ConePendulum, Equilibrium
+from plumbob.analytic.systems.cone_pendulum import Equilibrium
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Changes
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import AGREES, Claims, at_most
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import MUJOCO, ROTATING, cone
 from plumbob.reports.analyses.measurements import PERIODS, period
 
 PIVOTS = (0.0, 0.09)  # [m]
@@ -25,20 +22,13 @@ STEP = 5e-4  # [s]
 DRAWN = np.linspace(0.0, 30.0, 121)  # [rad/s]
 
 
-@cache
-def still(pivot: float, rate: float) -> ConePendulum:
-    """The source's cone on a platform at a `rate` [rad/s], its pivot at `pivot` [m]."""
-    scene = find_scene(ROTATING, {"pivot_y": pivot, "platform_rate": rate})
-    return case_of(scene).problem  # type: ignore[no-any-return]
-
-
 def centres() -> list[tuple[float, float, Equilibrium]]:
     """Pivot, rate and each stable equilibrium there."""
     return [
         (pivot, rate, equilibrium)
         for pivot in PIVOTS
         for rate in RATES
-        for equilibrium in still(pivot, rate).equilibria
+        for equilibrium in cone(pivot_y=pivot, platform_rate=rate).equilibria
         if equilibrium.kind == "centre"
     ]
 
@@ -74,7 +64,7 @@ def numbers(study: Study) -> Record:
                 gap=None if measured is None else measured / centre.rate - 1.0,  # relative
             )
         )
-    level, offset = (still(pivot, 26.0) for pivot in PIVOTS)
+    level, offset = (cone(pivot_y=pivot, platform_rate=26.0) for pivot in PIVOTS)
     gaps = [abs(row.gap) for row in rows if row.gap is not None]
     return Record(
         centres=rows,
@@ -99,7 +89,7 @@ def _diagram(pivot: float) -> Record:
     """All equilibria over the platform's rate, of one pivot."""
     places = {kind: Record(rates=[], angles=[]) for kind in ("centre", "saddle")}  # [rad/s], [rad]
     for rate in DRAWN:
-        for equilibrium in still(pivot, float(rate)).equilibria:
+        for equilibrium in cone(pivot_y=pivot, platform_rate=float(rate)).equilibria:
             if equilibrium.kind in places:
                 places[equilibrium.kind].rates.append(float(rate))
                 places[equilibrium.kind].angles.append(equilibrium.theta)

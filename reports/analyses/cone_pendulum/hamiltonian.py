@@ -13,6 +13,8 @@ from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory
+from plumbob.models.registry import case_of
+from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.claims import Claims, clear
 from plumbob.reports.analyses.measurements import case, energy
@@ -28,6 +30,12 @@ INDEPENDENT = MappingProxyType(
     }
 )
 TIMES = np.linspace(0.0, END, 501)  # [s], of which every other one is drawn
+
+
+@cache
+def cone(**changes: float) -> ConePendulum:
+    """The source's cone on its turning platform, some of its parameters changed."""
+    return case_of(find_scene(ROTATING, changes)).problem  # type: ignore[no-any-return]
 
 
 @cache

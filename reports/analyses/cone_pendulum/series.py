@@ -7,8 +7,8 @@ from plumbob.analytic.systems.pendulums.harmonics import needed
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW, started
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, forms
+from plumbob.reports.analyses.cone_pendulum.action_phase import SHALLOW
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import RESTING, ROTATING, cone, forms
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 NEAR = (1e-3, 1e-6, 1e-9)  # of the deepest well's depth above the barrier
@@ -18,7 +18,7 @@ Counts = tuple[int, ...]  # of harmonics, for ACCURACIES
 def counts(above: float) -> Counts:
     """Harmonics for ACCURACIES of a rotation of the source's cone on its turning platform, with an
     energy `above` the barrier [J]."""
-    problem = started(SHALLOW, 1.0)
+    problem = cone(theta=SHALLOW, theta_dot=1.0)
     motion = PendulumMotion(
         problem.potential, problem.body.inertia_x, problem.theta, 1.0, excess=above
     )
@@ -27,7 +27,7 @@ def counts(above: float) -> Counts:
 
 def barrier() -> float:
     """The height of the barrier [J] over the deepest well, a scale of energies."""
-    problem = started(SHALLOW, 1.0)
+    problem = cone(theta=SHALLOW, theta_dot=1.0)
     lowest = min(e.potential for e in problem.equilibria)
     return float(double(problem.motion.barriers[0])) - lowest
 

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
-from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.uniformity import from_below, of_motion
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import case_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.cone_pendulum.hamiltonian import ROTATING
+from plumbob.reports.analyses.cone_pendulum.hamiltonian import cone
 from plumbob.reports.analyses.measurements import in_double
 
-Start = tuple[float, float, float]  # pivot_y [m], platform rate [rad/s], theta_dot [rad/s]
-POINTS: tuple[Start, ...] = (  # each turning platform beside one at rest
+CHANGED = ("pivot_y", "platform_rate", "theta_dot")  # [m], [rad/s], [rad/s]
+POINTS = (  # of these; each turning platform beside one at rest
     (0.0, 0.0, 13.0),
     (0.0, 8.0, 13.0),
     (0.09, 0.0, 37.0),
@@ -29,19 +24,12 @@ SPEEDS = np.geomspace(12.75, 60.0, 36)  # [rad/s]
 PIVOTS = (0.0, 0.09)  # [m]
 
 
-@cache
-def problem(start: Start) -> ConePendulum:
-    """The source's cone from a start."""
-    changes = zip(("pivot_y", "platform_rate", "theta_dot"), start, strict=True)
-    return case_of(find_scene(ROTATING, dict(changes))).problem  # type: ignore[no-any-return]
-
-
 def numbers(study: Study) -> Record:
     """Three measures at a few points and over two maps."""
     points = [
         Record(pivot=start[0], platform_rate=start[1], speed=start[2], exact=of_motion(motion))
         for start in POINTS
-        for motion in [problem(start).motion]
+        for motion in [cone(**dict(zip(CHANGED, start, strict=True))).motion]
     ]
     maps = tuple(over_rates(pivot) for pivot in PIVOTS)
     lowest = min(float(np.nanmin(each.spread)) for each in maps)
@@ -57,7 +45,7 @@ def numbers(study: Study) -> Record:
 
 def over_rates(pivot: float) -> Record:
     """The measures over platform rates, shape (speeds, rates), against those at rest."""
-    slow = problem((pivot, 1.0, float(SPEEDS[0])))
+    slow = cone(pivot_y=pivot, platform_rate=1.0, theta_dot=float(SPEEDS[0]))
     inertia, speeds, squares = slow.body.inertia_x, SPEEDS[:, None], RATES**2
     unit = in_double(slow.potential)  # its a and b grow with the square of the rate
     potential = TrigonometricPotential(unit.a * squares, unit.b * squares, unit.c + 0 * squares)

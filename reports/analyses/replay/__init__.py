@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -17,7 +16,7 @@ from plumbob.models.registry import case_of, system_of
 from plumbob.models.scene import Case, Scene
 from plumbob.reports.analyses.replay.body import body
 from plumbob.reports.analyses.replay.capsule import capsule
-from plumbob.reports.analyses.replay.pendulums import companion, cone, pendulum
+from plumbob.reports.analyses.replay.pendulums import cone, pendulum
 from plumbob.reports.analyses.replay.picture import Picture
 from plumbob.reports.analyses.replay.runs import RECOMMENDED, shown_runs, shown_seconds
 from plumbob.reports.analyses.replay.samples import COUNT, Samples, coded
@@ -27,14 +26,8 @@ PICTURES: Mapping[str, Callable[[Case, float], Picture]] = MappingProxyType(
     {"capsule": capsule, "cone_pendulum": cone, "free_body": body, "simple_pendulum": pendulum}
 )  # by the family of the system
 TRUTH = Layer("exact", "exact answer", "")
-COMPANION = Layer("companion", "linear pendulum", "exact, the same start")
 Drawn = tuple[Layer, Samples]  # a motion, or a run's deviations from it, with how it is drawn
-SPEEDS = tuple(
-    float(f"{digit}e{exponent}") for exponent in range(-5, 2) for digit in (1, 2, 5)
-)  # of replayed time to real time
-LASTING = 8.0  # [s] of a replay at the speed that is chosen first
-VISIBLE = 0.1  # of the picture: how large the smallest errors are drawn at the largest factor
-MOST = 12  # powers of ten of the largest factor
+MOST = 12  # powers of ten of the largest factor that errors are drawn by
 LARGE = 0.15  # of the picture: how large an audit's largest error is drawn at first, at most
 
 
@@ -49,8 +42,9 @@ def replay(study: Study, scene: Scene) -> Replay | None:
     without a picture."""
     if system_of(scene).family not in PICTURES:
         return None
-    seconds = shown_seconds(scene)
-    picture, exact = _drawn(case_of(scene), seconds)
+    case, seconds = case_of(scene), shown_seconds(scene)
+    picture, times = PICTURES[case.system.family](case, seconds), np.linspace(0.0, seconds, COUNT)
+    exact = Samples(times, picture.motion(times))
     runs: list[Drawn] = []
     lacking: list[str] = []
     plan = StudyPlan(study.profile, study.scenes, study.methods)
@@ -65,8 +59,7 @@ def replay(study: Study, scene: Scene) -> Replay | None:
             runs.append(deviating(picture, run, slot, shown.name, shown.words))
         elif shown.run.method not in missing:
             lacking.append(shown.name)
-    beside = [(COMPANION, _drawn(other, seconds)[1])] if (other := companion(scene)) else []
-    return assembled(scene.name, scene.duration, picture, (TRUTH, exact), runs, beside, lacking)
+    return assembled(scene.name, scene.duration, picture, (TRUTH, exact), runs, lacking)
 
 
 def deviating(picture: Picture, run: Trajectory, slot: str, name: str, words: str) -> Drawn:
@@ -85,13 +78,15 @@ def assembled(
     picture: Picture,
     exact: Drawn,
     runs: Sequence[Drawn],
-    beside: Sequence[Drawn] = (),
     lacking: Sequence[str] = (),
 ) -> Replay:
     """The replay of a motion of `whole` [s], as far as its samples reach, with runs as deviations
-    from it and at most one other motion beside it."""
+    from it."""
     seconds = float(exact[1].times[-1])
-    parts = [picture.part(samples.channels) for _, samples in runs]
+    parts = [part for _, samples in runs if (part := picture.part(samples.channels))]
+    # up to where the smallest errors are as large as the picture
+    powers = [10**k for k in range(MOST + 1)]
+    factors = [f for f in powers if f == 1 or any(f * part < 1.0 for part in parts)]
     data = {
         "kind": picture.kind,
         "seconds": seconds,
@@ -101,45 +96,23 @@ def assembled(
         "layers": [
             _coded(exact),
             *(_coded(run) | {"times": coded(run[1].times)} for run in runs),
-            *map(_coded, beside),
         ],
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    best = min(SPEEDS, key=lambda speed: abs(math.log(speed * LASTING / seconds)))
     return Replay(
         name,
         picture.kind,
         seconds,
         whole,
-        tuple(layer for layer, _ in (exact, *runs, *beside)),
+        tuple(layer for layer, _ in (exact, *runs)),
         tuple(lacking),
-        {_speed(speed): speed for speed in SPEEDS if 0.15 * best < speed < 12.0 * best},
-        best,
-        # up to where the smallest errors are seen
-        tuple(10**k for k in range(max(1, *(math.ceil(_power(VISIBLE, p)) for p in parts), 0) + 1)),
-        10 ** math.floor(_power(LARGE, parts[0])) if parts else 1,
+        tuple(factors),
+        max(f for f in factors if f == 1 or f * parts[0] <= LARGE),
         text.replace("<", "\\u003c"),
     )
-
-
-def _power(wanted: float, part: float) -> float:
-    """The power of ten that makes a part of the picture as large as is wanted."""
-    return min(max(math.log10(wanted / part), 0.0), MOST) if part else 0.0
 
 
 def _coded(drawn: Drawn) -> dict[str, Any]:
     layer, samples = drawn
     channels = {name: coded(values) for name, values in samples.channels.items()}
     return {"role": layer.slot, "count": len(samples.times), "channels": channels}
-
-
-def _drawn(case: Case, seconds: float) -> tuple[Picture, Samples]:
-    """The picture of a case and its exact motion."""
-    picture, times = PICTURES[case.system.family](case, seconds), np.linspace(0.0, seconds, COUNT)
-    return picture, Samples(times, picture.motion(times))
-
-
-def _speed(speed: float) -> str:
-    if speed == 1.0:
-        return "real time"
-    return f"{speed:g} × real time" if speed > 1.0 else f"1/{1.0 / speed:,.0f} of real time"

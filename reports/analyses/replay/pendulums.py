@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from types import MappingProxyType
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.models.registry import case_of, systems
-from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case, Scene
+from plumbob.models.scene import Case
 from plumbob.reports.analyses.replay.picture import ELEVATION, Picture, camera, observed
 from plumbob.reports.analyses.replay.samples import Channels
 
-COMPANIONS = MappingProxyType({"simple-pendulum": "linear-pendulum"})
-"""Systems drawn together: the same start, without and with θ in place of sin θ."""
 TRAIL = 12.0  # of a replay: one part of it
 HALF_ANGLE = math.radians(15.0)  # of the cone that stands for a general body: the source's own
 CLEAR = 1.15  # of the cone's reach: how far below its pivot the platform is
@@ -28,17 +23,6 @@ def pendulum(case: Case, seconds: float) -> Picture:
     geometry = {"length": length, "trail": seconds / TRAIL}
     motions = observed(case.reference.observe, ("theta",))
     return Picture("pendulum", (-reach, reach) * 2, geometry, {"rad": 1.0}, *motions, _apart)
-
-
-def companion(scene: Scene) -> Case | None:
-    """The same start in the system that a scene is drawn together with; None without one."""
-    other = COMPANIONS.get(scene.system)
-    if other is None:
-        return None
-    name = f"{other}/{scene.name.partition('/')[2]}"
-    if name not in {candidate.name for candidate in systems()[other].scenes}:
-        return None
-    return case_of(find_scene(name))
 
 
 def cone(case: Case, seconds: float) -> Picture:

@@ -115,22 +115,27 @@ def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
         files[name] = base64.b64decode(common["pictures"][name])
     links = Links(places, SEARCH, "", single=False)
     files[SEARCH] = carried(search.entries_text(content.views, common, links))
-    for name, template, values in content.pages:
-        links = Links(places, page_file(name), "", single=False)
-        plots = Plots("", name)
-        text = filled(template, shared="", href=links, plots=plots, search="", **common, **values)
-        files |= {**plots.files, page_file(name): text}
-    plots = Plots(f"{PAGES}/", "index")
-    index = filled(
-        "index.html.jinja",
-        shared=f"{PAGES}/",
-        href=Links(places, "", f"{PAGES}/", single=False),
-        inside_pages=(),
+    for page in content.pages:
+        files |= _page(content, places, page, "")
+    index = _page(content, places, ("index", "index.html.jinja", {"inside_pages": ()}), f"{PAGES}/")
+    text = index.pop(NAME)
+    return {**files, **index}, text
+
+
+def _page(content: Content, places: Mapping[str, str], page: Page, folder: str) -> dict[str, str]:
+    """A page and the files of its plots by name, where those of all pages are in `folder`."""
+    name, template, values = page
+    here, plots = "" if folder else page_file(name), Plots(folder, name)
+    text = filled(
+        template,
+        shared=folder,
+        href=Links(places, here, folder, single=False),
         plots=plots,
         search="",
-        **common,
+        **content.common,
+        **values,
     )
-    return {**files, **plots.files}, index
+    return {**plots.files, page_file(name): text}
 
 
 def content(study: Study) -> Content:

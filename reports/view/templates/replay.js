@@ -152,9 +152,9 @@
     const place = (x, y) => [plan.picture.x + plan.picture.scale * x, plan.picture.y - plan.picture.scale * y];
 
     // ---- drawing ----------------------------------------------------------------------------
-    const WIDTHS = {exact: 5, first: 2, second: 1.3, companion: 1.5};
-    const DASHES = {exact: [], first: [9, 5], second: [], companion: [10, 4, 2, 4]};
-    const RINGS = {first: [8.5, 2], second: [11.5, 1.5], companion: [5, 2]};
+    const WIDTHS = {exact: 5, first: 2, second: 1.3};
+    const DASHES = {exact: [], first: [9, 5], second: []};
+    const RINGS = {first: [8.5, 2], second: [11.5, 1.5]};
     const stroke = (role, path, closed = false) => {
       pen.beginPath();
       path.forEach((p, i) => {
@@ -541,7 +541,7 @@
     };
     const step = (stamp) => {
       if (playing !== stop) return;
-      const pace = reduced.matches ? data.seconds / STILLS : Number(speed.value);
+      const pace = reduced.matches ? data.seconds / STILLS : data.seconds / speed.value;
       const passed = reduced.matches ? Math.floor((stamp - stamped) / 1000) : (stamp - stamped) / 1000;
       if (passed > 0) {
         stamped = reduced.matches ? stamped + 1000 * passed : stamp;
@@ -587,7 +587,7 @@
     const dip = () => {
       const style = getComputedStyle(figure);
       ink = {post: "#8c96a1"};
-      for (const name of ["exact", "label", "first", "second", "companion", "drive", "solid", "disc", "quiet", "rule", "grid", "tint"]) {
+      for (const name of ["exact", "label", "first", "second", "drive", "solid", "disc", "quiet", "rule", "grid", "tint"]) {
         ink[name] = style.getPropertyValue(`--${name}`).trim();
       }
     };
