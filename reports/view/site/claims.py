@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable
 from dataclasses import replace
 
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.reports.view.content import Figure, Finding
+from plumbob.reports.view.content import Finding
 from plumbob.reports.view.finding_text import findings_of, written
 
 NOT_SHOWN = "not shown"
 
 
-def formed(study: Study, of: str) -> tuple[Finding, ...]:
-    """The findings on a system, or of "engines". In place of those that the runs of the study do
-    not allow, whose verdicts are unexpected, one says so; and so does one in place of those whose
-    templates ask for numbers that are not stored."""
+def formed(study: Study, of: str, place: str = "finding") -> tuple[Finding, ...]:
+    """The findings on a system, or of "engines", or the galleries. In place of those that the runs
+    of the study do not allow, whose verdicts are unexpected, one says so; and so does one in place
+    of those whose templates ask for numbers that are not stored."""
     from jinja2 import UndefinedError
 
     shown, failed, older = list[Finding](), list[Analysed](), list[str]()
     for analysis in study.analyses:
-        if analysis.system != of or analysis.place != "finding":
+        if (analysis.system, analysis.place) != (of, place):
             continue
         if analysis.numbers is None:
             failed.append(analysis)
@@ -37,18 +36,6 @@ def formed(study: Study, of: str) -> tuple[Finding, ...]:
     if older:
         lost += written("pages/older_store", {"of": of, "templates": older})
     return (*as_measured(shown), *lost)
-
-
-def galleries(study: Study, of: str) -> tuple[tuple[str, Sequence[Figure]], ...]:
-    """The headings of a system's galleries, and the figures below them."""
-    from jinja2 import UndefinedError
-
-    shown = list[Finding]()
-    for analysis in study.analyses:
-        if (analysis.system, analysis.place) == (of, "gallery") and analysis.numbers is not None:
-            with suppress(UndefinedError):
-                shown += findings_of(analysis)
-    return tuple((finding.title, finding.figures) for finding in shown)
 
 
 def as_measured(findings: Iterable[Finding]) -> tuple[Finding, ...]:

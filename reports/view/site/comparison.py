@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from plumbob.reports.view.content import Table
 from plumbob.reports.view.notation import number
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
@@ -22,55 +21,31 @@ FEW = 25  # rows of a table that is not folded
 def write_comparison(of: Comparison, file: Path, command: str) -> Path:
     """Write the page, whole or not at all, and return its path; `command` is what reproduces it.
     Raises OSError where its folder cannot be written."""
-    pairs = [move for move in of.presence if move["what"] == "measured"]
-    lead = paragraphs(
-        "compared",
-        pairs=_by_pair(of.errors),
-        gone=sum(move["new"] == "no" for move in pairs),
-        come=sum(move["old"] == "no" for move in pairs),
-        **vars(of),
-    )
+    by_pair: dict[tuple[str, str], list[Change]] = {}
+    for move in of.errors:
+        by_pair.setdefault((move["scene"], move["method"]), []).append(move)
+    most = [(max(moves, key=_size), len(moves)) for moves in by_pair.values()]
+    most.sort(key=lambda pair: -_size(pair[0]))
+    measured = [move for move in of.presence if move["what"] == "measured"]
+    gone = sum(move["new"] == "no" for move in measured)
+    lead = paragraphs("compared", pairs=most, gone=gone, come=len(measured) - gone, **vars(of))
     old, new = (source.versions for source in of.made)
-    names = dict.fromkeys((*old, *new))
-    tables = (
-        _changes("Verdicts that changed", of.verdicts),
-        _changes("What vanished, and what is new", of.presence),
-        _errors(of.errors),
-    )
+    versions = [(n, old.get(n, "unknown"), new.get(n, "unknown")) for n in {**old, **new}]
+    moved = [(move, _percent(move["growth"]), count) for move, count in most]
+    captions = {"Verdicts that changed": of.verdicts, "What vanished, and what is new": of.presence}
+    changes = [
+        table_or_none("changes", caption=c, rows=rows, few=FEW) for c, rows in captions.items()
+    ]
     text = filled(
         "compare.html.jinja",
         lead=" ".join(lead),
-        versions=table(
-            "compared_versions",
-            rows=[(n, old.get(n, "unknown"), new.get(n, "unknown")) for n in names],
-        ),
-        tables=[*filter(None, tables)],
+        versions=table("compared_versions", rows=versions),
+        tables=[*filter(None, (*changes, table_or_none("errors_moved", rows=moved, few=FEW)))],
         names=of.names,
         made=of.made,
         command=command,
     )
     return written(text, file.parent, file.name)
-
-
-def _by_pair(moves: Sequence[Change]) -> Mapping[tuple[str, str], list[Change]]:
-    """Changes by scene and method."""
-    by_pair: dict[tuple[str, str], list[Change]] = {}
-    for move in moves:
-        by_pair.setdefault((move["scene"], move["method"]), []).append(move)
-    return by_pair
-
-
-def _changes(caption: str, changes: Sequence[Change]) -> Table | None:
-    """Changes as they are; None without any."""
-    return table_or_none("changes", caption=caption, rows=changes, few=FEW)
-
-
-def _errors(moves: Sequence[Change]) -> Table | None:
-    """Of each pair whose errors moved, the one that moved most; None where none did."""
-    most = [(max(of, key=_size), len(of)) for of in _by_pair(moves).values()]
-    most.sort(key=lambda pair: -_size(pair[0]))
-    rows = [(move, _percent(move["growth"]), count) for move, count in most]
-    return table_or_none("errors_moved", rows=rows, few=FEW)
 
 
 def _size(change: Change) -> float:

@@ -20,7 +20,7 @@ from plumbob.reports.view.palette import styles
 from plumbob.reports.view.plots import scene_figures
 from plumbob.reports.view.records import ExactRecord, Records, SceneRecord, SystemRecord
 from plumbob.reports.view.site import matrix
-from plumbob.reports.view.site.claims import formed, galleries
+from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.tables import paragraphs, table, table_or_none
 from plumbob.reports.view.top_tables import anchor
 from plumbob.reports.view.trimming import trimming
@@ -54,7 +54,7 @@ def system_view(study: Study, records: Records, system: SystemRecord, every: Res
     return View(
         system=system,
         about=described(system.name),
-        galleries=galleries(study, system.name),
+        galleries=formed(study, system.name, "gallery"),
         findings=formed(study, system.name),
         scenes=views,  # the one that stands for the system first
         leading=views[0] if views else None,  # whose measurements the system's page shows
