@@ -10,7 +10,6 @@ from plumbob.reports.view.notation import number
 
 Claims = Sequence[Claim]  # that a finding's words rest on
 CLEAR = 10.0  # a difference that words speak of is this many times what it is compared with
-ALIKE = 0.2  # a figure that theory predicts may differ from that by this part of it
 AGREES = 1e-3  # of a figure: what formula and engine may differ by
 
 
@@ -27,12 +26,6 @@ def clear(what: str, large: float, small: float, unit: str = "") -> Claim:
         f"{CLEAR:g} times as much"
     )
     return Claim(text, abs(large) >= CLEAR * abs(small) and large != 0.0)
-
-
-def as_predicted(what: str, measured: float, predicted: float, unit: str = "") -> Claim:
-    """That a figure is the predicted one, sign and all, within ALIKE of it."""
-    text = f"{what} is {_with(measured, unit)}, where {_with(predicted, unit)} is predicted"
-    return Claim(text, abs(measured - predicted) <= ALIKE * abs(predicted))
 
 
 def between(what: str, measured: float, low: float, high: float, unit: str = "") -> Claim:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
@@ -47,8 +48,8 @@ def study_record(study: Study, judged: Judgements) -> StudyRecord:
     there = systems_of(*names)
     systems = [there[name] for name in names if name in there]
     return StudyRecord(
-        tuple(_system(system) for system in systems),
-        {name: png for system in systems for name, png in _picture(system).items()},
+        tuple(map(_system, systems)),
+        {file.name: _base64(file) for system in systems if (file := _picture(system))},
         _settings({method.engine for method in study.methods}),
         user_results(study, judged),
     )
@@ -131,15 +132,18 @@ def _motion(case: Case, period: float) -> Motion:
 
 
 def _system(system: System) -> SystemRecord:
-    picture = next(iter(_picture(system)), "")
-    added = bool(system.distribution)
-    return SystemRecord(system.name, system.title, system.default, picture, added)
+    file, added = _picture(system), bool(system.distribution)
+    return SystemRecord(system.name, system.title, system.default, file.name if file else "", added)
 
 
-def _picture(system: System) -> Mapping[str, str]:
-    """The picture of a system's model by the file's name, where there is one."""
+def _picture(system: System) -> Path | None:
+    """The picture of a system's model, where there is one."""
     file = system.mjcf.parent / f"{system.mjcf.parent.name}.png"
-    return {file.name: base64.b64encode(file.read_bytes()).decode()} if file.is_file() else {}
+    return file if file.is_file() else None
+
+
+def _base64(file: Path) -> str:
+    return base64.b64encode(file.read_bytes()).decode()
 
 
 def _settings(engines: set[str]) -> Mapping[str, Settings]:

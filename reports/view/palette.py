@@ -8,11 +8,11 @@ and Ito), on a light and on a dark background.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from plumbob.engines.method import USER_METHOD, Method
+from plumbob.engines.method import USER_METHOD
 
 BLUE, RED, GREEN, ORANGE = "#0072b2", "#d55e00", "#009e73", "#e69f00"
 SKY, PINK, GREY = "#56b4e9", "#cc79a7", "#808080"
@@ -70,14 +70,9 @@ class Style:
     dash: str
 
 
-def styles(methods: Sequence[Method]) -> Mapping[str, Style]:
+def styles(names: Iterable[str]) -> Mapping[str, Style]:
     """The style of each method by name; earlier ones get larger markers, so that curves that
     coincide are seen as rings."""
-    return styles_of([method.name for method in methods])
-
-
-def styles_of(names: Sequence[str]) -> Mapping[str, Style]:
-    """The same of methods by their names."""
     colours, shapes = dict(INTEGRATORS), dict(ENGINES)
     by_method: dict[str, Style] = {}
     dashes: dict[str, int] = {}  # by colour, so that the two tell methods apart

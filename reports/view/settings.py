@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from plumbob.engines.abilities import Settings, Snippet
+from plumbob.engines.abilities import Settings
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 
 SHOWN = (  # methods, and what for
@@ -22,13 +22,6 @@ class Pasted:
     title: str
     command: str
     settings: Settings
-
-    def codes(self, snippet: Snippet) -> Iterator[tuple[str, str]]:
-        """Kind and text of each part of a snippet: where it goes differs."""
-        if snippet.mjcf:
-            yield "MJCF", snippet.mjcf
-        if snippet.python:
-            yield "Python", snippet.python
 
 
 def pasted(settings: Mapping[str, Settings]) -> tuple[Pasted, ...]:

@@ -18,7 +18,7 @@ from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import ON_SUPPORTS, SMOOTH
 from plumbob.reports.analyses.analysis import Analysis, Record
-from plumbob.reports.analyses.claims import as_expected, as_predicted
+from plumbob.reports.analyses.claims import as_expected, at_most
 from plumbob.reports.analyses.measurements import plan_of
 from plumbob.reports.judge.stability import study_limits
 from plumbob.reports.view.content import Claim
@@ -32,6 +32,7 @@ SOLVERS = ("ode/dop853", "ode/radau", "ode/lsoda")  # which choose their steps
 DAMPING = (1e1, 1e2, 1e3, 1e4)  # [1/s], in place of the equilibrium's own
 LONG = 3e3  # time constants of the fastest mode, roughly, that they are run for
 TOLERANCE = 1e-3  # the largest: accuracy asks for next to nothing
+ALIKE = 0.2  # what a solver pays may differ from the prediction by this part of it
 EVALUATIONS = 12  # of the equation of motion in a step of DOP853
 
 
@@ -121,7 +122,11 @@ def numbers(study: Study) -> Record | None:
 def claims(numbers: Record) -> Sequence[Claim]:
     """That no limit is unexpected, and that the first solver pays what stability asks of it."""
     pays = (
-        as_predicted(f"what DOP853 pays at {damping:g}/s", of[SOLVERS[0]], of["predicted"], "1/s")
+        at_most(
+            f"what DOP853 pays at {damping:g}/s beside what is predicted, less 1,",
+            of[SOLVERS[0]] / of["predicted"] - 1.0,
+            ALIKE,
+        )
         for damping, of in numbers.paid.items()
         if SOLVERS[0] in of
     )

@@ -72,7 +72,7 @@ def scene_view(
     missing = Counter(of.method.engine for of in results if of not in rows)
     ran = {of.name: of for of in rows if of.done}
     at_first = _at_first(record.recommendations, ran)
-    looks, units = styles(study.methods), {o.name: o.unit for o in observables}
+    looks, units = styles(m.name for m in study.methods), {o.name: o.unit for o in observables}
     counted = Counter(of.judged.verdict for of in rows)
     tables_below = (
         top_tables.scene_recommendations(record.recommendations),

@@ -192,7 +192,7 @@ def _common(
         "recommendations": recommendations,
         "sources": top_tables.sources(findings),
         "every_statement": top_tables.every_statement(findings),
-        "styles": styles(study.methods),
+        "styles": styles(m.name for m in study.methods),
         "dashes": dict(DASHES),
         "provenance": study.provenance,
         "number": notation.number,
