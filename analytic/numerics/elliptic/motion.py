@@ -14,8 +14,10 @@ the energy above the saddle enters the cubic of P as a factor, and the period ke
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,8 +33,9 @@ from plumbob.analytic.reference import Array
 _NEAR = 1e-10  # of the potential: the energy from a saddle below which it is made a factor
 _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the saddle, in double
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
-_REACHED = 1e-13  # of an angle, and of what it passes in the time: a time that has it
-_ROUNDED = 4e-16  # of an angle to reach
+_REACHED = 1e-15  # of an angle: beyond a turning point by rounding
+_BISECTIONS = 60  # of a time to its last digit
+SAMPLES = 65  # of a period, between which the motion turns back once at most
 
 
 @dataclass(frozen=True)
@@ -180,50 +183,34 @@ class EllipticMotion:
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape
-        (n,); NaN where it never does. Of the times at which P is as it has to be those count that
-        have the angle."""
-        away = double(quad(theta) - self.theta0)
-        if self.rest:
-            return np.where(away == 0.0, 0.0, np.nan)
-        with np.errstate(all="ignore"):
-            times, turns = self._candidates(theta), np.floor(away * self.sense / (2 * np.pi))
-            if self.rotation and np.any(turns > 0.0):
-                times = times + np.maximum(turns, 0.0) * double(self.period)
-            reached, rate = self.state(np.where(np.isfinite(times), times, np.nan))
-            near = _REACHED * (1 + np.abs(theta) + np.abs(rate * times))
-            times = np.where(np.abs(reached - theta) <= near, times, np.inf)
-            times = np.where(away == 0.0, 0.0, times.min(axis=0))
-            return np.where(np.isfinite(times), times, np.nan)
+        (n,); NaN where it never does: by bisection, from one turning point to the next."""
+        finite = math.isfinite(last := float(double(self.period)))
+        last = last if finite else float(double(_FADED / self.function.a))
+        turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
+        turns = np.maximum(turns, 0.0) if self.rotation and finite else 0.0 * theta
+        wanted = theta - turns * self.sense * 2 * np.pi
+        samples = np.linspace(0.0, last, SAMPLES)
+        back = np.flatnonzero(np.diff(np.sign(self.state(samples)[1])))
+        halts = self._passed(1, np.zeros(len(back)), samples[back], samples[back + 1])
+        edges, times = [0.0, *halts, last], np.full(theta.shape, np.nan)
+        for first, second in pairwise(edges):
+            ends = np.sort(self.state(np.array([first, second]))[0])
+            near = _REACHED * (1 + np.abs(theta))
+            inside = np.isnan(times) & (wanted >= ends[0] - near) & (wanted <= ends[1] + near)
+            begin, end = (np.full(inside.sum(), edge) for edge in (first, second))
+            times[inside] = self._passed(0, wanted[inside], begin, end)
+        times += turns * (last if finite else 0.0)
+        return np.where(theta == double(self.theta0), 0.0, times)
 
-    def _candidates(self, theta: Array) -> Array:
-        """Times [s] of the first period, shape (4, n), with the P of `theta` [rad], which follows
-        from both ends, by Carlson's R_F (DLMF 19.25.35)."""
-        import scipy.special
-
-        a0, a1, a2, a3, a4 = self.quartic
-        w, waits = np.tan((quad(theta) - self.theta0) / 2), []
-        square = (((a0 * w + 4 * a1) * w + 6 * a2) * w + 4 * a3) * w + a4
-        slope = ((4 * a0 * w + 12 * a1) * w + 12 * a2) * w + 4 * a3
-        slack = abs(slope) * (1 + w * w) * (1 + abs(quad(theta))) * _ROUNDED
-        both = np.sqrt(np.where(abs(square) <= slack, abs(square), square) * a4)
-        polar = (a2 * w + 2 * a3) * w + a4
-        for product in (both, -both):
-            value = (polar + product) / (2 * w * w) - self.function.e
-            wait = scipy.special.elliprf(*self._above_roots(value)).real
-            waits += [wait, double(self.period) - wait]
-        return np.stack(waits)
-
-    def _above_roots(self, value: Quad) -> tuple[Array, Array, Array]:
-        """P less its three roots, of `value` P - e, in double."""
-        f = self.function
-        if f.real:
-            parts = value, value - (f.a**2 - f.b**2), value - f.a**2
-            return tuple(np.maximum(double(part), 0.0) + 0j for part in parts)
-        middle, size = 3 * f.e / 2, f.a**2 / 4
-        apart = 1j * double(np.sqrt(abs(size * size - middle * middle)))
-        value = np.where(value > 0, value, 0 * value)
-        beside = double(value + middle)
-        return double(value) + 0j, beside + apart, beside - apart
+    def _passed(self, part: int, value: Array, low: Array, high: Array) -> Array:
+        """When theta, `part` 0, or theta_dot, 1, passes a `value` between two times [s], in which it
+        rises or falls; shape (n,) each."""
+        rising = self.state(high)[part] > self.state(low)[part]
+        for _ in range(_BISECTIONS):
+            middle = (low + high) / 2
+            later = (self.state(middle)[part] < value) == rising
+            low, high = np.where(later, middle, low), np.where(later, high, middle)
+        return (low + high) / 2
 
 
 def _larger(one: tuple[Quad, Quad, Quad], other: tuple[Quad, Quad, Quad]) -> tuple[Quad, Quad]:
