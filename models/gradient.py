@@ -134,7 +134,8 @@ def _general(system: System) -> Gradients:
     def gradients(problems: Sequence[Neighbours[Any]], times: Array) -> list[Sensitivity]:
         start = np.zeros(1)
         if isinstance(system.reference(problems[0].here), CertifiedMotion):
-            from plumbob.analytic.sensitivities.smooth_systems import certified, gradients
+            from plumbob.analytic.numerics.smooth.smooth_motion import certified
+            from plumbob.analytic.sensitivities.smooth_systems import gradients
 
             return gradients(lambda p: certified(cast(Any, system.reference(p))), problems, times)
         motions = [one.each(lambda p: Phased(system.reference(p), start)) for one in problems]

@@ -12,34 +12,20 @@ with two numbers of stages, whose difference is part of the uncertainty.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
-from plumbob.analytic.numerics.linear_flow import LinearFlow
+from plumbob.analytic.numerics.collocation import TimeGrid
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Derived, Neighbours, Sensitivity, stacked
 
 STAGES, FEWER = 12, 9  # of the collocation, and of the one that shows its error
 RESOLVED, HALVINGS = 1e-11, 4  # relative difference of the two, and halvings of the step for it
-
-
-@dataclass(frozen=True)
-class SmoothMotion:
-    """The equations of a motion with d numbers in its state, and the exact motion itself."""
-
-    start: Any  # state at time 0, shape (d,), of doubles or 34 digits
-    slope: Callable[[Array, Array], Array]  # f of times (n,) and states (d, n), shape (d, n)
-    jacobian: Callable[[Array, Array], Array]  # f_z, shape (d, d, n)
-    state: Callable[[Array], Array]  # the exact motion: times [s], shape (n,) -> (d, n)
-    pace: float  # rate of change [1/s] that the motion does not exceed by much
-    read: Callable[[Array, Array], Mapping[str, Array]]  # observables of times and states
 
 
 def smooth_gradients(
@@ -57,7 +43,7 @@ def smooth_gradients(
 def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Derived:
     """S at `times` and its uncertainty, shape (n, d, parameters)."""
     last, count = float(np.max(times, initial=0.0)) or 1.0, len(motions)
-    steps = 1 + math.ceil(last * motions[0].here.pace)
+    steps = len(motions[0].here.grid(last).breakpoints)
     for _ in range(1 + HALVINGS):
         grid = TimeGrid(np.linspace(0.0, last, steps))
         fine, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
@@ -74,18 +60,13 @@ def _response(
 ) -> Array:
     """S at `times`, shape (n, d, 2 parameters): the second half of its columns is the response to
     the uncertainties of f_p and of the start."""
-    here, rule = motions[0].here, gauss_collocation(stages)
-    nodes = grid.breakpoints[:-1, None] + np.diff(grid.breakpoints)[:, None] * rule.nodes
-    flat = np.minimum(nodes, grid.duration).ravel()
-    states = here.state(flat)
-    matrix = np.moveaxis(here.jacobian(flat, states), -1, 0)
+    nodes, states, flow = motions[0].here.linearised(grid, stages)
     forcing = stacked(
-        [one.derivative(lambda motion: motion.slope(flat, states)) for one in motions]
+        [one.derivative(lambda motion: motion.slope(nodes, states)) for one in motions]
     )
     start = stacked([one.derivative(lambda motion: motion.start) for one in motions])
-    flow = LinearFlow(grid, matrix.reshape(*nodes.shape, *matrix.shape[1:]))
     across = forcing.transpose(1, 0, 2)
-    return flow.respond(start, across.reshape(*nodes.shape, *across.shape[1:])).at(times)
+    return flow.respond(start, across.reshape(*flow.matrix.shape[:3], -1)).at(times)
 
 
 def read_along(

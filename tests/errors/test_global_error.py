@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from plumbob.analytic.errors.smooth_motion.global_error import energy_drift_rate, leading_error
-from plumbob.analytic.errors.smooth_motion.rotor_steps import rotor_step
-from plumbob.analytic.numerics.rotor.variational import sensitivity
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
+from plumbob.analytic.errors.smooth_motion.rotor_steps import orders
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.tests.support.fixed_step import run
@@ -31,6 +30,11 @@ PAIRS = [
 ]
 
 
+def start(case):
+    """Theta and theta_dot at time 0."""
+    return case.theta, case.theta_dot
+
+
 def errors(case, scheme, steps, samples=100):
     """Step, times and the scheme's error there, from its start to the case's end."""
     step = case.duration / steps
@@ -48,7 +52,7 @@ def remainders(case, scheme, steps, rotor, terms=2):
     """Largest error of theta and theta_dot, and largest rest after one, two ... terms of the
     expansion made for `rotor`; shape (terms + 1, 2)."""
     step, times, error = errors(case, scheme, steps)
-    coefficients = leading_error(rotor, case.theta, case.theta_dot, times, scheme, terms)
+    coefficients = RotorErrors(rotor, *start(case), terms=terms).series(scheme, times)
     left, found = dict(error), [[np.abs(error[q]).max() for q in NAMES]]
     for order in sorted(coefficients):
         left = {q: left[q] - step**order * coefficients[order][q] for q in NAMES}
@@ -59,8 +63,7 @@ def remainders(case, scheme, steps, rotor, terms=2):
 @pytest.mark.parametrize(("name", "scheme"), PAIRS)
 def test_the_coefficients_make_up_the_error(name, scheme):
     case = replace(CASES[name], duration=0.5 if name == "cone" else 5.0)
-    found = rotor_step(scheme)
-    steps = 2000 if found.order_on(case.rotor) == 1 else 200  # the error far above round-off
+    steps = 2000 if orders(scheme, case.rotor, 1)[0] == 1 else 200  # the error far above round-off
     error, _, second, _, fourth = remainders(case, scheme, steps, case.rotor, terms=4)
     assert np.all(second < 0.02 * error)  # two orders predict the error to 2 %
     # and the remainder consists of the next two orders: no term is missing or counted twice
@@ -85,7 +88,7 @@ CONE_PERIOD = 0.16006944027755794  # physics.md, correct Hamiltonian, theta_dot(
 def test_rk4_loses_energy_at_the_averaged_rate(name):
     case = CASES[name]
     turn = CONE_PERIOD if name == "cone" else period(case)
-    rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, Scheme(RK4))
+    rates = RotorErrors(case.rotor, *start(case)).energy_drift_rate(turn, Scheme(RK4))
     # A pendulum's motion is symmetric under time reversal, so that even powers vanish. That of a
     # cone that rotates in a potential without mirror symmetry is not: its energy drifts with h^4
     # already.
@@ -106,7 +109,7 @@ def test_rk4_loses_energy_at_the_averaged_rate(name):
 def test_symplectic_schemes_have_no_drift(name, scheme):
     case = CASES[name]
     turn = CONE_PERIOD if name == "cone" else period(case)
-    rates = energy_drift_rate(case.rotor, case.theta, case.theta_dot, turn, scheme)
+    rates = RotorErrors(case.rotor, *start(case)).energy_drift_rate(turn, scheme)
     assert rates
     assert not any(rates.values())
 
@@ -116,8 +119,9 @@ def test_the_error_of_euler_is_half_the_acceleration_at_both_ends(name):
     case, times = replace(CASES[name], duration=0.5), np.linspace(0.0, 0.5, 21)
     rotor, theta, theta_dot = case.rotor, case.theta, case.theta_dot
     exact = motion(case).observe(times)
-    lead = leading_error(rotor, theta, theta_dot, times, Scheme(EULER))[1]
-    by_rate = sensitivity(rotor, theta, theta_dot, times)[:, :, 1]
+    theory = RotorErrors(rotor, theta, theta_dot)
+    lead = theory.series(Scheme(EULER), times)[1]
+    by_rate = theory.motion.tangents(times)[:, :, 1]
     first = 0.5 * rotor.acceleration(0.0, theta, theta_dot)
     last = 0.5 * rotor.acceleration(times, exact["theta"], exact["theta_dot"])
     # semi-implicit Euler is leapfrog with the rate read half a step late, at both ends

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion

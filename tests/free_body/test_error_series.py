@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.free_body.error_series import FreeBodyErrors
+from plumbob.analytic.errors.smooth_motion.free_body_errors import FreeBodyErrors
 from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,

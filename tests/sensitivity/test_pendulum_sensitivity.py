@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import RodErrors
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion

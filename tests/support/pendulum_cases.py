@@ -7,7 +7,6 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import integrate
 from plumbob.analytic.systems.cone_pendulum import cone
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 
@@ -69,5 +68,4 @@ def motion(case):
 
 def endpoint(case):
     """Theta and theta_dot at the case's end, shape (2,)."""
-    orbit = integrate(case.rotor, case.theta, case.theta_dot, case.duration)
-    return np.ravel(orbit.at(np.array([case.duration])))
+    return np.ravel(list(motion(case).observe(np.array([case.duration])).values()))

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.global_error import RotorErrors
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
-from plumbob.analytic.numerics.truncated_series import constant, product, sine_cosine
+from plumbob.analytic.numerics.power_series import constant
+from plumbob.analytic.numerics.rotor.orbit import ANGLE
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, ErrorTheory, SteppedErrors
 
@@ -51,18 +53,14 @@ class RodErrors:
         return stepped_errors(pendulum.rotor, start, scheme, step, times, exact, rod)
 
     def _with_tension(self, terms: Coefficients, times: Array) -> Coefficients:
-        observed, degree = self.pendulum.motion.observe(times), max(terms)
-        length, gravity = self.pendulum.length, self.pendulum.gravity
-        theta, rate = (constant(observed[name], degree) for name in ("theta", "theta_dot"))
+        observed, rod = self.pendulum.motion.observe(times), self.pendulum
+        state = {name: constant(observed[name], max(terms)) for name in ANGLE}
         for power, coefficients in terms.items():
-            theta[power], rate[power] = coefficients["theta"], coefficients["theta_dot"]
-        series = length * product(rate, rate) + gravity * sine_cosine(theta)[1]
+            for name, part in state.items():
+                part.terms[power] = coefficients[name]
+        pull = tension(rod.length, rod.gravity, state["theta"], state["theta_dot"], rod.mass)
         return {
-            power: {
-                "theta": coefficients["theta"],
-                "theta_dot": coefficients["theta_dot"],
-                "tension": self.pendulum.mass * series[power],
-            }
+            power: {**coefficients, "tension": pull.terms[power]}
             for power, coefficients in terms.items()
         }
 

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.rotor_steps import Equation, advance, in_numbers
+from plumbob.analytic.errors.smooth_motion.rotor_steps import Equation, advance, equation_of
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array, Reference
@@ -197,8 +197,8 @@ def _stepper(
     library: Any,
 ) -> tuple[Any, Sequence[Any]]:
     """The step, of a time and the numbers of a state, and the state it begins with; arguments as
-    those of `in_numbers`."""
-    equation = in_numbers(rotor, given, scheme, step, library)
+    those of `equation_of`."""
+    equation = equation_of(rotor, given, scheme, step, library)
     if scheme.joint_closing_rate is None:
         return advance(scheme, equation), start
     closing, (theta, theta_dot) = scheme.joint_closing_rate, start

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.free_body.error_series import free_body_errors
+from plumbob.analytic.errors.smooth_motion.free_body_errors import FreeBodyErrors
 from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
 from plumbob.analytic.errors.stability.largest_step import largest_step
@@ -253,7 +253,7 @@ class FreeRotationStability:
 
     def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
         """See `StabilityTheory`."""
-        errors = free_body_errors(self.body)
+        errors = FreeBodyErrors(self.body)
         exponent = 0.0 if self.equilibrium else float(self.growth.exponent)
         return FollowedMotion(
             partial(errors.series, scheme), scales, math.tau / self.rate, exponent=exponent

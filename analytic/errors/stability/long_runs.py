@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.global_error import energy_drift_rate, leading_error
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import Scheme
@@ -30,24 +29,21 @@ NOTHING = 1e-9  # of a part of the time ahead, relative to what the error makes 
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """A conservative rotor's exact motion from `start`, theta [rad] and theta_dot [rad/s], and its
-    finite `period` [s]."""
+    """The `errors` on a conservative rotor's exact motion of a finite `period` [s]."""
 
-    rotor: DrivenRotor
-    start: tuple[float, float]
-    exact: Reference
+    errors: RotorErrors
     period: float
 
     def long_run(self, scheme: Scheme, step: float, scale: float) -> LongRun | None:
         """The growth of the error of `scheme` with `step` [s], over a `scale` [rad]; None for a
         scheme without a series. Raises ParameterError where the motion does not repeat."""
-        if not (self.rotor.conservative and math.isfinite(self.period)):
+        if not (self.errors.rotor.conservative and math.isfinite(self.period)):
             raise ParameterError("period", self.period, "finite, of an undamped unforced motion")
         times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
-        series = leading_error(self.rotor, *self.start, times, scheme, TERMS)
+        series = dict([*self.errors.series(scheme, times).items()][:TERMS])
         if not series:
             return None
-        observed = self.exact.observe(times)
+        observed = self.errors.exact.observe(times)
         ahead, repeating = self._parts(times, observed, series, step)
         sign = math.copysign(1.0, ahead[0] or ahead[1])
         reached = self._time_shifts(observed["theta"] / scale, repeating / scale, sign)
@@ -60,8 +56,8 @@ class PeriodicMotion:
 
     def _energy_rate(self, scheme: Scheme, step: float) -> float:
         """Mean rate of the energy over the largest kinetic energy [1/s]."""
-        rates = energy_drift_rate(self.rotor, *self.start, self.period, scheme)
-        scale = kinetic_energy(self.exact, self.period)
+        rates = self.errors.energy_drift_rate(self.period, scheme)
+        scale = kinetic_energy(self.errors.exact, self.period)
         return sum(rate * step**order for order, rate in rates.items()) / scale
 
     def _parts(
@@ -69,7 +65,7 @@ class PeriodicMotion:
     ) -> tuple[Array, Array]:
         """b and a of the time ahead, and the error of the angle that repeats, over a period."""
         theta, rate = observed["theta"], observed["theta_dot"]
-        push = self.rotor.acceleration(0.0, theta, rate)
+        push = self.errors.rotor.acceleration(0.0, theta, rate)
         ahead, repeating = np.zeros(2), np.zeros(SAMPLES)
         for order, error in series.items():
             part = self._time_ahead(times, error, rate, push)

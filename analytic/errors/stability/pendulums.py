@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.smooth_motion.global_error import leading_error
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
 from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
@@ -25,7 +25,6 @@ from plumbob.analytic.errors.stability.stepped_growth import (
     step_limit,
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.variational import sensitivity
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, EULER, LEAPFROG, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
@@ -35,7 +34,6 @@ SAMPLES = 512
 RESTS = 10.0  # time constants after which a damped motion is at rest, or a forced one repeats
 PASSES = 30.0  # growth in a period beyond which a motion passes a saddle closely: s(t) of (13.7),
 # linear in the error, is a better description of motions that do not
-TERMS = 4  # of an error's series, where it is carried on by its size alone
 
 
 @dataclass(frozen=True)
@@ -50,6 +48,11 @@ class PendulumStability:
     _found: dict[Scheme, tuple[StepLimit, ...]] = field(
         default_factory=dict, repr=False, compare=False
     )
+
+    @cached_property
+    def errors(self) -> RotorErrors:
+        """Its error theory."""
+        return RotorErrors(self.rotor, *self.start, self.exact)
 
     @cached_property
     def _span(self) -> float:
@@ -92,7 +95,7 @@ class PendulumStability:
         repeats = math.isfinite(self.period) and not self.rotor.linear
         times = np.linspace(0.0, self._span, SAMPLES)
         scales = np.array([[1.0, self.rate], [1.0 / self.rate, 1.0]])
-        return flow_growth(times, scales * sensitivity(self.rotor, *self.start, times), repeats)
+        return flow_growth(times, scales * self.errors.motion.tangents(times), repeats)
 
     @cached_property
     def kinds(self) -> PendulumKinds:
@@ -143,10 +146,10 @@ class PendulumStability:
         """See `StabilityTheory`."""
         passes = math.isfinite(self.period) and self.growth.largest[-1] > PASSES
         if self.rotor.conservative and math.isfinite(self.repeats_after) and not passes:
-            motion = PeriodicMotion(self.rotor, self.start, self.exact, self.repeats_after)
+            motion = PeriodicMotion(self.errors, self.repeats_after)
             return motion.long_run(scheme, step, scales["theta"])
         followed = FollowedMotion(
-            lambda times: leading_error(self.rotor, *self.start, times, scheme, TERMS),
+            partial(self.errors.series, scheme),
             scales,
             math.tau / self.rate,
             self.lasts,

@@ -1,37 +1,19 @@
-"""The driven rotor as a smooth system, and its motion on steps for what follows along it."""
+"""The driven rotor as a smooth system, and any exact motion of it as a smooth motion."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, fields
 from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.collocation import TimeGrid
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.linear_oscillator import linear_oscillator
-from plumbob.analytic.numerics.smooth.certified_motion import integrated
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Reference
 
-PARTS = 4  # of a step of Gauss collocation with twice as many nodes
-MOST_STEPS = 2**20  # of a linear motion, one in each of its fastest time constants
-
-
-@dataclass(frozen=True)
-class Orbit(TimeGrid):
-    """A motion from time 0 on, and steps on which it is smooth."""
-
-    motion: Callable[[Array], tuple[Array, Array]]
-
-    def at(self, times: Array) -> tuple[Array, Array]:
-        """Theta [rad] and theta_dot [rad/s] at `times` [s], any shape, within the duration.
-        Raises ParameterError."""
-        self.locate(times)
-        return self.motion(np.asarray(times, dtype=float))
+ANGLE = ("theta", "theta_dot")
 
 
 def smooth_system(rotor: DrivenRotor, theta: float, theta_dot: float) -> SmoothSystem:
@@ -59,28 +41,33 @@ def smooth_system(rotor: DrivenRotor, theta: float, theta_dot: float) -> SmoothS
     )
 
 
-def steps_until(rotor: DrivenRotor, duration: float) -> int:
-    """Steps in which a linear motion is followed for `duration` [s]; raises ParameterError."""
-    if not (count := duration * rotor.rate()) <= MOST_STEPS:
-        raise ParameterError("duration", duration, "shorter: the motion is too fast")
-    return math.ceil(count) or 1
+def named(times: Array, states: Array) -> Mapping[str, Array]:
+    """The state itself as observables."""
+    return dict(zip(ANGLE, states, strict=True))
 
 
-def integrate(rotor: DrivenRotor, theta: float, theta_dot: float, duration: float) -> Orbit:
-    """Motion of `rotor` from `theta` [rad], `theta_dot` [rad/s] for `duration` [s], by Gauss
-    collocation, or in closed form where that is linear. Raises ParameterError."""
-    finite("theta", theta), finite("theta_dot", theta_dot), positive("duration", duration)
-    if (oscillator := linear_oscillator(rotor)) is not None:
-        edges = np.linspace(0.0, duration, steps_until(rotor, duration) + 1)
-        return Orbit(edges, lambda times: oscillator.motion(theta, theta_dot, times))
-    system, size = smooth_system(rotor, theta, theta_dot), np.array([1.0, rotor.rate()])
-    solution = integrated(system, duration, size)
+def rotor_motion(
+    rotor: DrivenRotor,
+    start: Array,
+    motion: Reference,
+    tilt: float = 0.0,
+    read: Callable[[Array, Array], Mapping[str, Array]] = named,
+) -> SmoothMotion:
+    """An exact `motion` from the `start`, (theta, theta_dot), whose angle in the equation of
+    `rotor` is theta plus a `tilt` [rad]."""
 
-    def motion(times: Array) -> tuple[Array, Array]:
-        states = solution.at(times.ravel())[:, :, 0].T.reshape(2, *times.shape)
-        return states[0], states[1]
+    def slope(times: Array, states: Array) -> Array:
+        theta, rate = states
+        return np.stack([rate, rotor.acceleration(times, theta + tilt, rate)])
 
-    steps = solution.orbit.breakpoints
-    parts = steps[:-1, None] + np.diff(steps)[:, None] * (np.arange(PARTS) / PARTS)
-    parts = parts.ravel()
-    return Orbit(np.append(parts[parts < duration], duration), motion)
+    def jacobian(times: Array, states: Array) -> Array:
+        stiffness = rotor.slope(states[0] + tilt)
+        zero = np.zeros_like(stiffness)
+        return np.array([[zero, zero + 1.0], [stiffness, zero - rotor.damping_rate]])
+
+    def state(times: Array) -> Array:
+        observed = motion.observe(times)
+        return np.stack([observed[name] for name in ANGLE])
+
+    fastest = abs(float(start[1])) + 2 * rotor.rate()
+    return SmoothMotion(start, slope, jacobian, state, fastest, read)

@@ -129,23 +129,6 @@ class CertifiedMotion:
         return track
 
 
-def integrated(system: SmoothSystem, until: float, size: Array) -> Response:
-    """The motion until a time [s] or later by the first method alone, resolved to round-off of a
-    state of that `size`, shape (d,), or its own; raises ParameterError."""
-    track = replace(_begun(system), size=np.maximum(np.abs(system.start), size))
-    while track.reached < until:
-        with np.errstate(all="ignore"):  # what overflows is not followed
-            block, step, why = _collocated(system, track)
-        if block is None or why:
-            raise ParameterError("duration", until, f"at most {track.reached:.4g} s: {why}")
-        known = block if track.solution is None else track.solution.followed_by(block)
-        end = block.end[:, 0]
-        size = np.maximum(size, np.abs(block.starts[..., 0]).max(axis=0))
-        track = replace(track, step=step, solution=known, end=end, size=size)
-    assert track.solution is not None
-    return track.solution
-
-
 def _begun(system: SmoothSystem) -> _Track:
     start = system.start
     size, count = len(start), len(start) + len(system.parameters)

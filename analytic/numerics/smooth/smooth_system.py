@@ -73,7 +73,7 @@ class SmoothSystem:
 
     def acceleration(self, time: Any, q: Elements, v: Elements, p: Any) -> list[Any]:
         """q'' at `time` [s], with the values `p` of the parameters."""
-        return _solved(self.mass_matrix(p, q), self.forces(p, time, q, v))
+        return solved(self.mass_matrix(p, q), self.forces(p, time, q, v))
 
     def observed(self, states: Array) -> Mapping[str, Array]:
         """Observables of `states`, shape (2 n, m), of shape (m,) each."""
@@ -123,8 +123,9 @@ class SmoothSystem:
         )
 
 
-def _solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
-    """Solution of a positive definite system, whose elements may be arrays, by elimination."""
+def solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:
+    """Solution of a linear system, whose elements may be arrays, by elimination without a change of
+    rows: of a positive definite matrix, or one near the identity."""
     rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for k, pivot in enumerate(rows):
         for i in range(k + 1, len(rows)):

@@ -19,9 +19,10 @@ the turning rate of the shortest-arc frame, which is singular nowhere on the mot
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -211,12 +212,15 @@ def _shortest(direction: Array, axis: Array) -> Array:
 
 def composed(p: Array, q: Array) -> Array:
     """Hamilton's product of quaternions, shape (4, n) each: the turn q, then p."""
+    return np.stack(np.broadcast_arrays(*product([*p], [*q])))
+
+
+def product(p: Sequence[Any], q: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+    """The same of their four parts, in any arithmetic."""
     (a, b, c, d), (w, x, y, z) = p, q
-    return np.stack(
-        np.broadcast_arrays(
-            a * w - b * x - c * y - d * z,
-            a * x + b * w + c * z - d * y,
-            a * y - b * z + c * w + d * x,
-            a * z + b * y - c * x + d * w,
-        )
+    return (
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
     )

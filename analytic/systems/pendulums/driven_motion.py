@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator, linear_oscillator
-from plumbob.analytic.numerics.rotor.orbit import smooth_system, steps_until
+from plumbob.analytic.numerics.rotor.orbit import smooth_system
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
@@ -46,7 +46,6 @@ class DrivenMotion:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
             return self.certified.observe(np.minimum(times, self._known(times)))
-        steps_until(self.rotor, float(np.max(times, initial=0.0)))  # or it is too fast
         theta, theta_dot = self.closed_form.motion(self.theta, self.theta_dot, times)
         return {"theta": theta, "theta_dot": theta_dot}
 

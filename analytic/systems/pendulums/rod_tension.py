@@ -16,11 +16,10 @@ from plumbob.analytic.reference import Array
 MASS = 1.0  # [kg] of the bob unless given: the notebook's code is per unit mass
 
 
-def tension(
-    length: float, gravity: float, theta: Array, theta_dot: Array, mass: float = MASS
-) -> Array:
-    """T = m L theta'^2 + m g cos theta [N], positive when the rod is pulled; shapes (n,)."""
-    return mass * (length * theta_dot**2 + gravity * np.cos(theta))
+def tension(length: float, gravity: float, theta: Any, theta_dot: Any, mass: float = MASS) -> Any:
+    """T = m L theta'^2 + m g cos theta [N], positive when the rod is pulled; of arrays, shapes
+    (n,), or power series."""
+    return mass * (length * theta_dot * theta_dot + gravity * np.cos(theta))
 
 
 def bob_place(length: float, theta: Array) -> Array:

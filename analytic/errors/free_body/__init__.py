@@ -1,1 +1,0 @@
-"""Errors of fixed steps on the rotation of a free rigid body."""

@@ -1,0 +1,103 @@
+"""Errors of fixed steps on the driven rotor, and what they do to its energy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
+from plumbob.analytic.errors.smooth_motion.rotor_steps import (
+    advance,
+    equation_of,
+    in_series,
+    orders,
+    simplest,
+)
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
+from plumbob.analytic.theory import Coefficients, SteppedErrors
+
+SAMPLES = 65  # of a period, for the size of the errors there
+NEGLIGIBLE = 1e-10  # of an energy error's size in a period: what collocation and round-off leave
+
+
+@dataclass(frozen=True, eq=False)
+class RotorErrors:
+    """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
+    is `known` exactly or else integrated; an `ErrorTheory`."""
+
+    rotor: DrivenRotor
+    theta: float
+    theta_dot: float
+    known: Reference | None = None
+    terms: int = 4
+
+    @cached_property
+    def exact(self) -> Reference:
+        """The exact motion."""
+        return self.known or DrivenMotion(self.rotor, self.theta, self.theta_dot)
+
+    @cached_property
+    def motion(self) -> SmoothMotion:
+        """The same, with its equation."""
+        return rotor_motion(self.rotor, np.array([self.theta, self.theta_dot]), self.exact)
+
+    @cached_property
+    def _series(self) -> ErrorSeries:
+        def slope(time: Any, state: Any) -> tuple[Any, Any]:
+            equation = equation_of(self.rotor, astuple(self.rotor), Scheme(EULER), 0.0, np)
+            return state[1], equation.slope(time, 0.0, *state)
+
+        return ErrorSeries(self.motion, ANGLE, slope, self._stepped)
+
+    def _stepped(self, scheme: Scheme) -> tuple[Step, range] | None:
+        if not in_series(scheme):
+            return None
+
+        def step(times: Any, step: Any, state: Any) -> tuple[Any, Any]:
+            equation = equation_of(self.rotor, astuple(self.rotor), scheme, step, np)
+            return advance(scheme, equation)(times, *state)
+
+        return step, orders(scheme, self.rotor, self.terms)
+
+    def simplest(self, scheme: Scheme) -> Scheme:
+        """A scheme with the same errors, the same for all schemes that have them."""
+        return simplest(scheme, self.rotor)
+
+    def series(self, scheme: Scheme, times: Array) -> Coefficients:
+        """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`."""
+        return self._series.at(scheme, times)
+
+    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
+        """The scheme stepped, less the exact motion, see `stepped_errors`."""
+        start = self.theta, self.theta_dot
+        return stepped_errors(self.rotor, start, scheme, step, times, self.exact)
+
+    def energy_drift_rate(self, period: float, scheme: Scheme) -> Mapping[int, float]:
+        """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy
+        per moment of inertia [rad^2/s^3 over s^p] on an undamped motion of `period` [s], up to
+        twice the scheme's order: that of its error after a period. Zero where nothing drifts, empty
+        without a series. Raises ParameterError."""
+        if not self.rotor.conservative:
+            raise ParameterError("rotor", self.rotor, "without damping and forcing")
+        times, theta_dot = np.linspace(0.0, period, SAMPLES), self.theta_dot
+        pull = self.rotor.acceleration(0.0, self.theta, theta_dot)
+        fastest = np.abs(self.exact.observe(times)["theta_dot"]).max()
+        rates = {}
+        for power, error in self.series(scheme, times).items():
+            gained = float(theta_dot * error["theta_dot"][-1] - pull * error["theta"][-1])
+            size = np.abs(error["theta_dot"]).max() + fastest * (math.tau / period) ** power
+            if power < 2 * (scheme.order or 0):
+                rates[power] = gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
+        return rates

@@ -1,0 +1,107 @@
+"""Power series, cut off at one degree, as numbers: formulas that are written for numbers take them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+
+class Series(NDArrayOperatorsMixin):
+    """A power series in one variable. `terms`, from degree 0 on, are numbers or arrays of shapes
+    that broadcast. It takes + - * /, sine and cosine, of other series, numbers and arrays, which
+    are constants; of two degrees the lower one is known."""
+
+    def __init__(self, terms: Sequence[Any]) -> None:
+        self.terms = list(terms)
+
+    def __array_ufunc__(self, function: Any, method: str, *values: Any, **options: Any) -> Any:
+        if method != "__call__" or options or function.__name__ not in _RULES:
+            return NotImplemented
+        degrees = min(len(value.terms) for value in values if isinstance(value, Series))
+        return Series(_RULES[function.__name__](*(_terms(value, degrees) for value in values)))
+
+
+def variable(degree: int) -> Series:
+    """The variable itself."""
+    return Series([0.0, 1.0] + (degree - 1) * [0.0])
+
+
+def constant(value: Any, degree: int) -> Series:
+    """The series of a number or an array."""
+    return Series(_terms(value, degree + 1))
+
+
+def flown(
+    slope: Callable[[Any, Sequence[Any]], Sequence[Any]], start: Sequence[Series]
+) -> list[Series]:
+    """The solution of z' = `slope`(h, z) after h as series in that, from a `start` of series, each
+    degree by the lower ones."""
+    state = [Series(part.terms) for part in start]
+    for n in range(1, len(state[0].terms)):
+        rates = slope(variable(n - 1), [Series(part.terms[:n]) for part in state])
+        for part, rate in zip(state, rates, strict=True):
+            part.terms[n] = part.terms[n] + rate.terms[n - 1] / n
+    return state
+
+
+def _terms(value: Any, degrees: int) -> list[Any]:
+    if isinstance(value, Series):
+        return value.terms[:degrees]
+    return [value] + (degrees - 1) * [0.0]
+
+
+def _is_zero(term: Any) -> bool:
+    return isinstance(term, float) and term == 0.0
+
+
+def _sum(a: list[Any], b: list[Any]) -> list[Any]:
+    return [x + y for x, y in zip(a, b, strict=True)]
+
+
+def _difference(a: list[Any], b: list[Any]) -> list[Any]:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    terms: list[Any] = [0.0] * len(a)
+    for i, x in enumerate(a):
+        if not _is_zero(x):
+            for j, y in enumerate(b[: len(a) - i]):
+                if not _is_zero(y):
+                    terms[i + j] = terms[i + j] + x * y
+    return terms
+
+
+def _quotient(a: list[Any], b: list[Any]) -> list[Any]:
+    terms: list[Any] = []
+    for n, x in enumerate(a):
+        terms.append((x - sum(b[i] * terms[n - i] for i in range(1, n + 1))) / b[0])
+    return terms
+
+
+def _sine_cosine(a: list[Any]) -> tuple[list[Any], list[Any]]:
+    """By (sin u)' = u' cos u and its like."""
+    sine, cosine = [np.sin(a[0])], [np.cos(a[0])]
+    for n in range(1, len(a)):
+        parts = [(i / n * a[i], n - i) for i in range(1, n + 1) if not _is_zero(a[i])]
+        rising = sum((part * cosine[k] for part, k in parts), 0.0)
+        cosine.append(-sum((part * sine[k] for part, k in parts), 0.0))
+        sine.append(rising)
+    return sine, cosine
+
+
+_RULES: Mapping[str, Callable[..., list[Any]]] = MappingProxyType(
+    {
+        "add": _sum,
+        "subtract": _difference,
+        "multiply": _product,
+        "divide": _quotient,
+        "negative": lambda a: [-x for x in a],
+        "sin": lambda a: _sine_cosine(a)[0],
+        "cos": lambda a: _sine_cosine(a)[1],
+    }
+)

@@ -1,0 +1,71 @@
+"""An exact smooth motion with its equations, whatever gives it, and its linearisation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
+from plumbob.analytic.numerics.linear_flow import LinearFlow
+from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.reference import Array
+
+STAGES = 10  # of the collocation of what follows along a motion: known to about 1e-9, relatively
+MOST_STEPS = 2**20
+
+
+@dataclass(frozen=True)
+class SmoothMotion:
+    """The equations of a motion with d numbers in its state, and the exact motion itself."""
+
+    start: Any  # state at time 0, shape (d,), of doubles or 34 digits
+    slope: Callable[[Array, Array], Array]  # f of times (n,) and states (d, n), shape (d, n)
+    jacobian: Callable[[Array, Array], Array]  # f_z, shape (d, d, n)
+    state: Callable[[Array], Array]  # the exact motion: times [s], shape (n,) -> (d, n)
+    pace: float  # rate of change [1/s] that the motion does not exceed by much
+    read: Callable[[Array, Array], Mapping[str, Array]]  # observables of times and states
+
+    def grid(self, until: float) -> TimeGrid:
+        """Equal steps up to a time [s], in each of which little changes. Raises ParameterError."""
+        if not (count := until * self.pace) <= MOST_STEPS:
+            raise ParameterError("duration", until, "shorter: the motion is too fast")
+        return TimeGrid(np.linspace(0.0, until, 2 + math.floor(count)))
+
+    def linearised(self, grid: TimeGrid, stages: int = STAGES) -> tuple[Array, Array, LinearFlow]:
+        """Times of the nodes of a grid's steps [s], shape (n,), the states there, shape (d, n), and
+        the flow of small deviations, w' = f_z w."""
+        edges, rule = grid.breakpoints, gauss_collocation(stages)
+        nodes = edges[:-1, None] + np.diff(edges)[:, None] * rule.nodes
+        times = np.minimum(nodes, grid.duration).ravel()
+        states = self.state(times)
+        matrix = np.moveaxis(self.jacobian(times, states), -1, 0)
+        flow = LinearFlow(grid, matrix.reshape(*nodes.shape, *matrix.shape[1:]))
+        return times, states, flow
+
+    def tangents(self, times: Array) -> Array:
+        """Derivatives of the state at `times` [s], shape (n,), by the start, shape (n, d, d)."""
+        grid = self.grid(float(np.max(times, initial=0.0)) or 1.0)
+        flow = self.linearised(grid)[2]
+        return flow.respond(np.eye(flow.matrix.shape[-1]), np.zeros_like(flow.matrix)).at(times)
+
+
+def certified(motion: CertifiedMotion) -> SmoothMotion:
+    """A motion of n degrees of freedom, integrated in two ways."""
+    system = motion.system
+    names = (*system.coordinates, *system.rates)
+
+    def state(times: Array) -> Array:
+        observed = motion.observe(times)
+        return np.stack([observed[name] for name in names])
+
+    def read(times: Array, states: Array) -> Mapping[str, Array]:
+        return system.observed(states)
+
+    jacobian = system.jacobian(0.0, system.start[:, None])[..., 0]
+    pace = 4 * float(np.abs(np.linalg.eigvals(jacobian)).max())
+    return SmoothMotion(system.start, system.slope, system.jacobian, state, pace, read)

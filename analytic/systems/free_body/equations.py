@@ -1,0 +1,58 @@
+"""A free body's equations of motion, of numbers, arrays or power series.
+
+w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q to the world
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.reference import Array
+from plumbob.analytic.systems.free_body.problem import FreeBody
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
+
+
+def factors(body: FreeBody) -> tuple[float, float, float]:
+    """(I_j - I_k)/I_i of each axis i."""
+    x, y, z = body.inertia
+    return (y - z) / x, (z - x) / y, (x - y) / z
+
+
+def acceleration(of: Sequence[Any], w: Sequence[Any]) -> list[Any]:
+    """w' of the three parts of w, with the `factors` of a body."""
+    return [factor * w[i - 2] * w[i - 1] for i, factor in enumerate(of)]
+
+
+def slope(of: Sequence[Any], state: Sequence[Any]) -> list[Any]:
+    """The rates of change of w and q, seven parts."""
+    turning = product(state[3:], (0.0, *state[:3]))
+    return [*acceleration(of, state[:3]), *(part / 2 for part in turning)]
+
+
+def free_rotation(body: FreeBody) -> SmoothMotion:
+    """The exact rotation; its state is the angular velocity and the attitude."""
+    of = factors(body)
+
+    def rates(times: Array, states: Array) -> Array:
+        return np.array(slope(of, [*states]))
+
+    def jacobian(times: Array, states: Array) -> Array:
+        ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
+        return rates(times, ahead).imag / TINY
+
+    def read(times: Array, states: Array) -> Mapping[str, Array]:
+        return dict(zip((*RATES, *ATTITUDE), states, strict=True))
+
+    return SmoothMotion(
+        np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),
+        rates,
+        jacobian,
+        lambda times: np.concatenate(body.rotation.state(times)),
+        2 * body.fastest,
+        read,
+    )
