@@ -1,8 +1,9 @@
-"""Power series, cut off at one degree, as numbers: formulas that are written for numbers take them."""
+"""Power series, cut off at one degree, for formulas that are written for numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from operator import add, neg, sub
 from types import MappingProxyType
 from typing import Any
 
@@ -58,14 +59,6 @@ def _is_zero(term: Any) -> bool:
     return isinstance(term, float) and term == 0.0
 
 
-def _sum(a: list[Any], b: list[Any]) -> list[Any]:
-    return [x + y for x, y in zip(a, b, strict=True)]
-
-
-def _difference(a: list[Any], b: list[Any]) -> list[Any]:
-    return [x - y for x, y in zip(a, b, strict=True)]
-
-
 def _product(a: list[Any], b: list[Any]) -> list[Any]:
     terms: list[Any] = [0.0] * len(a)
     for i, x in enumerate(a):
@@ -96,11 +89,11 @@ def _sine_cosine(a: list[Any]) -> tuple[list[Any], list[Any]]:
 
 _RULES: Mapping[str, Callable[..., list[Any]]] = MappingProxyType(
     {
-        "add": _sum,
-        "subtract": _difference,
+        "add": lambda *pair: list(map(add, *pair)),
+        "subtract": lambda *pair: list(map(sub, *pair)),
         "multiply": _product,
         "divide": _quotient,
-        "negative": lambda a: [-x for x in a],
+        "negative": lambda a: list(map(neg, a)),
         "sin": lambda a: _sine_cosine(a)[0],
         "cos": lambda a: _sine_cosine(a)[1],
     }

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.pendulum_errors import RodErrors
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.engines.registry import method as find_method

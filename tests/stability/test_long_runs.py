@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.stability.long_runs import PeriodicMotion
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.stability import LEVELS
@@ -35,7 +36,7 @@ def motion(name):
     pendulum = case.problem.motion if name.startswith("cone") else case.problem.elliptic
     start = case.reference.observe(np.zeros(1))
     first = float(start["theta"][0]), float(start["theta_dot"][0])
-    return PeriodicMotion(pendulum.rotor, first, case.reference, pendulum.period)
+    return PeriodicMotion(RotorErrors(pendulum.rotor, *first, case.reference), pendulum.period)
 
 
 @pytest.mark.parametrize(("name", "scheme", "step", "growth"), RUNS, ids=str)
@@ -46,8 +47,9 @@ def test_the_time_until_an_error_is_as_predicted(name, scheme, step, growth):
     predicted = exact.long_run(scheme, step, scales(name)["theta"])
     assert predicted.growth == growth
     steps = math.ceil((1.2 * predicted.times[0.1] + 2.0 * exact.period) / step)
-    theta, _ = fixed_step.run(exact.rotor, *exact.start, step, steps, scheme)
-    truth = exact.exact.observe(np.arange(steps + 1, dtype=np.float64) * step)["theta"]
+    of = exact.errors
+    theta, _ = fixed_step.run(of.rotor, of.theta, of.theta_dot, step, steps, scheme)
+    truth = of.exact.observe(np.arange(steps + 1, dtype=np.float64) * step)["theta"]
     errors = np.abs(theta - truth) / scales(name)["theta"]
     levels = [level for level in LEVELS[:2] if predicted.times[level] > SHORTEST * exact.period]
     assert levels

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 
 EXPONENTIAL = 3.0  # e-folds in the second half of a motion that make its growth one
@@ -24,11 +27,17 @@ class FlowGrowth:
     slope: float = 0.0  # of the largest [1/s]
     exponent: float = 0.0  # [1/s]
 
-    def __call__(self, durations: Array) -> Array:
-        """The factors within `durations` [s], any shape."""
+    def __call__(self, durations: Any) -> Any:
+        """The factors within `durations` [s], a number or of any shape."""
         beyond = np.maximum(np.asarray(durations) - self.times[-1], 0.0)
         grown = np.interp(durations, self.times, self.largest) + self.slope * beyond
         return np.asarray(grown * np.exp(np.minimum(self.exponent * beyond, 600.0)))
+
+
+def eigenvalues(motion: SmoothMotion, states: Array, parts: int) -> npt.NDArray[np.complex128]:
+    """Those of the linearised motion's first `parts` at its states, shape (d, n); (n, parts)."""
+    matrices = motion.jacobian(np.zeros(states.shape[1]), states)[:parts, :parts]
+    return np.linalg.eigvals(np.moveaxis(matrices, -1, 0)).astype(np.complex128)
 
 
 def flow_growth(times: Array, tangents: Array, repeats: bool) -> FlowGrowth:

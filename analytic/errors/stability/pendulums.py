@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
 
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
 from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
+from plumbob.analytic.errors.stability.flow_growth import (
+    PERIODS,
+    FlowGrowth,
+    eigenvalues,
+    flow_growth,
+)
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
 from plumbob.analytic.errors.stability.largest_step import largest_lasting_step, largest_step
 from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
@@ -25,8 +29,9 @@ from plumbob.analytic.errors.stability.stepped_growth import (
     step_limit,
 )
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.orbit import ANGLE
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, EULER, LEAPFROG, STEPPED, Scheme
+from plumbob.analytic.schemes import ADAPTIVE, CLOSED_FORM, STEPPED, Scheme
 from plumbob.analytic.stability import LEVELS, NO_STEP, LongRun, StabilityTheory, StepLimit
 
 STRAIGHT = 1e-3  # by which the curvature of the potential may change along a motion by equilibrium
@@ -45,9 +50,6 @@ class PendulumStability:
     start: tuple[float, float]
     exact: Reference
     period: float = math.inf
-    _found: dict[Scheme, tuple[StepLimit, ...]] = field(
-        default_factory=dict, repr=False, compare=False
-    )
 
     @cached_property
     def errors(self) -> RotorErrors:
@@ -59,7 +61,7 @@ class PendulumStability:
         """How long the motion is looked at [s]: a period, or PERIODS of the fastest mode."""
         if math.isfinite(self.period):
             return self.period
-        return PERIODS * 2.0 * math.pi / (self.rotor.rate() or 1.0)
+        return PERIODS * math.tau / (self.rotor.rate() or 1.0)
 
     @cached_property
     def _orbit(self) -> tuple[Array, Array]:
@@ -68,10 +70,8 @@ class PendulumStability:
 
     @cached_property
     def _rates(self) -> Complex:
-        """Eigenvalues of the linearised motion along the orbit [1/s], shape (2, n)."""
-        half = 0.5 * self.rotor.damping_rate
-        root = np.sqrt(half * half + self.rotor.slope(self._orbit[0]) + 0j)
-        return np.stack([root - half, -root - half])
+        """Eigenvalues of the linearised motion along the orbit [1/s], shape (n, 2)."""
+        return eigenvalues(self.errors.motion, np.array(self._orbit), 2)
 
     @cached_property
     def rate(self) -> float:
@@ -119,10 +119,11 @@ class PendulumStability:
         jointed = scheme.joint_closing_rate is not None
         if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
             return ()
-        scheme = simplest(scheme, self.rotor)
-        if scheme not in self._found:
-            self._found[scheme] = self._by_eigenvalues(scheme) or self._by_steps(scheme)
-        return self._found[scheme]
+        return self._limits(simplest(scheme, self.rotor))
+
+    @cached_property
+    def _limits(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
+        return cache(self._by_eigenvalues if self.equilibrium else self._by_steps)
 
     @cached_property
     def repeats_after(self) -> float:
@@ -161,15 +162,13 @@ class PendulumStability:
         return followed
 
     def _by_eigenvalues(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-        if not self.equilibrium:
-            return ()
         theta = 0.0 if self.rotor.linear else self._middle
 
         def matrices(steps: Array) -> Array:
             advance, state = many_steps(self.rotor, (theta, 0.0), scheme, steps)
             return jacobians(advance, state, len(steps))
 
-        rates = self._rates[:, -1]
+        rates = self._rates[-1]
         step = largest_step(matrices, rates)
         limits = [step_limit("unstable", step, "of", self.rate)]
         if self.rotor.conservative and np.ptp(self._orbit[0]):
@@ -187,27 +186,19 @@ class PendulumStability:
         return theta
 
     def _by_steps(self, scheme: Scheme) -> tuple[StepLimit, ...]:
-
-        def begin(steps: Array) -> tuple[Callable[..., Any], Sequence[Any]]:
-            advance, state = many_steps(self.rotor, self.start, scheme, steps)
-            nudges = (1j * TINY, *[1j * TINY * self.rate] * 2)  # of a joint the bob's speed, too
-            return advance, [
-                np.zeros(len(steps)) + part + nudge
-                for part, nudge in zip(state, (*nudges, 0, 0, 0), strict=False)
-            ]
-
-        motion = SteppedMotion(
-            begin,
-            lambda state: np.hypot(state[0].imag, state[1].imag / self.rate) / (TINY * 2**0.5),
-            lambda state: {"theta": state[0].real, "theta_dot": state[1].real},
-            2.0 * math.pi / self.rate,
-            self.growth,
-            self.kind_of,
-            self.kind,
-            self._span * (2.0 if math.isfinite(self.period) else 1.0),
-            scheme.integrator in (EULER, LEAPFROG) and scheme.joint_closing_rate is None,
+        return limits_by_steps(
+            SteppedMotion(
+                partial(many_steps, self.rotor, self.start, scheme),
+                ANGLE,
+                # of a joint the bob's speed, too
+                (1.0, self.rate, self.rate)[: 2 if scheme.joint_closing_rate is None else 3],
+                math.tau / self.rate,
+                self.growth,
+                self.kind_of,
+                self.kind,
+                self._span * (2.0 if math.isfinite(self.period) else 1.0),
+            )
         )
-        return limits_by_steps(motion)
 
 
 def pendulum_stability(
@@ -216,10 +207,10 @@ def pendulum_stability(
     """The theory of a pendulum, see `PendulumStability`."""
     theory = PendulumStability(rotor, start, exact, period)
     return StabilityTheory(
-        2.0 * math.pi / theory.rate,
+        math.tau / theory.rate,
         theory.equilibrium,
         theory.limits,
-        lambda duration: float(theory.growth(np.array(duration))),
+        theory.growth,
         theory.kind_of,
         theory.long_run,
         theory.energy if rotor.conservative else None,

@@ -11,19 +11,23 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.stepped_system import advance_of
-from plumbob.analytic.errors.stability.flow_growth import PERIODS, FlowGrowth, flow_growth
-from plumbob.analytic.errors.stability.linear_steps import TINY
+from plumbob.analytic.errors.stability.flow_growth import (
+    PERIODS,
+    FlowGrowth,
+    eigenvalues,
+    flow_growth,
+)
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, limits_by_steps
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_motion import certified
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
 from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
-from plumbob.analytic.tableau import order_8
 
 SAMPLES = 257  # along the exact motion, for its rates
 FIRST = 2.0  # [s] of the motion, by which its rates are known
 FASTER, STILL = 4.0, 1e-3  # chosen: times, and of the fastest rate: less is at rest
-PARTS = 16  # steps of the method of order 8 in a fastest period: linearised to 1e-6
+PARTS = 16  # of a fastest period
 
 
 @dataclass(frozen=True)
@@ -42,10 +46,10 @@ class SmoothStability:
     @cached_property
     def rate(self) -> float:
         """The fastest rate [rad/s] of the linearised motion, or of an angle that turns."""
-        slopes = np.moveaxis(self.motion.system.jacobian(0.0, self.orbit), 2, 0)
+        fastest = np.abs(eigenvalues(certified(self.motion), self.orbit, len(self.orbit))).max()
         angles, speeds = np.split(self.orbit, 2)
         turned = np.abs(speeds[np.ptp(angles, axis=1) > math.tau]).max(initial=0.0)
-        return float(max(np.abs(np.linalg.eigvals(slopes)).max(), turned)) or 1.0
+        return float(max(fastest, turned)) or 1.0
 
     @property
     def scales(self) -> Array:
@@ -66,22 +70,17 @@ class SmoothStability:
     @cached_property
     def growth(self) -> FlowGrowth:
         """See `StabilityTheory`."""
-        system, step = self.motion.system, math.tau / self.rate / PARTS
-        state = system.start[:, None] + 1j * TINY * np.diag(self.scales)
-        tangents, tableau = [state.imag], order_8()
-        for n in range(PERIODS * PARTS):
-            state = state + tableau.change(system.slope, n * step, state, step)
-            tangents.append(state.imag)
-        times = np.arange(len(tangents), dtype=np.float64) * step
-        grown = np.array(tangents) / (TINY * self.scales[:, None])
-        return flow_growth(times, grown, repeats=False)
+        until = self.motion.known_until(PERIODS * math.tau / self.rate)
+        times = np.linspace(0.0, until, PERIODS * PARTS + 1)
+        tangents = certified(self.motion).tangents(times) * self.scales / self.scales[:, None]
+        return flow_growth(times, tangents, repeats=False)
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         """See `StabilityTheory`; empty where the motion is chaotic, a loop or a contact soft, and
         for leapfrog, whose implicit half steps take minutes."""
         if scheme.integrator == ADAPTIVE:
             return (NO_STEP,)
-        system, scales = self.motion.system, self.scales[:, None]
+        system = self.motion.system
         advance = advance_of(scheme, system)
         soft = scheme.loop is not None or scheme.contact is not None
         if advance is None or soft or scheme.integrator == LEAPFROG:
@@ -94,18 +93,12 @@ class SmoothStability:
                 # time has no part in these forces, and one for each step size
                 return advance(system.slope, 0.0, np.array(state), sizes)
 
-            return stepped, np.zeros(len(steps)) + system.start[:, None] + 1j * TINY * scales
-
-        def observed(state: Any) -> Mapping[str, Array]:
-            rates = np.split(np.real(state), 2)[1]
-            return dict(zip(system.rates, rates, strict=True))
+            return stepped, system.start
 
         motion = SteppedMotion(
             begin,
-            lambda state: (
-                np.linalg.norm(np.imag(state) / scales, axis=0) / TINY / len(scales) ** 0.5
-            ),
-            observed,
+            (*system.coordinates, *system.rates),
+            self.scales.tolist(),
             math.tau / self.rate,
             self.growth,
             self.kind_of,
@@ -122,6 +115,6 @@ def smooth_stability(motion: CertifiedMotion) -> StabilityTheory:
         math.tau / theory.rate,
         False,
         cache(theory.limits),
-        lambda duration: float(theory.growth(np.array(duration))),
+        theory.growth,
         theory.kind_of,
     )

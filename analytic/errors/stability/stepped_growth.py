@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from plumbob.analytic.errors.stability.largest_step import (
     Marks,
     run_length,
 )
+from plumbob.analytic.errors.stability.linear_steps import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import AWAY, EVERY, RATIO, Kind, StepLimit, exponent
 
@@ -23,7 +25,6 @@ SAMPLES = 256  # along a run, of nudge and kind
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 COARSE = 48  # step sizes of the first pass
 SHORT = 1000  # steps of the first
-PART = 3  # of a run: what has grown less than the PARTth root of FACTOR then does not exceed it
 BELOW = 140  # exponents of RATIO, a factor of 4: below what fails first the second looks, too
 RANGE = (0.02 / math.tau, AWAY)  # in fastest periods
 Counts = npt.NDArray[np.int64]
@@ -34,37 +35,45 @@ Complexes = Sequence[npt.NDArray[np.complex128]]
 class SteppedMotion:
     """One exact motion, and a scheme's steps on it."""
 
-    begin: Callable[[Array], tuple[Callable[..., Complexes], Complexes]]
+    begin: Callable[[Array], tuple[Callable[..., Complexes], Sequence[Any]]]
     """Of steps [s], shape (n,): the step, of a time and of the parts of a state, shape (n,) each,
-    and the state that it begins with; the nudge is TINY in its imaginary parts."""
-    size: Callable[[Complexes], Array]
-    """Size of the nudge in a state's imaginary parts over TINY, over its size at the start."""
-    observed: Callable[[Complexes], Mapping[str, Array]]
+    and the state that it begins with."""
+    names: Sequence[str]  # of a state's first parts, which are observed
+    scales: Sequence[float]  # of the first parts, which are nudged by as much
     fastest: float  # [s]
     growth: Callable[[Array], Array]  # of the exact motion, see `StabilityTheory`
     kind_of: Callable[[Mapping[str, Array]], str]
     kind: str  # of the exact motion
     window: float  # [s] the shortest time in which it shows
-    settles: bool = False
-    """Whether a scheme takes no energy away, so that a run that is to be lost parts from others
-    exponentially: a part of its length tells."""
+    lost: Callable[[Complexes], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
+    """Which steps have left all that the motion conserves."""
+
+    def nudged(self, steps: Array) -> tuple[Callable[..., Complexes], Complexes]:
+        """The step and the start for steps [s], shape (n,), with the nudge, TINY of the scales, in
+        imaginary parts."""
+        advance, start = self.begin(steps)
+        nudges = [*self.scales, *np.zeros(len(start) - len(self.scales))]
+        return advance, [
+            np.zeros(len(steps)) + part + 1j * TINY * nudge
+            for part, nudge in zip(start, nudges, strict=True)
+        ]
+
+    def size(self, state: Complexes) -> Array:
+        """Size of the nudge in a state over that at the start, infinite where it is lost."""
+        parts = zip(self.names, state, self.scales, strict=False)
+        squares = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
+        return np.where(self.lost(state), np.inf, np.sqrt(squares / len(self.names)))
+
+    def observed(self, state: Complexes) -> Mapping[str, Array]:
+        """Its first parts."""
+        return {name: part.real for name, part in zip(self.names, state, strict=False)}
 
 
-@dataclass(frozen=True)
-class Held:
-    """Which step sizes hold, each of shape (n,)."""
-
-    steps: Array  # [s]
-    stable: Marks
-    kind: Marks
-    grown: Array  # of the nudge, at most, over the exact motion's growth
-
-
-def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
+def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, Marks]:
     """Which of `steps` [s], shape (n,), hold for so many steps: magnify the nudge by less than
     FACTOR times the exact motion's growth at every time, and keep the kind of motion."""
-    advance, state = motion.begin(steps)
-    grown, stable, taken = np.ones(len(steps)), np.ones(len(steps), dtype=bool), [0]
+    advance, state = motion.nudged(steps)
+    stable, taken = np.ones(len(steps), dtype=bool), [0]
     samples: list[Mapping[str, Array]] = [motion.observed(state)]
     with np.errstate(all="ignore"):  # of steps that diverge
         for sampled in sampled_steps(int(counts.max())):
@@ -75,11 +84,10 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> Held:
             taken.append(sampled)
             over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
             stable &= (over <= FACTOR) | (sampled > counts)
-            grown = np.where(stable, np.maximum(grown, over), np.inf)
             samples.append(motion.observed(state))
     judged = stable & (counts * steps >= motion.window)
     seen = np.searchsorted(taken, counts, side="right")
-    return Held(steps, stable, stable & _kept(motion, samples, judged, seen), grown)
+    return stable, stable & _kept(motion, samples, judged, seen)
 
 
 def sampled_steps(count: int) -> list[int]:
@@ -131,8 +139,8 @@ def first_failures(motion: SteppedMotion) -> tuple[float, float]:
     is stable then is another motion. Windows of failure narrower than the grid's factor are missed:
     1.13, and 1.04 within BELOW of the limit."""
     steps = np.geomspace(*RANGE, COARSE) * motion.fastest
-    short = tried(motion, steps, np.full(COARSE, SHORT))
-    fails = min(_first(steps, short.kind)[1], steps[-1])
+    kept = tried(motion, steps, np.full(COARSE, SHORT))[1]
+    fails = min(_first(steps, kept)[1], steps[-1])
     unstable, changed = near(motion, fails)
     while changed == 0.0 and fails > steps[0]:
         fails /= RATIO**BELOW
@@ -146,11 +154,7 @@ def near(motion: SteppedMotion, fails: float, most: int | None = None) -> tuple[
     last = exponent(fails / motion.fastest, EVERY) + EVERY
     steps = motion.fastest * RATIO ** np.arange(last - BELOW, last + 1.0, EVERY)
     counts = run_length(steps, motion.fastest) if most is None else np.full(len(steps), most)
-    held = tried(motion, steps, counts // PART if motion.settles else counts)
-    below = held.grown[held.steps <= _first(steps, held.kind)[0]]
-    if motion.settles and below.max(initial=1.0) > FACTOR ** (1.0 / PART):
-        held = tried(motion, steps, counts)
-    unstable, changed = (_first(steps, marks) for marks in (held.stable, held.kind))
+    unstable, changed = (_first(steps, marks) for marks in tried(motion, steps, counts))
     return math.sqrt(unstable[0] * unstable[1]), math.sqrt(changed[0] * changed[1])
 
 

@@ -203,8 +203,8 @@ class EllipticMotion:
         return np.where(theta == double(self.theta0), 0.0, times)
 
     def _passed(self, part: int, value: Array, low: Array, high: Array) -> Array:
-        """When theta, `part` 0, or theta_dot, 1, passes a `value` between two times [s], in which it
-        rises or falls; shape (n,) each."""
+        """When theta, `part` 0, or theta_dot, 1, passes a `value` between two times [s] from one to
+        the other of which it rises or falls; shape (n,) each."""
         rising = self.state(high)[part] > self.state(low)[part]
         for _ in range(_BISECTIONS):
             middle = (low + high) / 2

@@ -1,8 +1,8 @@
 """The linear oscillator theta'' = -k theta - xi theta' + A sin(Omega t + phi), exactly.
 
-A power series gives the exponential of the matrix of theta, theta_dot and the sine and cosine of the
-forcing after a time so short that 34 digits are exact, and each doubling of the time squares it: the
-roots of the equation may lie anywhere, as at critical damping or at resonance.
+A power series gives the exponential of the matrix of theta, theta_dot and the sine and cosine of
+the forcing after a time so short that 34 digits are exact, and each doubling of the time squares
+it: the roots of the equation may lie anywhere, as at critical damping or at resonance.
 """
 
 from __future__ import annotations
