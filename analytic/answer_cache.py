@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -38,32 +38,12 @@ def exactly(exact: Same, times: bytes) -> tuple[Mapping[str, Array], Mapping[str
     return exact.value.observe(at), exact.value.uncertainty(at)
 
 
-@runtime_checkable
-class Simplifying(Protocol):
-    """An ErrorTheory of a motion on which schemes that differ may have the same errors."""
-
-    def simplest(self, scheme: Scheme) -> Scheme:
-        """A scheme with the same errors, the same for all schemes that have them."""
-        ...
-
-
-def _simplest(theory: Same, scheme: Scheme) -> Scheme:
-    return theory.value.simplest(scheme) if isinstance(theory.value, Simplifying) else scheme
-
-
+@lru_cache(maxsize=KEPT)
 def expected(
     exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
 ) -> tuple[Powers, Mapping[str, Array], float]:
     """The terms of the series of an ErrorTheory at `step` [s] and `times` [s], their sum, where
-    every power has the observable, and its nonlinearity: the same for all methods of a scheme, and
-    of those that have the same errors."""
-    return _expected(exact, theory, _simplest(theory, scheme), step, times)
-
-
-@lru_cache(maxsize=KEPT)
-def _expected(
-    exact: Same, theory: Same, scheme: Scheme, step: float, times: bytes
-) -> tuple[Powers, Mapping[str, Array], float]:
+    every power has the observable, and its nonlinearity: the same for all methods of a scheme."""
     at = np.frombuffer(times)
     series = theory.value.series(scheme, at)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
@@ -78,12 +58,8 @@ def _expected(
     return powers, total, exact.value.nonlinearity(at, total) if total else 0.0
 
 
+@lru_cache(maxsize=KEPT)
 def as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
     """The errors of an ErrorTheory for one step size, shared by methods as in `expected`."""
-    return _as_stepped(theory, _simplest(theory, scheme), step, times)
-
-
-@lru_cache(maxsize=KEPT)
-def _as_stepped(theory: Same, scheme: Scheme, step: float, times: bytes) -> SteppedErrors:
     errors: SteppedErrors = theory.value.at_step(scheme, step, np.frombuffer(times))
     return errors

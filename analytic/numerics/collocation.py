@@ -88,19 +88,7 @@ class Collocation:
 def gauss_collocation(stages: int) -> Collocation:
     """The Gauss-Legendre rule of `stages` nodes; its collocation method has order 2 stages
     (Hairer, Lubich and Wanner 2006, Geometric Numerical Integration, II.1)."""
-    points, weights = legendre.leggauss(stages)
-    values = legendre.legvander(points, stages - 1)
-    spectrum = (2 * np.arange(stages) + 1)[:, None] / 2 * values.T * weights
-    nodes = (points + 1) / 2
-    slopes = np.array([legendre.legval(points, legendre.legder(row)) for row in np.eye(stages)])
-    return Collocation(
-        nodes=nodes,
-        weights=weights / 2,
-        integral=_integrated_legendre(nodes, stages) @ spectrum,
-        derivative=2 * slopes.T @ spectrum,
-        spectrum=spectrum,
-        antiderivative=_antiderivative(stages),
-    )
+    return _collocation(legendre.leggauss(stages)[0])
 
 
 @lru_cache(maxsize=8)
@@ -109,24 +97,23 @@ def radau_collocation(stages: int) -> Collocation:
     (Hairer and Wanner 1996, Solving Ordinary Differential Equations II, IV.5)."""
     from scipy.special import roots_jacobi
 
-    x = np.append(np.asarray(roots_jacobi(stages - 1, 1.0, 0.0)[0]), 1.0)
-    spectrum = np.linalg.inv(legendre.legvander(x, stages - 1))
-    antiderivative = _antiderivative(stages)
-    integral = legendre.legvander(x, stages) @ antiderivative @ spectrum
-    derivative = 2.0 * legendre.legvander(x, stages - 2) @ legendre.legder(spectrum)
+    return _collocation(np.append(np.asarray(roots_jacobi(stages - 1, 1.0, 0.0)[0]), 1.0))
+
+
+def _collocation(points: Array) -> Collocation:
+    """The rule of nodes at `points` of (-1, 1], shape (n,)."""
+    stages, nodes = len(points), (points + 1.0) / 2.0
+    spectrum = np.linalg.inv(legendre.legvander(points, stages - 1))
+    slopes = 2.0 * legendre.legvander(points, stages - 2) @ legendre.legder(spectrum)
     return Collocation(
-        nodes=0.5 * (x + 1.0),
-        weights=integral[-1],
-        integral=integral,
-        derivative=np.asarray(derivative),
+        nodes=nodes,
+        weights=(_integrated_legendre(np.ones(1), stages) @ spectrum)[0],
+        integral=_integrated_legendre(nodes, stages) @ spectrum,
+        derivative=np.asarray(slopes),
         spectrum=spectrum,
-        antiderivative=antiderivative,
+        # Legendre coefficients of the integrals from 0 of the shifted Legendre polynomials
+        antiderivative=np.asarray(0.5 * legendre.legint(np.eye(stages), lbnd=-1.0)),
     )
-
-
-def _antiderivative(stages: int) -> Array:
-    """Legendre coefficients of the integral from 0 of the shifted Legendre polynomials."""
-    return np.asarray(0.5 * legendre.legint(np.eye(stages), lbnd=-1.0))
 
 
 def _integrated_legendre(fractions: Array, stages: int) -> Array:

@@ -11,18 +11,14 @@ linear companion has theta for sin theta.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
-
-import numpy as np
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
-from plumbob.analytic.reference import Array, Reference
+from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion
@@ -112,38 +108,4 @@ class SimplePendulum:
         )
         if self.linear:
             return angle
-        if rounded.elliptic is not None and rounded is not self:
-            angle = RoundedStart(angle, rounded.elliptic)
         return RodMotion(angle, self.rotor, self.length, self.gravity, self.mass)
-
-
-@dataclass(frozen=True)
-class RoundedStart:
-    """The `exact` motion, and the one `started` from its start rounded to double, which is where an
-    engine starts; a `Reference`."""
-
-    exact: Any  # a `Reference`
-    started: Reference
-
-    @property
-    def closed_form(self) -> Any:
-        """The exact motion's closed form; None where there is none."""
-        return self.exact.closed_form
-
-    def observe(self, times: Array) -> Mapping[str, Array]:
-        """Observables of the exact motion at `times` [s], shape (n,)."""
-        observed: Mapping[str, Array] = self.exact.observe(times)
-        return observed
-
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Effect of double precision on a motion from the rounded start: its uncertainty and the
-        distance of the two motions, at `times` [s], shape (n,)."""
-        observed, rounded = self.exact.observe(times), self.started.observe(times)
-        return {
-            name: uncertain + np.abs(rounded[name] - observed[name])
-            for name, uncertain in self.started.uncertainty(times).items()
-        }
-
-    def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """Nonlinearity of the response to errors on the exact motion."""
-        return float(self.exact.nonlinearity(times, errors))

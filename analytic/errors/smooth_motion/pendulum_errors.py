@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.rotor_steps import simplest
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.orbit import ANGLE
@@ -32,10 +31,6 @@ class RodErrors:
 
     pendulum: SimplePendulum
     angle: ErrorTheory
-
-    def simplest(self, scheme: Scheme) -> Scheme:
-        """A scheme with the same errors, the same for all schemes that have them."""
-        return simplest(scheme, self.pendulum.rotor)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Coefficients of the error of each observable at `times` [s], shape (n,): of the tension

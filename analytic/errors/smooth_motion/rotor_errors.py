@@ -71,13 +71,9 @@ class RotorErrors:
 
         return step, orders(scheme, self.rotor, self.terms)
 
-    def simplest(self, scheme: Scheme) -> Scheme:
-        """A scheme with the same errors, the same for all schemes that have them."""
-        return simplest(scheme, self.rotor)
-
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`."""
-        return self._series.at(scheme, times)
+        return self._series.at(simplest(scheme, self.rotor), times)
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, see `stepped_errors`."""

@@ -31,7 +31,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.rotor_steps import Equation, advance, equation_of
+from plumbob.analytic.errors.smooth_motion.rotor_steps import (
+    Equation,
+    advance,
+    equation_of,
+    simplest,
+)
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array, Reference
@@ -85,6 +90,7 @@ def stepped_errors(
         return SteppedErrors({})
     truth = exact.observe(times)
     sizes = tuple(float(np.abs(truth[name]).max()) for name in ("theta", "theta_dot"))
+    scheme = simplest(scheme, rotor)
     orbit = _orbit(rotor, start, scheme, step, marks.tobytes(), rod, sizes)
     if orbit is None:
         return SteppedErrors({})

@@ -9,6 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from plumbob.analytic.errors.stability.largest_step import QUIET
+from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
+    TrigonometricPotential,
+    critical_points,
+)
+from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 
@@ -17,7 +22,6 @@ from plumbob.analytic.reference import Array
 FASTER = 10.0
 CALM = 0.5  # of its largest speed: what a damped motion settles below
 TURN = 2.0 * np.pi
-NODES = 720  # of a turn, between which crests of the potential are interpolated
 JUDGED = ("libration", "rotation", "at rest", "settles")
 
 
@@ -33,12 +37,9 @@ class PendulumKinds:
         """Angles in [0, 2 pi) of the potential's maxima, increasing; empty where there are none."""
         if self.rotor.linear:
             return np.zeros(0)
-        theta = (np.arange(NODES + 1) - 0.5) * TURN / NODES
-        torque = self.rotor.acceleration(0.0, theta, 0.0) - self.rotor.forcing(0.0)
-        left, right = torque[:-1], torque[1:]
-        rising = np.flatnonzero((left < 0.0) & (right >= 0.0))
-        part = left[rising] / (left[rising] - right[rising])
-        return np.sort((theta[rising] + part * TURN / NODES) % TURN)
+        potential = TrigonometricPotential(self.rotor.sin2, self.rotor.cos, self.rotor.sin)
+        angles = double(critical_points(potential))
+        return np.sort(angles[potential.curvature(angles) < 0.0] % TURN)
 
     def wells(self, theta: Array) -> Array:
         """Number of the well of each angle [rad], counted on through turns."""

@@ -7,7 +7,7 @@ is a = b = 0).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -200,9 +200,16 @@ class PendulumMotion:
         """Change of theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,), for one unit in
         the last place of every input, the times included, and of the state where the motion is
         fastest: a start next to a saddle is small and so are its roundings, but later ones are
-        not."""
+        not. With `theta_from_top` that of a motion from the start rounded to double, which is where
+        an engine starts, and the distance of the two motions."""
         times = np.asarray(times, dtype=float)
         theta, rate = self.closed_form.state(times)
+        if self.theta_from_top is not None:
+            start = float(double(self.closed_form.theta0))
+            rounded = replace(self, theta=start, theta_from_top=None)
+            moved = zip(rounded.uncertainty(times).items(), rounded.state(times), strict=True)
+            apart = zip(moved, (theta - self.tilt, rate), strict=True)
+            return {name: doubt + np.abs(there - here) for ((name, doubt), there), here in apart}
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
