@@ -103,7 +103,7 @@ def radau_collocation(stages: int) -> Collocation:
 def _collocation(points: Array) -> Collocation:
     """The rule of nodes at `points` of (-1, 1], shape (n,)."""
     stages, nodes = len(points), (points + 1.0) / 2.0
-    spectrum = np.linalg.inv(legendre.legvander(points, stages - 1))
+    spectrum = np.linalg.inv(np.asarray(legendre.legvander(points, stages - 1), dtype=np.float64))
     slopes = 2.0 * legendre.legvander(points, stages - 2) @ legendre.legder(spectrum)
     return Collocation(
         nodes=nodes,

@@ -88,16 +88,16 @@ class FollowedMotion:
 def _envelope(times: Array, size: Array) -> tuple[float, float, float]:
     """c, a and b of c + a t + b t^2 next to the largest errors up to each of `times` [s], a and b
     not negative; b is zero where those leave a straight line by no more than they jump."""
-    later = times > times[-1] / BEGUN
-    along, largest = times[later], np.maximum.accumulate(size)[later]
-    curved, straight = (np.polyfit(along, largest, degree) for degree in (2, 1))
-    apart = np.abs(np.polyval(curved, along) - np.polyval(straight, along)).max()
-    jumps = np.abs(np.polyval(curved, along) - largest).max()
-    if curved[0] > 0.0 and curved[1] > 0.0 and apart > jumps:
-        quadratic, linear, offset = curved
-    elif curved[0] > 0.0 and apart > jumps:
-        quadratic, offset = np.polyfit(along**2, largest, 1)
-        linear = 0.0
-    else:
-        quadratic, (linear, offset) = 0.0, straight
-    return float(offset), max(float(linear), 0.0), float(quadratic)
+    from scipy.optimize import lsq_linear
+
+    later, until = times > times[-1] / BEGUN, times[-1]
+    largest = np.maximum.accumulate(size)[later]
+    powers = np.vander(times[later] / until, 3, increasing=True)
+    curved, straight = (
+        lsq_linear(powers[:, :count], largest, ([-np.inf, 0.0, 0.0][:count], np.inf)).x
+        for count in (3, 2)
+    )
+    apart = np.abs(powers @ curved - powers[:, :2] @ straight).max()
+    jumps = np.abs(powers @ curved - largest).max()
+    offset, linear, quadratic = curved if apart > jumps else (*straight, 0.0)
+    return float(offset), float(linear / until), float(quadratic / until**2)

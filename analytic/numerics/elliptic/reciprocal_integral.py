@@ -5,21 +5,23 @@ With k1 = (A - B)/(A + B), the first step of Landen's transformation (DLMF 22.7.
 
     1/(1 + f dn) = [1 + (k1 - g) s^2/(1 + g s^2)]/(1 + f),    g = k1 (1 - f)/(1 + f) <= k1:
 
-every term is positive. The integral of s^2/(1 + g s^2) is s^3 R_J/3 (DLMF 19.25.14), and over a
-quarter turn a sum along the arithmetic-geometric mean (DLMF 19.8.7), with any number of digits.
+every term is positive. The integral of s^2/(1 + g s^2) is s^3 R_J/3 (DLMF 19.25.14).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.elliptic.jacobi_functions import jacobi
-from plumbob.analytic.numerics.quad import PI, Quad, double, quad
+from plumbob.analytic.numerics.elliptic.jacobi_functions import half_turn, jacobi
+from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.reference import Array
 
-_STEPS = 20  # as for the arithmetic-geometric mean
+# In a time 1/A: the integrand is smooth within pi/2 of that beside the real axis (DLMF 22.4), and
+# the rule's error 1e-38.
+POINTS = 9
 _FADED = 350.0  # A tau at which sech^2 is next to the smallest double
 
 
@@ -64,19 +66,8 @@ class ReciprocalIntegral:
     @property
     def over_half_turn(self) -> Quad:
         """The integral [s] over a half turn, in which dn goes through its period, to 34 digits, for
-        B > 0."""
-        a, b = (self.a + self.b) / 2, np.sqrt(self.a * self.b)
-        part, total = quad(1.0), quad(0.0)
-        square = a * a * (1 + self._slope)
-        for _ in range(_STEPS):
-            total = total + part
-            between = a * b
-            part = part / 2 * (square - between) / (square + between)
-            square = (square + between) ** 2 / (4 * square)
-            done = abs(a - b) <= 1e-17 * a and abs(part) <= 1e-34 * total
-            a, b = (a + b) / 2, np.sqrt(between)
-            if done:
-                break
-        quarter = PI / (2 * a)  # [s]
-        third = PI / (4 * a) / (1 + self._slope) * total  # [s], of s^2/(1 + g s^2)
-        return 2 * (quarter + self._weight * third) / (1 + self.f)
+        B > 0: by the trapezoidal rule, which converges geometrically."""
+        length = half_turn(self.a, self.b)
+        count = math.ceil(POINTS * double(self.a * length))
+        dn = jacobi(length * quad(np.arange(count, dtype=float)) / count, self.a, self.b)[2]
+        return length * (1 / (1 + self.f * dn)).sum() / count

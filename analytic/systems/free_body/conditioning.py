@@ -3,6 +3,7 @@ scheme."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -80,33 +81,24 @@ def _neighbours(body: Rotation, change: float) -> Iterator[Rotation]:
 def _rounded_on_the_way(body: Rotation, times: Array) -> tuple[Array, Array]:
     """Change by a rounding of each component of the angular momentum, one unit in the last place of
     its magnitude, where the middle one first passes zero."""
-    wait, there = _passage(body)
+    turning = body.turning
+    assert turning is not None
+    wait = -turning.begin
+    if wait < 0.0 and math.isfinite(half := float(double(turning.half_turn))):
+        wait += half
+    x, y, z = map(quad, body.state(np.array([wait]))[0][:, 0])
+    there = Rotation(body.inertia, (x, y, z))
     after = np.maximum(times - wait, 0.0)
     rates, attitude = there.state(after)
     change = _change(body)
     moved, turned = np.zeros_like(rates), np.zeros_like(after)
-    assert body.turning is not None
-    for i in body.turning.axes:
+    for i in range(3):
         shift = quad(change) * body.magnitude / body.inertia[i]
         near = Rotation(body.inertia, _with(there.rates, i, there.rates[i] + shift)).state(after)
         moved = moved + np.abs(near[0] - rates) * (ULP / change)
         turned = turned + np.sqrt(((near[1] - attitude) ** 2).sum(axis=0)) * (ULP / change)
     late = times >= wait
     return moved * late, np.broadcast_to(turned * late, attitude.shape)
-
-
-def _passage(body: Rotation) -> tuple[float, Rotation]:
-    """When the middle component first passes zero [s], and the motion from there."""
-    turning = body.turning
-    assert turning is not None
-    wait = -quad(turning.begin)
-    if wait < 0 and np.isfinite(double(turning.half_turn)):
-        wait = wait + turning.half_turn
-    c, _, o = turning.axes
-    start: list[Quad] = [quad(0.0)] * 3
-    start[c] = turning.side * turning.sizes[0] / body.inertia[c]
-    start[o] = turning.signs[1] * turning.sizes[2] / body.inertia[o]
-    return float(double(wait)), Rotation(body.inertia, (start[0], start[1], start[2]))
 
 
 def _with(values: Triple, index: int, value: Quad) -> Triple:

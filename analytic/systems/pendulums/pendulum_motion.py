@@ -207,9 +207,9 @@ class PendulumMotion:
         if self.theta_from_top is not None:
             start = float(double(self.closed_form.theta0))
             rounded = replace(self, theta=start, theta_from_top=None)
-            moved = zip(rounded.uncertainty(times).items(), rounded.state(times), strict=True)
-            apart = zip(moved, (theta - self.tilt, rate), strict=True)
-            return {name: doubt + np.abs(there - here) for ((name, doubt), there), here in apart}
+            here, there = self.observe(times), rounded.observe(times)
+            doubts = rounded.uncertainty(times).items()
+            return {name: doubt + np.abs(there[name] - here[name]) for name, doubt in doubts}
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
