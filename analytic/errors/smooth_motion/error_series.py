@@ -27,7 +27,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.linear_flow import Response, together
-from plumbob.analytic.numerics.power_series import constant, flown, variable
+from plumbob.analytic.numerics.power_series import Series, constant, flown, variable
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import Scheme
@@ -70,32 +70,35 @@ class ErrorSeries:
 @lru_cache(maxsize=32)  # the same for all step sizes
 def _expansion(series: ErrorSeries, scheme: Scheme, until: float) -> Response:
     """The coefficients of a scheme's error until a time [s] as the columns of one response."""
-    known = series.stepped(scheme)
+    known, motion = series.stepped(scheme), series.motion
     assert known is not None
     step, orders = known
-    grid = series.motion.grid(until)
-    times, states, flow = series.motion.linearised(grid)
+    times, states, flow = motion.linearised(motion.grid(until))
     state = [constant(values, orders[-1] + 1) for values in states]
     exact = flown(lambda h, z: series.slope(times + h, z), state)
+    least = ROUNDING * np.abs(states).max(axis=1) * (1.0 + motion.pace * until)
     responses: dict[int, Response] = {}
     for order in orders:
-        m = order + 1
-        after = step(times, variable(m), state)
-        source = np.stack(
-            [
-                np.broadcast_to(a.terms[m] - b.terms[m], times.shape)
-                for a, b in zip(after, exact, strict=True)
-            ],
-            axis=-1,
-        ).reshape(*flow.matrix.shape[:3], 1)
-        source = source - sum(_derivatives(responses, m))
+        after = step(times, variable(order + 1), state)
+        left = np.stack(_left(after, exact, order + 1, times), axis=-1)
+        source = left.reshape(*flow.matrix.shape[:3], 1) - sum(_derivatives(responses, order + 1))
         response = flow.respond(np.zeros((len(states), 1)), source)
-        least = series.motion.pace**order * (1.0 + series.motion.pace * until)
-        responses[order] = _above(response, ROUNDING * least * np.abs(states).max(axis=1))
-        nodes = responses[order].at_nodes().reshape(times.size, -1).T
-        for part, error in zip(state, nodes, strict=True):
-            part.terms[order] = error
+        responses[order] = _above(response, least * motion.pace**order)
+        _include(state, order, responses[order])
     return together(list(responses.values()))
+
+
+def _left(after: Sequence[Any], exact: Sequence[Any], m: int, times: Array) -> list[Array]:
+    """Coefficient `m` of what a step leaves of the exact motion, of each part of the state."""
+    pairs = zip(after, exact, strict=True)
+    return [a.terms[m] - b.terms[m] + np.zeros_like(times) for a, b in pairs]
+
+
+def _include(state: Sequence[Series], order: int, response: Response) -> None:
+    """Sets the terms of an order."""
+    errors = response.at_nodes()
+    for part, error in zip(state, np.moveaxis(errors[..., 0], -1, 0), strict=True):
+        part.terms[order] = error.ravel()
 
 
 def _above(response: Response, levels: Array) -> Response:

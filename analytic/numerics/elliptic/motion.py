@@ -189,11 +189,8 @@ class EllipticMotion:
         turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
         turns = np.maximum(turns, 0.0) if self.rotation and finite else 0.0 * theta
         wanted = theta - turns * self.sense * 2 * np.pi
-        samples = np.linspace(0.0, last, SAMPLES)
-        back = np.flatnonzero(np.diff(np.sign(self.state(samples)[1])))
-        halts = self._passed(1, np.zeros(len(back)), samples[back], samples[back + 1])
-        edges, times = [0.0, *halts, last], np.full(theta.shape, np.nan)
-        for first, second in pairwise(edges):
+        times = np.full(theta.shape, np.nan)
+        for first, second in pairwise([0.0, *self._turning_points(last), last]):
             ends = np.sort(self.state(np.array([first, second]))[0])
             near = _REACHED * (1 + np.abs(theta))
             inside = np.isnan(times) & (wanted >= ends[0] - near) & (wanted <= ends[1] + near)
@@ -201,6 +198,12 @@ class EllipticMotion:
             times[inside] = self._passed(0, wanted[inside], begin, end)
         times += turns * (last if finite else 0.0)
         return np.where(theta == double(self.theta0), 0.0, times)
+
+    def _turning_points(self, last: float) -> Array:
+        """The times up to the `last` [s] at which the motion turns back, shape (n,)."""
+        samples = np.linspace(0.0, last, SAMPLES)
+        before = np.flatnonzero(np.diff(np.sign(self.state(samples)[1])))
+        return self._passed(1, np.zeros(len(before)), samples[before], samples[before + 1])
 
     def _passed(self, part: int, value: Array, low: Array, high: Array) -> Array:
         """When theta, `part` 0, or theta_dot, 1, passes a `value` between two times [s] from one to

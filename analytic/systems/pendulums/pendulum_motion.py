@@ -205,11 +205,7 @@ class PendulumMotion:
         times = np.asarray(times, dtype=float)
         theta, rate = self.closed_form.state(times)
         if self.theta_from_top is not None:
-            start = float(double(self.closed_form.theta0))
-            rounded = replace(self, theta=start, theta_from_top=None)
-            here, there = self.observe(times), rounded.observe(times)
-            doubts = rounded.uncertainty(times).items()
-            return {name: doubt + np.abs(there[name] - here[name]) for name, doubt in doubts}
+            return self._of_rounded_start(times)
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
@@ -222,6 +218,13 @@ class PendulumMotion:
             for i, values in enumerate(states):
                 moved[i] += np.abs(values[1:] - values[:1]).sum(axis=0)
         return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
+
+    def _of_rounded_start(self, times: Array) -> Mapping[str, Array]:
+        start = float(double(self.closed_form.theta0))
+        rounded = replace(self, theta=start, theta_from_top=None)
+        here, there = self.observe(times), rounded.observe(times)
+        doubts = rounded.uncertainty(times).items()
+        return {name: doubt + np.abs(there[name] - here[name]) for name, doubt in doubts}
 
     @cached_property
     def _fastest(self) -> tuple[float, float, float]:
