@@ -15,7 +15,7 @@ from plumbob.reports.cli import main
 
 METHOD = "mujoco/euler+coulomb"
 CAPSULE = systems()["capsule-line"].mjcf
-WRITTEN = [m.name for m in engines()["mujoco"].methods]
+WRITTEN = [m.name for m in engines()["mujoco"].methods if "reduced" not in m.name]
 
 
 def _run(capsys, *words):
@@ -34,7 +34,7 @@ def test_text_and_json_agree(method, capsys):
     code, text, _ = _run(capsys, method, "--step", "1e-3")
     assert code == 0
     answer = json.loads(_run(capsys, method, "--step", "1e-3", "--json")[1])
-    sliding = method.endswith(("coulomb", "noslip", "tall", "reduced")) and "elliptic" not in method
+    sliding = method.endswith(("coulomb", "noslip", "tall")) and "elliptic" not in method
     first = 0.0 if "rk4" in method else -5e-4
     assert answer["stop_error_per_speed"] == (first if sliding else None)
     for snippet in answer["snippets"]:

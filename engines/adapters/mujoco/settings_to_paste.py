@@ -19,7 +19,6 @@ from plumbob.engines.abilities import Settings, Snippet
 from plumbob.engines.adapters.mujoco.contacts import (
     DAMPING,
     IMPEDANCE,
-    JOINT_IMPEDANCE,
     PLANE_SOFTENING,
     REGULARISATION_RATIO,
     ContactProfile,
@@ -47,17 +46,15 @@ NO_PREDICTION = "none is predicted"
 def settings(method: Method, step: float, stiffness: float | None, friction: float) -> Settings:
     """Settings to paste for `method` at `step` [s]; raises ParameterError."""
     chosen = profile(method.settings)
-    model = method.settings.get("model", "full")
-    convergent = chosen.convergent and model == "full"
-    if stiffness is not None and not convergent:
+    if method.settings.get("model") == "reduced":
+        raise ParameterError("method", method.name, "one whose model is the full body")
+    if stiffness is not None and not chosen.convergent:
         raise ParameterError("stiffness", stiffness, "left out: it is for `+coulomb` methods only")
     if stiffness is not None and not SOFTEST <= stiffness <= 1.0:
         allowed = f"from {SOFTEST:g} to 1: no contact is stable at more"
         raise ParameterError("stiffness", stiffness, allowed)
-    if convergent:
+    if chosen.convergent:
         return _convergent(method, chosen, step, stiffness or OWN_STIFFNESS, friction)
-    if model == "reduced":
-        return _reduced(method, step)
     if "contact" in method.settings:
         return _other_contacts(method, chosen, step, friction)
     return _integrator(method, step)
@@ -152,32 +149,6 @@ def _other_contacts(
         )
     cost = "0.9 to 1.5 times a step with default contacts"
     return Settings(method.name, step, None, (Snippet("MJCF alone", text, "", error, cost, holds),))
-
-
-def _reduced(method: Method, step: float) -> Settings:
-    limit = f"{JOINT_IMPEDANCE:g} {JOINT_IMPEDANCE:g} 0.001"
-    joint = (
-        "<!-- in the body: frictionloss is f times the weight [N]; no contacts with the floor -->\n"
-        f'<joint type="slide" axis="1 0 0" frictionloss="1" solimpfriction="{limit}"'
-        f' solreffriction="-1 {-JOINT_IMPEDANCE / step:.12g}"/>'
-    )
-    first = 0.0 if method.settings["integrator"] == "RK4" else -step / 2
-    return Settings(
-        method.name,
-        step,
-        first,
-        (
-            Snippet(
-                "MJCF alone: a surrogate for motion along one line",
-                "\n".join((_option(method, step, {"tolerance": 1e-16}), joint)),
-                "",
-                "stopping distance: "
-                + (f"{first:.6g} s times the initial speed" if first else "of second order"),
-                f"{0.5 if first else 2.2} times a step of Euler with default contacts",
-                "for one body on one line whose normal force is constant; it cannot tip or turn",
-            ),
-        ),
-    )
 
 
 def _integrator(method: Method, step: float) -> Settings:

@@ -28,7 +28,7 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     copy_options,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
+from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, kind
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
@@ -63,9 +63,10 @@ METHODS = MappingProxyType(
 class SettledFloor:
     """The body as a compiled piece, settled on its plane under certain contacts at some step."""
 
-    def __init__(self, model: Any, feet: tuple[str, ...], gyration: float) -> None:
-        self.model, self.names, self.gyration = model, feet, gyration
-        self.data = mujoco.MjData(model)
+    def __init__(self, model: Any, piece: RigidPiece) -> None:
+        self.model, self.names, self.data = model, piece.geoms, mujoco.MjData(model)
+        # About the vertical [m].
+        self.gyration = math.sqrt(piece.inertia / float(model.body_mass[1]))
         with collected():
             self._settle()
 
@@ -191,18 +192,8 @@ class MujocoContacts:
         return self.piece.notes
 
     @cached_property
-    def gyration(self) -> float:
-        """Radius of gyration about the vertical [m]."""
-        return math.sqrt(self.piece.inertia / self.mass)
-
-    @property
-    def mass(self) -> float:
-        """[kg]"""
-        return float(self.piece.model.body_mass[1])
-
-    @cached_property
     def _settled(self) -> SettledFloor:
-        return SettledFloor(copy.copy(self.piece.model), self.piece.geoms, self.gyration)
+        return self.own(self.step)
 
     @cached_property
     def standing(self) -> Standing:
@@ -213,20 +204,18 @@ class MujocoContacts:
             raise NotCertifiable("contacts with the plane have no friction (condim 1)")
         if (friction[:, 0] != friction[:, 1]).any():
             raise NotCertifiable("friction has two coefficients, one for each direction")
-        torsion, rolling = (
-            (dimensions > most) & (friction[:, k] > 0.0) for k, most in ((2, 3), (3, 4))
-        )
+        moments = (dimensions > 3) & (friction[:, 2] > 0.0)
         return Standing(
             piece.body,
             piece.plane,
-            self.mass,
+            float(piece.model.body_mass[1]),
             piece.inertia,
             -float(piece.model.opt.gravity[2]),
             floor.feet,
             floor.points[:, :2],
             -float(floor.points[:, 2].mean()),
             tuple(friction[:, 0].tolist()),
-            bool((torsion | rolling).any()),
+            bool(moments.any()),
             piece.locked,
         )
 
@@ -261,11 +250,11 @@ class MujocoContacts:
         """On its own contacts at `step` [s]; raises NotCertifiable where it does not settle."""
         model = copy.copy(self.piece.model)
         model.opt.timestep = step
-        return SettledFloor(model, self.piece.geoms, self.gyration)
+        return SettledFloor(model, self.piece)
 
     def pasted(self, step: float) -> SettledFloor:
         """On the pasted contacts, written for `step` [s]; raises NotCertifiable likewise."""
-        return SettledFloor(self._pasted(step, self.stiffness), self.piece.geoms, self.gyration)
+        return SettledFloor(self._pasted(step, self.stiffness), self.piece)
 
     @cached_property
     def stiffness(self) -> float:
@@ -292,9 +281,7 @@ class MujocoContacts:
         model = spec.compile()
         copy_options(model, self.piece.model)
         model.opt.timestep = step
-        model.opt.integrator = int(
-            getattr(INTEGRATOR, f"mjINT_{named.settings['integrator'].upper()}")
-        )
+        model.opt.integrator = kind(named.settings["integrator"])
         model.opt.cone = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
         model.opt.impratio, model.opt.tolerance = REGULARISATION_RATIO, TOLERANCE
         model.qpos0[:] = self._settled.begun
