@@ -91,9 +91,6 @@ def test_an_oscillator_goes_where_theory_says(integrator, times):
 
 
 FILTER = '<actuator><general name="drive" joint="elbow" dyntype="filter" dynprm=".001"/></actuator>'
-CABLE = (
-    '<tendon><fixed name="cable" stiffness="2000"><joint joint="elbow" coef="1"/></fixed></tendon>'
-)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +105,6 @@ CABLE = (
             "joint elbow, actuator brake kv 20 on 0.01 kg m²",
             2 * INERTIA / 20,
         ),
-        (CABLE, "", "euler", "joint elbow, tendon cable stiffness 2000", 2 / RATE),
         (FILTER, "", "euler", "activation of actuator drive", 0.002),
     ],
 )

@@ -31,7 +31,6 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     kind,
     rate_after,
 )
-from plumbob.engines.adapters.mujoco.own_model.terms import layout
 from plumbob.engines.adapters.mujoco.terms import MujocoTerms, apart, put, shifted, state_of
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
 from plumbob.engines.adapters.mujoco.user_file import user_model
@@ -45,7 +44,7 @@ from plumbob.engines.own_motion import (
     Start,
     Stepped,
 )
-from plumbob.engines.peer_model import Layout
+from plumbob.engines.peer_model import Joint, Layout
 
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
@@ -167,7 +166,14 @@ class MujocoModel:
     @property
     def layout(self) -> Layout:
         """Names of its joints and actuators, and where coordinates are."""
-        return layout(self.effective)
+        model, joints = self.effective, []
+        for i, (q, v) in enumerate(zip(model.jnt_qposadr, model.jnt_dofadr, strict=True)):
+            size = int(np.count_nonzero(model.dof_jntid == i))
+            drawn = model.qpos0[q : q + size + (size > 1)]  # a quaternion has one number more
+            joints.append(Joint(model.joint(i).name, size, int(q), int(v), drawn))
+        bodies = (model.body(i).name for i in np.flatnonzero(model.body_weldid))
+        actuators = (model.actuator(i).name for i in range(model.nu))
+        return Layout(tuple(joints), tuple(actuators), tuple(filter(None, bodies)))
 
     def terms(self) -> MujocoTerms:
         """The terms of its equations of motion, in any state."""

@@ -46,10 +46,7 @@ def place(model: Any, data: Any, weights: Array) -> Place:
             *_weaker(model, "stiffness", "jnt_stiffness", (joint,), on),
             *_weaker(model, "damping", "dof_damping", degrees, on),
             *_actuators(model, data, degrees, unit),
-            *_tendons(model),
             *_constraints(model, data, along),
-            *_weaker(model, "density of the fluid", "density"),
-            *_weaker(model, "viscosity of the fluid", "viscosity"),
         ),
         (Change(f"armature {heavier[0][2]:.2g}", heavier), *_implicit_damping(model)),
     )
@@ -72,20 +69,13 @@ def _rounded(value: float) -> float:
 
 
 def _weaker(
-    model: Any,
-    what: str,
-    field: str,
-    at: Sequence[int] = (),
-    on: str = "",
-    remedy: Change | None = None,
+    model: Any, what: str, field: str, at: Sequence[int], on: str, remedy: Change | None = None
 ) -> Iterator[Element]:
-    """An element with less of the numbers `at` places of a field, or of an option, where it has
-    any."""
-    values = np.ravel(getattr(model if at else model.opt, field))[list(at) or [0]]
+    """An element with less of the numbers `at` places of a field, where it has any."""
+    values = np.ravel(getattr(model, field))[list(at)]
     if values[0] != 0.0:
         name = f"{what} {abs(values[0]):.4g}{on}"
-        places: list[tuple[int, ...]] = [(k,) for k in at] or [()]
-        sets = zip([field] * len(places), places, (WEAKER * values).tolist(), strict=True)
+        sets = ((field, (k,), WEAKER * float(value)) for k, value in zip(at, values, strict=True))
         yield Element(name, Change(name, tuple(sets)), remedy)
 
 
@@ -104,15 +94,6 @@ def _actuators(model: Any, data: Any, degrees: Sequence[int], unit: str) -> Iter
             name = f"{_name(model.actuator(i), 'actuator', i)} {what}"
             on = f" on {inertia:.2g} {unit}"
             yield from _weaker(model, name, "actuator_biasprm", (k,), on, remedy)
-
-
-def _tendons(model: Any) -> Iterator[Element]:
-    for i in range(model.ntendon):
-        name = _name(model.tendon(i), "tendon", i)
-        for what in ("stiffness", "damping"):
-            field = f"tendon_{what}"  # a number each, or the coefficients of a polynomial
-            first = i * getattr(model, field).size // model.ntendon
-            yield from _weaker(model, f"{name} {what}", field, (first,))
 
 
 def _constraints(model: Any, data: Any, along: Array) -> Iterator[Element]:

@@ -100,9 +100,7 @@ def for_maps(model: Any) -> Any:
     return model
 
 
-def growth(
-    model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float
-) -> float:
+def growth(model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float) -> float:
     """How many times as far apart as a nudge of the start of `script` are positions, at most, when
     `model` has stepped for a `duration` [s] from it, with the controls from the period `begin` on,
     then the last one. `pair` are the two mjData; infinite where one diverges."""
