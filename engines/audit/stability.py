@@ -43,6 +43,7 @@ NEAR = (1.0, 0.99, 1.01)
 SPREAD = 1.05  # from one step that runs have below a limit to the next
 BETWEEN = 16  # steps over a factor of RATIO: the same
 SETTLED = 0.01  # [m/s, rad/s]: a run with less at its end has come to rest
+STILL = 10.0  # growth of a nudge much later: less, and the first one only met a landing
 FINER = 4  # times, at least: the step, at most the model's own, by which that is measured
 LEAST, MOST = 50, 400  # steps of a nudged run
 FINE = 8  # steps in place of one, for the motion of a model that a remedy changes
@@ -210,7 +211,8 @@ class Course:
                 most *= max(1.0, nudged(fine, duration))
             if grown <= most:
                 return False
-        return True
+        # A nudge may decide on which foot a body lands, and nothing thereafter.
+        return nudged(step, duration, MOST * step) > STILL
 
     def rate(self, integrator: str, step: float, duration: float | None = None) -> float:
         """At the end of a run from the start with a step [s], see `rate_after`."""

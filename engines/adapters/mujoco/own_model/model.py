@@ -142,14 +142,22 @@ class MujocoModel:
         return _set(self._neighbours[1], integrator, step)
 
     def nudged(
-        self, script: Script, begin: int, integrator: str, step: float, duration: float
+        self,
+        script: Script,
+        begin: int,
+        integrator: str,
+        step: float,
+        duration: float,
+        after: float = 0.0,
     ) -> float:
-        """How many times as far apart as a small nudge of `script.start` are positions, at most,
-        when it has stepped for a duration [s], with the controls from the period `begin` on, the
-        last one held for as long as need be; infinite where a run diverges."""
+        """How many times as far apart as a small nudge are positions, at most, when it has stepped
+        for a duration [s], with the controls from the period `begin` on, the last one held for as
+        long as need be; infinite where a run diverges. The nudge is one of `script.start`, or of
+        where a run from there is `after` a time [s]."""
         model = self._nudged_model(integrator, step)
         with collected():
-            return growth(model, (self._begun(model), self._begun(model)), script, begin, duration)
+            pair = self._begun(model), self._begun(model)
+            return growth(model, pair, script, begin, duration, after)
 
     def rate_after(self, script: Script, integrator: str, step: float, count: int) -> float:
         """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many

@@ -100,16 +100,22 @@ def for_maps(model: Any) -> Any:
     return model
 
 
-def growth(model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float) -> float:
-    """How many times as far apart as a nudge of the start of `script` are positions, at most, when
-    `model` has stepped for a `duration` [s] from it, with the controls from the period `begin` on,
-    then the last one. `pair` are the two mjData; infinite where one diverges."""
+def growth(
+    model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float, after: float
+) -> float:
+    """How many times as far apart as a nudge are positions, at most, when `model` has stepped for a
+    `duration` [s] from it; a run from the start of `script` is nudged `after` a time [s], its
+    controls are those from the period `begin` on, then the last one. `pair` are the two mjData;
+    infinite where one diverges."""
     nudge = np.random.default_rng(0).standard_normal(2 * model.nv + model.na)
     nudge *= NUDGE / np.abs(nudge).max()
-    put(pair[0], script.start)
-    put(pair[1], shifted(model, script.start, nudge))
+    for data in pair:
+        put(data, script.start)
     largest, step = 0.0, model.opt.timestep
-    for k in range(math.ceil(duration / step)):
+    nudged = math.ceil(after / step)
+    for k in range(nudged + math.ceil(duration / step)):
+        if k == nudged:
+            put(pair[1], shifted(model, state_of(pair[1]), nudge))
         if not _advanced(model, pair, script, begin * script.period + k * step):
             return math.inf
         between = apart(model, *map(state_of, pair))[: model.nv]
