@@ -4,7 +4,7 @@ certified motion: which differ, and why."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -12,13 +12,13 @@ from types import MappingProxyType
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import ModelReader
+from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.audit.reference import distances
 from plumbob.engines.method import Engine
 from plumbob.engines.own_motion import OwnModel, Script
 from plumbob.engines.peer_model import PeerModel, Terms
 from plumbob.engines.registry import find_engine
-from plumbob.engines.study.model_reading import fields_of
+from plumbob.engines.study.model_reading import dropped, fields_of
 
 # In the order in which they are compared: each may make those after it differ.
 TERMS = ("mass matrix", "gravity", "bias", "passive", "actuator")
@@ -40,8 +40,8 @@ DEPENDS = MappingProxyType(
 )
 NAMELESS = frozenset(["a body without a name"])
 SAMPLES = 9  # states along the certified motion
-Numbers = Mapping[tuple[str, str], tuple[Array, Array | None]]
-"""By field and name, as MuJoCo and as an engine read them; None where it has none."""
+Readings = tuple[ModelFields, ModelFields]
+"""The numbers of a file as MuJoCo and as an engine read them."""
 
 
 @dataclass(frozen=True)
@@ -125,13 +125,13 @@ def differences(
 ) -> list[Difference]:
     """The terms that differ, in order."""
     overall = ROUNDINGS * precision * max(look.size(force_of(look.of_file)) for look in looks)
-    apart, numbers = list[Difference](), numbers_of(engine, held.file)
+    apart, readings = list[Difference](), read_by(engine, held.file)
     for term in TERMS:
         pairs = [(look, look.of_file[term], look.of_engine[term]) for look in looks]
         off = max(look.size(there - here) for look, here, there in pairs)
         scale = max(look.size(x) for look, *both in pairs for x in both)
         if not off <= SAME * scale + (0.0 if term == TERMS[0] else overall):
-            apart.append(Difference(term, off / scale, _cause(term, looks, numbers)))
+            apart.append(Difference(term, off / scale, _cause(term, looks, readings)))
     apart += [*_of_contacts(looks, held), *_of_axes(looks, held)]
     return apart or list(of_step(looks))
 
@@ -194,52 +194,24 @@ def force_of(terms: Terms) -> Array:
     return total
 
 
-def _cause(term: str, looks: Sequence[Look], numbers: Numbers) -> str:
+def _cause(term: str, looks: Sequence[Look], readings: Readings) -> str:
     """Why a term differs, as far as the engine says so, has none of it, or reads a number otherwise
     on which it depends."""
     said: str = looks[0].of_engine.get("causes", {}).get(term, "")
     if said or (term != "gravity" and not any(look.of_engine[term].any() for look in looks)):
         return said or "all of it dropped"
+    here, there = readings
+    lost = dropped(here, there)
+    masses = [there[key][0] / here[key][0] for key in here if key[0] == "mass" and key in there]
+    if "mass" in lost and len(masses) > 1 and np.ptp(masses) < SAME * masses[0]:
+        lost["mass"] = f"times {masses[0]:.4g}, all of them"
     for field in DEPENDS.get(term, ()):
-        of = {name: both for (kind, name), both in numbers.items() if kind == field}
-        if cause := _otherwise(field, of):
-            return cause
+        if field in lost:
+            return f"{field} {lost[field] or 'dropped'}"
     return "of like bodies: joints or frames are not alike" if term == TERMS[0] else ""
 
 
-def _otherwise(field: str, of: Mapping[str, tuple[Array, Array | None]]) -> str:
-    """The number in a field, {name: as MuJoCo and an engine read it}, in which they differ most;
-    empty where they do not."""
-    sizes = {
-        name: math.inf
-        if there is None or there.shape != here.shape
-        else np.abs(there - here).max() / np.abs([here, there]).max()
-        for name, (here, there) in of.items()
-    }
-    if max(sizes.values(), default=0.0) < SAME:
-        return ""
-    name = max(sizes, key=lambda name: sizes[name])
-    here, there = of[name]
-    if all(there is None for _, there in of.values()):
-        return f"{field} dropped"
-    if field == "mass":
-        ratios = [float(there[0] / here[0]) for here, there in of.values() if there is not None]
-        if len(ratios) > 1 and np.ptp(ratios) < SAME * ratios[0]:
-            return f"all masses times {ratios[0]:.4g}"
-    read = "none" if there is None else _text(there)
-    return f"{f'{field} of {name}: ' if name else ''}{read} in place of {_text(here)}"
-
-
-def numbers_of(engine: Engine, file: Path) -> Numbers:
-    """The numbers of a file, but zeros, as MuJoCo and an engine read them."""
+def read_by(engine: Engine, file: Path) -> Readings:
+    """The numbers of a file as MuJoCo and an engine read them."""
     here = fields_of(find_engine("mujoco"), file)[1]
-    there = here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]
-    return {
-        key: (np.array(values), np.array(there[key]) if key in there else None)
-        for key, values in here.items()
-        if any(values) or any(there.get(key, ()))
-    }
-
-
-def _text(values: Iterable[float]) -> str:
-    return " ".join(f"{value + 0.0:.4g}" for value in values)
+    return here, here if engine.ability(ModelReader) is None else fields_of(engine, file)[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,6 +35,10 @@ EVERY_FIELD_TEXT = """\
   <actuator><motor name="motor" joint="hinge" gear="7"/></actuator>
 </mujoco>
 """
+
+
+GRAVITY = "gravity"  # that a file states, none too
+SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
 
 
 @dataclass(frozen=True)
@@ -93,6 +98,49 @@ def fields_of(engine: Engine, file: Path) -> tuple[str, ModelFields]:
         return error.requirement, {}
     except Exception as error:
         return one_line(error), {}
+
+
+def dropped(wanted: ModelFields, fields: ModelFields) -> dict[str, str]:
+    """{field: what is there instead} of the numbers that a file states, as MuJoCo reads it, which
+    another reader does not give; empty where it gives none of the field."""
+    known, lost = {field for field, _ in fields}, dict[str, str]()
+    for (field, name), values in wanted.items():
+        stated = any(values) or field == GRAVITY
+        if field in lost or not stated or _has(fields, field, name, values):
+            continue
+        instead = fields.get((field, name))
+        there = "nothing" if instead is None else _text(instead)
+        said = f"{name}: {there} for {_text(values)}".removeprefix(": ")
+        lost[field] = said if field in known else ""
+    return lost
+
+
+def fields_stated(wanted: ModelFields) -> tuple[str, ...]:
+    """The fields in which a model has a number other than zero, and gravity, as MuJoCo reads it."""
+    return tuple(
+        dict.fromkeys(field for (field, _), v in wanted.items() if any(v) or field == GRAVITY)
+    )
+
+
+def _has(fields: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:
+    """Whether a reader gives these numbers; friction of any name where it does not know this one,
+    for some give it to bodies in place of geoms."""
+    if field == "friction" and (field, name) not in fields:
+        return any(equal(values, other) for (of, _), other in fields.items() if of == field)
+    return equal(values, fields.get((field, name)))
+
+
+def equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:
+    """Whether two readers have the same numbers."""
+    if other is None or len(values) != len(other):
+        return False
+    allowed = max(SAME * max(map(abs, values), default=0.0), LEAST)
+    pairs = zip(values, other, strict=True)
+    return all(math.isclose(a, b, rel_tol=SAME, abs_tol=allowed) for a, b in pairs)
+
+
+def _text(values: tuple[float, ...]) -> str:
+    return " ".join(f"{value:.4g}" for value in values)
 
 
 @contextmanager

@@ -3,7 +3,6 @@ what MuJoCo reads of it."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
@@ -12,11 +11,16 @@ from pathlib import Path
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.abilities import ModelFields, ModelReader
 from plumbob.engines.registry import engines, find_engine, installed
-from plumbob.engines.study.model_reading import every_field, fields_of
+from plumbob.engines.study.model_reading import (
+    dropped,
+    equal,
+    every_field,
+    fields_of,
+    fields_stated,
+)
 from plumbob.engines.workers import Workers
 
 RULE = "mujoco"  # the reader whose format it is
-SAME, LEAST = 1e-5, 1e-12  # relative, absolute [SI]: what single precision and new frames leave
 OPTIONS = ("gravity", "timestep")  # that a reader may seem to read where its default is the same
 
 
@@ -65,35 +69,16 @@ def compared(
 ) -> Reader:
     """Which of the numbers that a file states, as MuJoCo reads it, are among those that another
     reader gives, who has fields of its own in place of those `ignored`."""
-    stated = {key: values for key, values in wanted.items() if any(values)}
-    known = {field for field, _ in fields}
-    read, dropped = [], {}
-    for field in fields_stated(wanted):
-        of = {name: values for (of_field, name), values in stated.items() if of_field == field}
-        wrong = {n: v for n, v in of.items() if not _has(fields, field, n, v)}
-        if not wrong and field not in ignored:
-            read.append(field)
-        elif not wrong:
-            dropped[field] = "its default is the same"
-        elif field not in known:
-            dropped[field] = ""
-        else:
-            name, values = next(iter(wrong.items()))
-            instead = fields.get((field, name))
-            there = "nothing" if instead is None else _text(instead)
-            dropped[field] = f"{name}: {there} for {_text(values)}".removeprefix(": ")
-    return Reader(engine, "", tuple(read), dropped)
-
-
-def fields_stated(wanted: ModelFields) -> tuple[str, ...]:
-    """The fields in which a model has a number other than zero, as MuJoCo reads it."""
-    return tuple(dict.fromkeys(field for (field, _), values in wanted.items() if any(values)))
+    lost = dict.fromkeys(ignored, "its default is the same") | dropped(wanted, fields)
+    stated = fields_stated(wanted)
+    read = tuple(field for field in stated if field not in lost)
+    return Reader(engine, "", read, {field: lost[field] for field in stated if field in lost})
 
 
 def ignored(wanted: ModelFields, fields: ModelFields) -> tuple[str, ...]:
     """The options that a reader takes from no file, seen by a model with uncommon ones, as MuJoCo
     reads it and as that reader does."""
-    return tuple(f for f in OPTIONS if not _equal(wanted[f, ""], fields.get((f, ""))))
+    return tuple(f for f in OPTIONS if not equal(wanted[f, ""], fields.get((f, ""))))
 
 
 def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
@@ -104,23 +89,3 @@ def _seen(engine: str, file: str) -> tuple[str, ModelFields, tuple[str, ...]]:
     with every_field() as model:
         both = (fields_of(find_engine(name), model)[1] for name in (RULE, engine))
         return "", read, ignored(*both)
-
-
-def _has(fields: ModelFields, field: str, name: str, values: tuple[float, ...]) -> bool:
-    """Whether a reader gives these numbers; friction of any name where it does not know this one,
-    for some give it to bodies in place of geoms."""
-    if field == "friction" and (field, name) not in fields:
-        return any(_equal(values, other) for (of, _), other in fields.items() if of == field)
-    return _equal(values, fields.get((field, name)))
-
-
-def _equal(values: tuple[float, ...], other: tuple[float, ...] | None) -> bool:
-    if other is None or len(values) != len(other):
-        return False
-    allowed = max(SAME * max(map(abs, values), default=0.0), LEAST)
-    pairs = zip(values, other, strict=True)
-    return all(math.isclose(a, b, rel_tol=SAME, abs_tol=allowed) for a, b in pairs)
-
-
-def _text(values: tuple[float, ...]) -> str:
-    return " ".join(f"{value:.4g}" for value in values)

@@ -32,13 +32,13 @@ def _sets(name, factor):
 @pytest.mark.parametrize(
     ("field", "factor", "term", "cause"),
     [
-        ("dof_armature", 0.0, "mass matrix", "armature of hinge: 0 in place of 0.21"),
-        ("body_inertia", 1.001, "mass matrix", "inertia of arm: 0.1101 0.1201 0.1301 in place of"),
+        ("dof_armature", 0.0, "mass matrix", "armature hinge: 0 for 0.21"),
+        ("body_inertia", 1.001, "mass matrix", "inertia arm: 0.1101 0.1201 0.1301 for 0.11"),
         ("body_ipos", 1.001, "mass matrix", "of like bodies: joints or frames are not alike"),
-        ("gravity", 0.999, "gravity", "0.2997 -0.3996 -1.618 in place of 0.3 -0.4 -1.62"),
-        ("jnt_stiffness", 0.0, "passive", "stiffness of hinge: 0 in place of 0.4"),
-        ("dof_damping", 1.001, "passive", "damping of hinge: 0.3103 in place of 0.31"),
-        ("actuator_gear", 1 / 7, "actuator", "gear of motor: 1 in place of 7"),
+        ("gravity", 0.999, "gravity", "gravity 0.2997 -0.3996 -1.618 for 0.3 -0.4 -1.62"),
+        ("jnt_stiffness", 0.0, "passive", "stiffness hinge: 0 for 0.4"),
+        ("dof_damping", 1.001, "passive", "damping hinge: 0.3103 for 0.31"),
+        ("actuator_gear", 1 / 7, "actuator", "gear motor: 1 for 7"),
         ("actuator_gainprm", 0.0, "actuator", "all of it dropped"),
     ],
 )
