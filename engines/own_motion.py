@@ -63,7 +63,6 @@ class Integration:
     until: float  # [s] to which it is known
     events: tuple[float, ...] = ()  # [s] at which contacts or limits begin or cease to act
     why: str = ""  # it ended early
-    seconds: float = 0.0  # wall time
 
 
 @dataclass(frozen=True)

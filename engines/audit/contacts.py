@@ -71,13 +71,9 @@ class ContactAudit:
     own: tuple[Measured, ...]  # coarse to fine; empty where it does not come to rest
     pasted: tuple[Measured, ...]
     failed: tuple[str, ...]  # what could not be run, and why
-    method: str
-    stiffness: float
-    first_order: float | None  # predicted error of a distance over the speed at the own step [s]
     snippet: str
-    notes: tuple[str, ...]
     seconds: float
-    model: ContactModel | None = None
+    model: ContactModel
     free: FreeSlide | None = None  # None for a body without joints
 
     @cached_property
@@ -119,12 +115,13 @@ class ContactAudit:
         """Errors that theory predicts for the pasted contacts [m], by heading: of first order in
         the step, and of a tilt by the contacts' deflection, which is linear where no load gets to
         0, and else not a number; None where the distance is not determined."""
-        if self.exact is None or self.first_order is None:
+        first_order = self.model.first_order
+        if self.exact is None or first_order is None:
             return None
         friction = self.standing.coefficient * self.standing.gravity
-        tilt = friction * run.tilts * (run.step / self.stiffness) ** 2
-        first_order = self.first_order * self.speed * run.step / self.step - tilt
-        return np.where(run.loaded, first_order, np.nan)
+        tilt = friction * run.tilts * (run.step / self.model.stiffness) ** 2
+        error = first_order * self.speed * run.step / self.step - tilt
+        return np.where(run.loaded, error, np.nan)
 
     def assert_within(self, metres: float) -> None:
         """Raise AssertionError unless the model's own stopping distances are known and within
@@ -178,11 +175,7 @@ def contacts_audited(
         as_written,
         as_pasted,
         (*why_not, *why_not_pasted),
-        model.method,
-        model.stiffness,
-        model.first_order,
         model.snippet(),
-        model.notes,
         model=model,
         free=free_slide(model, speed, _lasting(standing, speed), clock)
         if standing.locked

@@ -166,8 +166,8 @@ def computed(
     from scipy import integrate
 
     solver: Any = getattr(integrate, run.method)
-    field, begin = model.field(run.width), clock()
-    watch = _Watch(field, run.width > 0.0, clock, begin + run.seconds)
+    field = model.field(run.width)
+    watch = _Watch(field, run.width > 0.0, clock, clock() + run.seconds)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
     size: float | None = None
@@ -201,7 +201,6 @@ def computed(
         done * script.period,
         tuple(watch.events),
         why,
-        clock() - begin,
     )
 
 

@@ -195,10 +195,10 @@ def _contacts(audit: ContactAudit) -> dict[str, Any]:
         "own": [run(measured) for measured in audit.own],
         "pasted": [run(measured, audit.predicted(measured)) for measured in audit.pasted],
         "not_run": audit.failed,
-        "method": audit.method,
-        "stiffness": audit.stiffness,
+        "method": audit.model.method,
+        "stiffness": audit.model.stiffness,
         "to_paste": audit.snippet,
-        "notes": audit.notes,
+        "notes": audit.model.notes,
         "versions": versions(),
         "seconds": audit.seconds,
     }
