@@ -9,11 +9,11 @@ from types import MappingProxyType
 from plumbob.engines.abilities import ModelReader
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.extra_runs import StudyPlan
-from plumbob.engines.study.model_reading import ModelRead, ModelReading
+from plumbob.engines.study.model_reading import ModelRead, ModelReading, fields_stated
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
 from plumbob.reports.analyses.measurements import plan_of
-from plumbob.reports.judge.model_readers import RULE, Reader, compared, fields_stated, ignored
+from plumbob.reports.judge.model_readers import RULE, Reader, compared, ignored
 
 KNOWN: Mapping[str, Record] = MappingProxyType(
     {
