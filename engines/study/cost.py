@@ -23,6 +23,7 @@ BESIDE = 100  # reference steps before and after each timing
 # Ratios about the median that are enough where they differ by no more: on a machine that others
 # use, costs then scatter by 2.1 per cent, and with all rounds by 1.8.
 ENOUGH, CLOSE = 3, 0.08
+PART = 0.01  # of the duration of a scene, that an adaptive solver begins with
 EVALUATIONS = 300  # from so many on, what one costs is within a few per cent of a long run's
 
 
@@ -73,17 +74,17 @@ class Cost:
 
 
 def costs(
-    tasks: Sequence[tuple[Case, Method, float, Stepping]],
+    tasks: Sequence[tuple[Case, Method, float]],
     repeats: int = 5,
     budget: float = 0.05,
 ) -> tuple[Mapping[Key, Cost], float]:
-    """Cost of each task (a scene, a method, a step, and what a whole run took), and the reference
-    step's [ns per step]. `budget` [s] limits how much of a long scene one round runs."""
+    """Cost of each task (a scene, a method, a step), and the reference step's [ns per step];
+    `budget` [s] limits how much of a long scene one round runs."""
     ready: dict[Key, TimedSteps] = {}
-    for case, method, step, run in tasks:
+    for case, method, step in tasks:
         if installed(engine_of(method)):
             with suppress(Unsupported):
-                ready[case.scene.name, method.name] = _sized(case, method, step, budget, run)
+                ready[case.scene.name, method.name] = first_steps(case, method, step)
     return in_turns(ready, repeats, budget)
 
 
@@ -165,14 +166,12 @@ def reference_step(steps: int = 2_000) -> Callable[[], float]:
     return once
 
 
-def _sized(case: Case, method: Method, step: float, budget: float, known: Stepping) -> TimedSteps:
-    """The scene, compiled, and the fraction of it that takes about `budget` seconds to step, by
-    what is `known` of a whole run; raises Unsupported."""
-    adaptive = method.control == "tolerance"
-    least = EVALUATIONS if adaptive else LEAST
-    steps = max(least, budget / max(known.seconds, 1e-9) * known.steps)
+def first_steps(case: Case, method: Method, step: float) -> TimedSteps:
+    """The scene, compiled, and the first fraction of it that is timed; raises Unsupported."""
     simulation = engine_of(method).prepare(case, method, step)
-    return TimedSteps(simulation, min(1.0, steps / known.steps), least if adaptive else 1)
+    if method.control == "tolerance":
+        return TimedSteps(simulation, PART, EVALUATIONS)
+    return TimedSteps(simulation, min(1.0, LEAST * step / case.scene.duration), LEAST)
 
 
 def _agree(values: Sequence[float]) -> bool:

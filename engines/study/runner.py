@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from plumbob.engines.added import one_line
-from plumbob.engines.method import Method, Stepping, meant
+from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.checkpoint import Checkpoint, key_of, measured_into
 from plumbob.engines.study.convergence import (
@@ -42,7 +42,6 @@ from plumbob.models.scene import Scene
 
 Profile = str  # "quick" or "full"
 Analyse = Callable[[Study, Workers], tuple[Analysed, ...]]
-_Timed = tuple[Method, float, Stepping]  # step [s], and the whole run, as its error was measured
 MOST_STEPS = MappingProxyType({"quick": 25_000, "full": 1_000_000})
 """Of one run; quick: 50 s at MuJoCo's own 2 ms."""
 _REPEATS = MappingProxyType({"quick": 5, "full": 9})
@@ -135,14 +134,13 @@ def _cost_tasks(errors: Iterable[TaskResult], plan: StudyPlan) -> Iterator[Task]
     """The costs of the methods on each scene that they ran, timed in turns: a task a scene."""
     by_method = {method.name: method for method in plan.methods}
     how = _REPEATS[plan.profile], _BUDGET[plan.profile]
-    runs: dict[str, list[_Timed]] = {scene.name: [] for scene in plan.scenes}
+    runs: dict[str, list[tuple[Method, float]]] = {scene.name: [] for scene in plan.scenes}
     for result in errors:
         method = by_method.get(result.pair[1])
         if result.convergence and method and (run := timed_run(result.convergence, method)):
-            timed = method, run.step, Stepping(run.steps, run.seconds)
-            runs[result.pair[0]].append(timed)
+            runs[result.pair[0]].append((method, run.step))
     for scene in filter(lambda scene: runs[scene.name], plan.scenes):
-        of = [(method, step, versions_of(method)) for method, step, _ in runs[scene.name]]
+        of = [(method, step, versions_of(method)) for method, step in runs[scene.name]]
         yield study_task(
             f"costs of {scene.name}",
             key_of("cost", scene, of, how, machine()),
@@ -154,7 +152,9 @@ def _cost_tasks(errors: Iterable[TaskResult], plan: StudyPlan) -> Iterator[Task]
         )
 
 
-def _costs(scene: Scene, timed: Sequence[_Timed], repeats: int, budget: float) -> TaskResult:
+def _costs(
+    scene: Scene, timed: Sequence[tuple[Method, float]], repeats: int, budget: float
+) -> TaskResult:
     """The costs of methods on a scene, each at its step; none where the engine runs it not."""
     case = case_of(scene)
     found, unit = costs([(case, *run) for run in timed], repeats, budget)

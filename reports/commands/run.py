@@ -6,7 +6,7 @@ import argparse
 import math
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.method import USER_METHOD, Method, Stepping
+from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.cost import BatchCost, Cost, batch_costs, costs
@@ -99,8 +99,7 @@ def _alone(scene: Scene, method: Method, step: float) -> tuple[Measurement, Cost
 
 def _timed(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
     run, _ = measure(case, method, step)
-    tasks = [(case, method, step, Stepping(run.steps, run.seconds))]
-    measured, unit = costs(tasks if run.status == "done" else [], repeats=5)
+    measured, unit = costs([(case, method, step)] if run.status == "done" else [], repeats=5)
     return run, measured.get((case.scene.name, method.name)), unit
 
 

@@ -57,9 +57,9 @@ class Slow:
 def cost_of(patch, milliseconds, rules):
     """What is made of these times, and the unit [ns]."""
     piece, steps = cost.TimedSteps(Slow(iter(milliseconds)), 0.25), iter(rules)
-    patch.setattr(cost, "_sized", lambda *_: piece)
+    patch.setattr(cost, "first_steps", lambda *_: piece)
     patch.setattr(cost, "reference_step", lambda _: lambda: next(steps))
-    task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3, Stepping(1, 1e-6)
+    task = system_of(SCENE).case(SCENE), find_method("mujoco/euler"), 1e-3
     found, unit = cost.costs([task], budget=1e-3)
     return found[SCENE.name, "mujoco/euler"], unit
 
@@ -94,22 +94,13 @@ def test_a_machine_that_becomes_slower_changes_no_cost(monkeypatch):
     assert (one.ns_per_step, one.low, one.high) == pytest.approx((6000.0, 6000.0, 6000.0))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("method", "step", "scale"),
-    [("mujoco/euler", 1e-4, 1.0), ("mujoco/euler", 1e-4, 1e3), ("ode/dop853", 1e-8, 1.0)],
-)
-def test_a_known_run_gives_a_piece_that_fits(method, step, scale):
-    """Also where the run was slower by a factor `scale`, since others used the machine: the piece
-    is then too short, and made longer before it counts."""
-    simulation = engine_of(find_method(method)).prepare(case_of(SCENE), find_method(method), step)
-    whole = simulation.stepped(1.0)
-    case, known = case_of(SCENE), Stepping(whole.steps, scale * whole.seconds)
-    piece = cost._sized(case, find_method(method), step, 2e-3, known)
-    assert scale == 1.0 or piece.stepped().steps == cost.LEAST
+@pytest.mark.parametrize(("method", "step"), [("mujoco/euler", 1e-4), ("ode/dop853", 1e-8)])
+def test_a_piece_gets_as_long_as_its_time_tells_enough(method, step):
+    piece = cost.first_steps(case_of(SCENE), find_method(method), step)
     run = piece.stepped()
+    assert method == "ode/dop853" or run.steps == cost.LEAST
     while longer := piece.longer(run, 2e-3):
         piece, run = longer, longer.stepped()
     assert run.seconds >= 1e-3
-    assert run.steps >= (cost.LEAST if method == "mujoco/euler" else cost.EVALUATIONS)
+    assert run.steps >= piece.least
     assert piece.fraction < 0.5
