@@ -79,7 +79,7 @@ def test_a_cost_is_taken_at_the_step_that_errors_are_shown_at(monkeypatch):
     asked = []
 
     def record(tasks, *how):
-        asked.extend(step for _, _, step, _ in tasks)
+        asked.extend(step for _, _, step in tasks)
         return {}, 1.0
 
     monkeypatch.setattr("plumbob.engines.study.runner.costs", record)
