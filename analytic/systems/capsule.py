@@ -142,18 +142,21 @@ def by_support(forces: Array) -> dict[str, Array]:
     return dict(zip(NORMAL_FORCES, forces.T, strict=True))
 
 
+def load_gradient(capsule: Capsule) -> Array:
+    """Change of the N_i with the slider's place [N/m], along x and y, shape (2, 3)."""
+    here, x, y = normal_forces(capsule, CORNERS)
+    return np.stack([x - here, y - here])
+
+
 def load_slopes(capsule: Capsule, direction: float) -> Array:
     """Change of the N_i as the slider moves along `direction` [rad, from the body's x axis], [N/m],
     shape (3,): the same at every place."""
-    ahead = [math.cos(direction), math.sin(direction)]
-    here, there = normal_forces(capsule, np.array([[0.0, 0.0], ahead]))
-    return np.asarray(there - here)
+    return np.asarray([math.cos(direction), math.sin(direction)] @ load_gradient(capsule))
 
 
 def steepest_load(capsule: Capsule) -> float:
     """Largest change of any N_i with the slider's place [N/m]."""
-    here, x, y = normal_forces(capsule, CORNERS)
-    return float(np.hypot(x - here, y - here).max())
+    return float(np.hypot(*load_gradient(capsule)).max())
 
 
 def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,24 +16,6 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Arc, Path, Point, Segment
 
 Kinematics = tuple[Array, Array, Array]
-
-
-class Piece(Protocol):
-    """A segment of the path that is smooth in time, from local time 0 to `duration`."""
-
-    @property
-    def duration(self) -> float:
-        """How long the piece lasts [s]."""
-        ...
-
-    def kinematics(self, times: Array) -> Kinematics:
-        """Position r [m], velocity v [m/s] and acceleration w [m/s^2] relative to the body, each
-        of shape (n, 2), at local `times` [s], shape (n,)."""
-        ...
-
-    def track(self) -> Path:
-        """The places that the piece covers."""
-        ...
 
 
 def _covered(
@@ -55,7 +36,8 @@ def _columns(vectors: npt.ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class StraightPiece:
-    """Constant `acceleration` [m/s^2] along a line at angle `direction` [rad] through `origin` [m];
+    """A part of a path from local time 0 to `duration` [s], with constant `acceleration` [m/s^2]
+    along a line at angle `direction` [rad] through `origin` [m];
     `position` [m] from `origin` and `speed` [m/s] are those at its start."""
 
     duration: float
@@ -66,7 +48,8 @@ class StraightPiece:
     acceleration: float
 
     def kinematics(self, times: Array) -> Kinematics:
-        """See Piece (Chernousko 2020, eqs. 12, 16)."""
+        """Position r [m], velocity v [m/s] and acceleration w [m/s^2] relative to the body, each
+        of shape (n, 2), at local `times` [s], shape (n,) (Chernousko 2020, eqs. 12, 16)."""
         along = complex(math.cos(self.direction), math.sin(self.direction))
         shift = self.position + times * (self.speed + 0.5 * self.acceleration * times)
         return (
@@ -76,7 +59,7 @@ class StraightPiece:
         )
 
     def track(self) -> Path:
-        """See Piece."""
+        """The places that it covers."""
         (x, y), c, s = self.origin, math.cos(self.direction), math.sin(self.direction)
         low, high = _covered(self.position, self.speed, self.acceleration, self.duration)
         return (Segment((x + low * c, y + low * s), (x + high * c, y + high * s)),)
@@ -94,7 +77,7 @@ class ArcPiece:
     acceleration: float
 
     def kinematics(self, times: Array) -> Kinematics:
-        """See Piece (Chernousko 2020, eqs. 26-27)."""
+        """As of a StraightPiece (Chernousko 2020, eqs. 26-27)."""
         angle = self.angle + times * (self.rate + 0.5 * self.acceleration * times)
         rate = self.rate + self.acceleration * times
         outward = self.radius * np.exp(1j * angle)
@@ -105,10 +88,13 @@ class ArcPiece:
         )
 
     def track(self) -> Path:
-        """See Piece."""
+        """The places that it covers."""
         return (
             Arc(self.radius, *_covered(self.angle, self.rate, self.acceleration, self.duration)),
         )
+
+
+Piece = StraightPiece | ArcPiece
 
 
 @dataclass(frozen=True)

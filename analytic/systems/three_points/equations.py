@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import CORNERS, Capsule, normal_forces
+from plumbob.analytic.systems.capsule import Capsule, load_gradient, normal_forces
 from plumbob.analytic.systems.slider_path import Piece
 
 Complex = npt.NDArray[np.complex128]
@@ -53,15 +53,15 @@ class Configuration:
 
 def mechanics(capsule: Capsule) -> Mechanics:
     """Constants of `capsule`."""
-    here, x, y = capsule.friction * normal_forces(capsule, CORNERS)
+    here = normal_forces(capsule, np.zeros((1, 2)))[0]
     return Mechanics(
         mass=capsule.body_mass + capsule.slider_mass,
         mass_ratio=capsule.mass_ratio,
         reduced_mass=capsule.mass_ratio * capsule.body_mass,
         body_inertia=capsule.inertia,
         supports=np.array([complex(*point) for point in capsule.supports]),
-        centre_limits=here,
-        limit_slopes=np.stack([x - here, y - here]),
+        centre_limits=capsule.friction * here,
+        limit_slopes=capsule.friction * load_gradient(capsule),
     )
 
 

@@ -7,8 +7,9 @@ Chernousko 2020, eqs. 1-4; the mode changes are this project's own.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -132,10 +133,13 @@ def _resting(
     broken = held_until(body, piece, now.state.time, duration)
     end = duration if broken is None else broken
     segments = [resting(number, end, now.state)] if end > now.state.time else []
-    state = replace(now.state, time=end)
+    state, horizon = replace(now.state, time=end), duration - end
     if broken is None:
         return segments, Now(state, "rest"), True
-    return segments, _leave_later(body, piece, state, None, duration), False
+    later = _leave_later(partial(_from_rest, body, piece, state), "rest", horizon)
+    if later.mode == "rest":  # the load only touched the limit
+        later = Now(replace(state, time=end + LATER * horizon), "rest")
+    return segments, later, False
 
 
 def _pivoting(
@@ -147,7 +151,10 @@ def _pivoting(
     if ending == "time":
         return segments, replace(now, state=state), True
     if ending == "slip":
-        return segments, _leave_later(body, piece, state, now.support, duration), False
+        motion = turning.motion(turning.at(np.array([state.time])), np.array([state.omega]))
+        horizon = min(duration - state.time, abs(state.omega / float(motion.omega_rate[0])))
+        following = partial(_with_one_at_rest, body, piece, state, now.support)
+        return segments, _leave_later(following, "pivot", horizon), False
     return segments, _stopped(body, piece, state), False
 
 
@@ -254,36 +261,13 @@ def _with_one_at_rest(
     return Now(state, "slide", support, departure=guess)
 
 
-def _time_to_stop(body: Mechanics, piece: Piece, state: State, support: int) -> float:
-    """Time [s] in which the turning about `support` would stop at its present rate of change."""
-    at = configuration(body, piece, np.array([state.time]))
-    turning = Pivot(body, piece, support, float(np.sign(state.omega)))
-    motion = turning.motion(at, np.array([state.omega]))
-    return abs(state.omega / float(motion.omega_rate[0]))
-
-
-def _leave_later(
-    body: Mechanics, piece: Piece, state: State, support: int | None, duration: float
-) -> Now:
-    """The mode that follows where a load on `support` (None: on all) has just reached the friction
-    limit and continues to grow."""
-    horizon = duration - state.time
-    if support is not None:
-        horizon = min(horizon, _time_to_stop(body, piece, state, support))
+def _leave_later(following: Callable[[float], Now], stays: Mode, horizon: float) -> Now:
+    """The mode `following` so much later [s] where a load has just reached the friction limit and
+    continues to grow, as soon as it is not the one that `stays`, within `horizon` [s]."""
     ramp = LATER * horizon
-    while ramp <= horizon:
-        now = (
-            _from_rest(body, piece, state, ramp)
-            if support is None
-            else _with_one_at_rest(body, piece, state, support, ramp)
-        )
-        if now.mode != ("rest" if support is None else "pivot"):
-            return now
+    while (now := following(ramp)).mode == stays and 4.0 * ramp <= horizon:
         ramp *= 4.0
-    if support is not None:
-        return now
-    # The load only touched the limit: the body stays at rest from a little later on.
-    return Now(replace(state, time=state.time + LATER * horizon), "rest")
+    return now
 
 
 def _stopped(body: Mechanics, piece: Piece, state: State) -> Now:
