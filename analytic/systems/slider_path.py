@@ -143,6 +143,14 @@ class SliderPath:
                 values[here] = part
         return result[0], result[1], result[2]
 
+    def places(self, times: Array) -> Array:
+        """Place relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""
+        return self.kinematics(times)[0]
+
+    def velocities(self, times: Array) -> Array:
+        """Velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
+        return self.kinematics(times)[1]
+
     def track(self) -> Path:
         """The places that the slider covers, for `capsule.validity`."""
         return tuple(part for piece in self.pieces for part in piece.track())

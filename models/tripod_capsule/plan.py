@@ -112,8 +112,8 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         heading=plan.start.heading,
         press=plan.capsule.gravity,
         in_plane=True,
-        plane_velocity=plan.relative_velocity,
-        plane_place=plan.slider,
+        plane_velocity=plan.path.velocities,
+        plane_place=plan.path.places,
     )
     return CapsuleProblem(plan, PlaneReference(plan.motion), setup)
 

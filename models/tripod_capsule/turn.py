@@ -55,15 +55,15 @@ def problem(parameters: Parameters) -> CapsuleProblem:
         parameters.get("start", 0.0),
     )
     turns = _repeated(turn, parameters.get("count", 1), parameters.get("pause", 0.0))
-    x, y = turns.slider(np.zeros(1))[0]
+    x, y = turns.path.places(np.zeros(1))[0]
     setup = CapsuleSetup(
         turn.capsule,
         (float(x), float(y)),
         heading=heading(parameters),
         press=turn.capsule.gravity,
         in_plane=True,
-        plane_velocity=turns.relative_velocity,
-        plane_place=turns.slider,
+        plane_velocity=turns.path.velocities,
+        plane_place=turns.path.places,
     )
     return CapsuleProblem(turns, PlaneReference(turns), setup)
 
@@ -78,7 +78,7 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
     if problem.setup.capsule.friction > 0.0:
         return {}
     begin, mu = complex(*problem.setup.slider), problem.setup.capsule.mass_ratio
-    path = problem.motion.slider(np.linspace(0.0, problem.motion.period, len(observed["x"])))
+    path = problem.motion.path.places(np.linspace(0.0, problem.motion.period, len(observed["x"])))
     arm = mu * (path @ [1.0, 1j]) * np.exp(1j * observed["body_angle"])
     shift = observed["x"] + 1j * observed["y"] + arm - mu * begin
     return {"centre_of_mass": np.abs(shift) / (float(np.abs(arm).max()) or 1.0)}

@@ -155,7 +155,7 @@ def on_curve(legs, arc):
 def test_the_curve_may_have_any_two_lines_and_either_arc(legs, arc):
     made = on_curve(legs, arc)
     assert max(made.error) <= REACHED
-    place = made.slider(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1.0j]
+    place = made.path.places(np.linspace(0.0, made.duration, 2001)) @ [1.0, 1.0j]
     part, _ = parts_of_curve(made, place)
     ends, on_circle = [complex(*SCALENE.supports[i - 1]) for i in legs], part == 1
     for line in (0, 2):  # both are gone along

@@ -127,11 +127,3 @@ class RepeatedTurn:
         return Pose(
             place, n * single.heading, single.velocity + turned * speed, single.angular_velocity
         )
-
-    def slider(self, times: Array) -> Array:
-        """Place of the slider relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""
-        return self.manoeuvre.path.kinematics(self._within(times)[1])[0]
-
-    def relative_velocity(self, times: Array) -> Array:
-        """Its velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
-        return self.manoeuvre.path.kinematics(self._within(times)[1])[1]

@@ -27,8 +27,7 @@ TrackName = Literal["free", "curve"]
 class Plan:
     """Manoeuvres one after another that carry body and slider from `start` to `goal`.
 
-    Open-loop input of an engine: `slider` and `relative_velocity`, the two coordinates of the
-    slider in body axes.
+    Open-loop input of an engine: the places and velocities of `path`, in body axes.
     """
 
     capsule: Capsule
@@ -87,14 +86,6 @@ class Plan:
     def ends(self) -> Array:
         """Time at which each manoeuvre ends [s], body and slider then at rest, shape (n,)."""
         return np.array([m.start + m.duration for m in self.manoeuvres])
-
-    def slider(self, times: Array) -> Array:
-        """Place of the slider relative to C [m], shape (n, 2), at `times` [s], shape (n,)."""
-        return self.path.kinematics(times)[0]
-
-    def relative_velocity(self, times: Array) -> Array:
-        """Its velocity in the body [m/s], shape (n, 2), at `times` [s], shape (n,)."""
-        return self.path.kinematics(times)[1]
 
     @cached_property
     def motion(self) -> ThreePointMotion:

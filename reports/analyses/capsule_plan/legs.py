@@ -66,7 +66,7 @@ def numbers(study: Study) -> Record | None:
 def _along(plan: Plan) -> Record:
     """A plan along a curve, and the slider's path in the body [m], shape (POINTS, 2)."""
     return Record(
-        plan=plan_numbers(plan), path=plan.slider(np.linspace(0.0, plan.duration, POINTS))
+        plan=plan_numbers(plan), path=plan.path.places(np.linspace(0.0, plan.duration, POINTS))
     )
 
 
