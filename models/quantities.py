@@ -30,13 +30,13 @@ def swing(case: Case, period: float = 0.0) -> tuple[Quantity, ...]:
     return (Quantity("theta", amplitude if 0.0 < amplitude < math.pi else RADIAN),)
 
 
-def displaced(case: Case, observable: str = "displacement") -> tuple[Quantity, ...]:
+def displaced(case: Case) -> tuple[Quantity, ...]:
     """Where a body ends along a line, with its own final size as the scale; over the whole run,
     with a declared length, if that is none."""
-    final = abs(_final(case)[observable])
+    final = abs(_final(case)["displacement"])
     if final == 0.0:
-        return (Quantity(observable, AT_REST),)
-    return (Quantity(observable, final, "end"),)
+        return (Quantity("displacement", AT_REST),)
+    return (Quantity("displacement", final, "end"),)
 
 
 def turned(case: Case, observable: str) -> tuple[Quantity, ...]:

@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,7 +19,7 @@ from plumbob.analytic.systems.planner.problem import POSES, Limits, RestPose
 from plumbob.analytic.systems.three_points.forces import plane_demand
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.models.quantities import pose
-from plumbob.models.scene import Observable, Parameters, Scene, step_sizes
+from plumbob.models.scene import Observable, Parameters, Scene, scene_of, step_sizes
 from plumbob.models.tripod_capsule.parameters import (
     BODY,
     CHECK,
@@ -141,9 +141,7 @@ def structure(problem: CapsuleProblem) -> tuple[str, ...]:
     return tuple(pieces)
 
 
-def _scene(case: str, summary: str, lasting: float, parameters: Parameters, **more: Any) -> Scene:
-    more = {"steps": STEPS, "source": SOURCE} | more
-    return Scene(f"capsule-plan/{case}", summary, {**CHECK, **parameters}, lasting, **more)
+_scene = partial(scene_of, system="capsule-plan", steps=STEPS, base=CHECK, source=SOURCE)
 
 
 def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
@@ -154,7 +152,8 @@ def _to_pose(case: str, goal: RestPose, track: TrackName) -> Scene:
         f"{case}-{track}",
         f"to {goal.x:g}, {goal.y:g} m and {goal.heading:.4g} rad{half}, the slider {where}",
         lasting,
-        {"to": to, "track": track},
+        to=to,
+        track=track,
         steps=STEPS if lasting <= LONG else STEPS[:-1],
         profile="quick" if (case, track) == ("near", "free") else "full",
     )
@@ -171,7 +170,8 @@ def _turned(angle: float) -> Scene:
         f"heading-{angle:03.0f}",
         f"{_BESIDE} on a free plane, all of it turned by {angle:g} degrees",
         TURNED,
-        {"start": (0.0, 0.0, turn), "to": (to.real, to.imag, turn + BESIDE.heading)},
+        start=(0.0, 0.0, turn),
+        to=(to.real, to.imag, turn + BESIDE.heading),
     )
 
 
@@ -184,8 +184,11 @@ SCENES = (
             f"beside-curve-{case}",
             f"{_BESIDE}, the slider along C-A{legs[0]}, the {arc} arc and C-A{legs[1]}",
             lasting,
-            {"to": POSE, "track": "curve", "legs": legs, "arc": arc},
-            profile=profile,
+            profile,
+            to=POSE,
+            track="curve",
+            legs=legs,
+            arc=arc,
         )
         for case, legs, arc, lasting, profile in CURVES
     ),
@@ -194,16 +197,20 @@ SCENES = (
         "light-slider",
         "m/M = 1e-3: to 0.01, 0.01 mm and 0.1 mrad",
         0.04,
-        {"slider_mass": 1e-3, "acceleration": 2e4, "to": (1e-5, 1e-5, 1e-4)},
         steps=step_sizes(1e-4, 5e-6),
         hard=_ALL_OR_NOTHING,
+        slider_mass=1e-3,
+        acceleration=2e4,
+        to=(1e-5, 1e-5, 1e-4),
     ),
     _scene(
         "heavy-slider",
         "m/M = 1e3: 0.1 m straight on",
         1.2,
-        {"slider_mass": 1e3, "radius": 0.08, "to": (0.1, 0.0, 0.0)},
         hard=_ALL_OR_NOTHING,
+        slider_mass=1e3,
+        radius=0.08,
+        to=(0.1, 0.0, 0.0),
     ),
 )
 
