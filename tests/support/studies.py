@@ -93,7 +93,7 @@ def made_up(errors, ns=()):
         for (method, _, _), value in zip(errors, per_step, strict=True)
     }
     methods = tuple(method for method, _, _ in errors)
-    return Study("quick", (scene,), methods, convergence, costs, NS, {"errors": 1.0, "costs": 1.0})
+    return Study("quick", (scene,), methods, convergence, costs, NS)
 
 
 def bits(run):
