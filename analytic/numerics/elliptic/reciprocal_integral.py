@@ -35,20 +35,6 @@ class ReciprocalIntegral:
     f: Quad
     below_one: Quad  # 1 - f
 
-    @property
-    def _modulus(self) -> Quad:
-        return (self.a - self.b) / (self.a + self.b)
-
-    @property
-    def _slope(self) -> Quad:
-        """g, see above."""
-        return self._modulus * self.below_one / (1 + self.f)
-
-    @property
-    def _weight(self) -> Quad:
-        """k1 - g."""
-        return 2 * self._modulus * self.f / (1 + self.f)
-
     def at(self, tau: Array) -> Array:
         """The integral [s] at `tau` [s], shape (n,), at most a quarter turn either way."""
         import scipy.special
@@ -58,9 +44,10 @@ class ReciprocalIntegral:
         if not double(geometric):
             tau = np.clip(tau, -_FADED / rate, _FADED / rate)
         s, c, d = jacobi(tau, rate, double(geometric))
-        g = double(self._slope)
+        modulus = (self.a - self.b) / (self.a + self.b) / (1 + self.f)  # k1/(1 + f)
+        g, weight = double(modulus * self.below_one), double(2 * modulus * self.f)  # k1 - g
         third = s**3 / 3 * scipy.special.elliprj(c * c, d * d, 1.0, 1.0 + g * s * s)
-        first = tau + double(self._weight) / rate * third
+        first = tau + weight / rate * third
         return np.asarray(first / double(1 + self.f))
 
     @property

@@ -169,6 +169,7 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
     beta = np.sqrt(d_co * squares[o] + d_cm * squares[middle])
     sizes = alpha / np.sqrt(d_co), beta / np.sqrt(d_cm), beta / np.sqrt(d_co)
     a, b = alpha * np.sqrt(d_cm), np.sqrt(d_co * abs(kappa))
+    part = sizes[0] / body.magnitude
     signs = [1.0 if part >= 0 else -1.0 for part in momentum]
     sense = signs[c] * signs[o]  # of l_m, where sn is positive
     if (middle - high) % 3 == 1:
@@ -186,12 +187,8 @@ def _about(body: Rotation, axes: tuple[int, int, int], high: int, kappa: Quad) -
         ),
         body.magnitude / body.inertia[c],
         (1 if c == high else -1) * beta * beta / body.magnitude,
-        _reciprocal_integral(a, b, sizes[0] / body.magnitude, sizes[2] / body.magnitude),
+        ReciprocalIntegral(a, b, part, (sizes[2] / body.magnitude) ** 2 / (1 + part)),
     )
-
-
-def _reciprocal_integral(a: Quad, b: Quad, part: Quad, other: Quad) -> ReciprocalIntegral:
-    return ReciprocalIntegral(a, b, part, other**2 / (1 + part))
 
 
 def _reduced(angle: Quad) -> Array:
