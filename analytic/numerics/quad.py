@@ -35,11 +35,6 @@ def double(value: Quad) -> Any:
     return np.asarray(value).astype(np.float64)
 
 
-def everywhere(condition: Any) -> bool:
-    """True when a condition holds for the scalar, or for every element of the array."""
-    return bool(condition if isinstance(condition, (bool, np.bool_)) else condition.all())
-
-
 def choose(condition: Any, value: Any, other: Any) -> Any:
     """Return, elementwise, `value` where the condition holds, else `other`."""
     if isinstance(condition, (bool, np.bool_)):

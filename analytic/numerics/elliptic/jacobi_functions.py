@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.quad import PI, Quad, choose, double, everywhere, quad
+from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad
 from plumbob.analytic.reference import Array
 
 _STEPS = 20  # enough for any B/A > 0: the first ones halve the logarithm of B/A
@@ -20,7 +20,7 @@ _STEPS = 20  # enough for any B/A > 0: the first ones halve the logarithm of B/A
 def arithmetic_geometric_mean(a: Any, b: Any) -> Any:
     """AGM(a, b) for b > 0, elementwise, to 34 digits (DLMF 19.8.1)."""
     for _ in range(_STEPS):
-        near = everywhere(abs(a - b) <= 1e-16 * a)
+        near = np.all(abs(a - b) <= 1e-16 * a)
         a, b = (a + b) / 2, np.sqrt(a * b)
         if near:  # convergence is quadratic
             break
@@ -41,7 +41,7 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
     for _ in range(_STEPS):
         half_sum = (mean + geometric) / 2
         steps.append((mean, geometric, half_sum))
-        if everywhere(mean - geometric <= 4e-16 * mean):  # the next two differ by 1e-32
+        if np.all(mean - geometric <= 4e-16 * mean):  # the next two differ by 1e-32
             break
         mean, geometric = half_sum, np.sqrt(mean * geometric)
     mean = half_sum
@@ -56,7 +56,7 @@ def jacobi(tau: Any, a: Any, b: Any) -> tuple[Array, Array, Array]:
         dn = (square + geometric) / (square + mean)
     sn = np.copysign(1.0, sine) / np.sqrt(1.0 + ratio * ratio)
     cn, sn = ratio * sn, np.where(sine == 0, sine, sn)
-    if not everywhere(np.logical_not(endless)):
+    if not np.all(np.logical_not(endless)):
         fading = np.exp(-abs(a * tau))
         fading = 2 * fading / (1 + fading * fading)
         sn = np.where(endless, np.tanh(a * tau), sn)

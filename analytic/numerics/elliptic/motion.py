@@ -27,7 +27,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
     critical_points,
 )
-from plumbob.analytic.numerics.quad import PI, Quad, choose, double, everywhere, quad
+from plumbob.analytic.numerics.quad import PI, Quad, choose, double, quad
 from plumbob.analytic.reference import Array
 
 _NEAR = 1e-10  # of the potential: the energy from a saddle below which it is made a factor
@@ -102,7 +102,7 @@ def _isolated_root(shift: Quad, c1: Quad, c0: Quad) -> Quad:
         slope = (12 * y + 12 * shift) * y - c1
         step = value / choose(slope == 0, quad(1.0), slope)
         y = y - step
-        if everywhere(abs(step) <= 1e-22 * abs(y)):  # convergence is quadratic
+        if np.all(abs(step) <= 1e-22 * abs(y)):  # convergence is quadratic
             break
     return choose(y == 0, quad(1.0), y)  # 0 at rest without forces
 

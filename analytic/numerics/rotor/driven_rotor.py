@@ -95,10 +95,8 @@ class DrivenRotor:
             0.5 * np.asarray(theta_dot, dtype=float) ** 2 + well + 0.5 * self.stiffness * theta**2
         )
 
-    def rate(self, theta_dot: float = 0.0) -> float:
-        """Bound on the rate of change of the motion [1/s] when it turns at `theta_dot` [rad/s]; its
-        reciprocal is the scale of a time step."""
+    def rate(self) -> float:
+        """Bound on the rate of change of a motion near rest [1/s]."""
         stiffness = 2 * abs(self.sin2) + abs(self.cos) + abs(self.sin) + abs(self.stiffness)
-        turning = 0.0 if self.linear else abs(theta_dot)
         forced = 0.0 if self.autonomous else abs(self.forcing_frequency)
-        return math.sqrt(stiffness) + turning + self.damping_rate + forced
+        return math.sqrt(stiffness) + self.damping_rate + forced

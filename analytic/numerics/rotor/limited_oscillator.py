@@ -17,7 +17,8 @@ from functools import cached_property
 
 import numpy as np
 
-from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.reference import Array
 
 
@@ -36,12 +37,14 @@ class LimitedOscillator:
         """T without its limit [N m]."""
         return -self.stiffness * x - self.damping * v
 
-    def motion(self, side: float) -> LinearOscillator:
+    def motion(self, side: float) -> DrivenRotor:
         """Eq. 1 below the limit, `side` 0, or at it, of a T of this sign."""
         drag, push = self.free_damping / self.inertia, side * self.limit / self.inertia
         if side:
-            return LinearOscillator(0.0, drag, push, 0.0, math.pi / 2.0)  # of frequency 0
-        return LinearOscillator(self.stiffness / self.inertia, drag + self.damping / self.inertia)
+            constant = math.pi / 2.0  # the phase of a frequency of 0
+            return DrivenRotor(damping_rate=drag, forcing_amplitude=push, forcing_phase=constant)
+        damping = drag + self.damping / self.inertia
+        return DrivenRotor(damping_rate=damping, stiffness=self.stiffness / self.inertia)
 
     def pieces(self, x: float, v: float) -> Iterator[Piece]:
         """The parts of the motion from x and x', one after another."""
@@ -74,13 +77,13 @@ class Piece:
     side: float
 
     @cached_property
-    def motion(self) -> LinearOscillator:
+    def motion(self) -> DrivenRotor:
         """Its equation."""
         return self.oscillator.motion(self.side)
 
     def states(self, since: Array | float) -> tuple[Array, Array]:
         """x and x' so long after its begin [s], shape (n,)."""
-        return self.motion.motion(self.x, self.v, np.asarray(since))
+        return linear_motion(self.motion, self.x, self.v, np.asarray(since))
 
     def torque(self, since: float) -> float:
         """T without its limit [N m]."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.linear_oscillator import LinearOscillator, linear_oscillator
+from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.rotor.orbit import smooth_system
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.parameters import finite
@@ -33,9 +33,11 @@ class DrivenMotion:
         finite("theta", self.theta), finite("theta_dot", self.theta_dot)
 
     @cached_property
-    def closed_form(self) -> LinearOscillator | None:
-        """The closed form; None where there is none."""
-        return linear_oscillator(self.rotor)
+    def closed_form(self) -> Callable[[Array], tuple[Array, Array]] | None:
+        """theta and theta_dot at times [s] in closed form; None where there is none."""
+        if not self.rotor.linear:
+            return None
+        return partial(linear_motion, self.rotor, self.theta, self.theta_dot)
 
     @cached_property
     def certified(self) -> CertifiedMotion:
@@ -46,7 +48,7 @@ class DrivenMotion:
         """theta [rad] and theta_dot [rad/s] at `times` [s], shape (n,)."""
         if self.closed_form is None:
             return self.certified.observe(np.minimum(times, self._known(times)))
-        theta, theta_dot = self.closed_form.motion(self.theta, self.theta_dot, times)
+        theta, theta_dot = self.closed_form(times)
         return {"theta": theta, "theta_dot": theta_dot}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
