@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -110,6 +110,11 @@ class Point:
     index: int  # of the control period
     maps: StepMaps
     rates: Array  # [1/s] complex, shape (n,)
+    rests: bool = False  # it stands for the state of rest near by, another at each step
+
+    def maps_at(self, integrator: str, step: float) -> StepMaps | None:
+        """The Jacobians there; None where a step has no state of rest."""
+        return self.maps.at_rest(integrator, step) if self.rests else self.maps
 
 
 def excess(jacobian: Array, rates: Array, step: float) -> float:
@@ -124,7 +129,8 @@ def excess(jacobian: Array, rates: Array, step: float) -> float:
 
 def excess_at(at: Point, integrator: str, step: float, difference: float = DIFFERENCES[0]) -> float:
     """That of one step [s] at a state."""
-    return excess(at.maps(integrator, step, difference), at.rates, step)
+    maps = at.maps_at(integrator, step)
+    return excess(maps(integrator, step, difference), at.rates, step) if maps else 1.0
 
 
 def unstable(at: Point, integrator: str, step: float) -> bool:
@@ -142,7 +148,7 @@ def shown(at: Point, integrator: str, most: float) -> float | None:
     that double up to `most`, bisected; None where all hold."""
     fastest = float(np.abs(at.rates).max())
     safe = SAFE / fastest if fastest else math.inf
-    holds, fails = 0.0, min(safe, most)
+    holds, fails = 0.0, min(most / BEYOND if at.rests else safe, most)
     while not unstable(at, integrator, fails):
         if fails >= most:
             return None
@@ -163,17 +169,20 @@ class Course:
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
-        """States spread over the motion, the first and the last included."""
-        chosen = np.unique(np.linspace(0, len(self.states) - 1, STATES).round().astype(int))
-        return tuple(self.point(int(k)) for k in chosen)
+        """States spread over the motion, the first and the last included, and the state of rest
+        that it may end in: the contacts of that are another at each step."""
+        count = len(self.states)
+        chosen = np.unique(np.linspace(0, count - 1, STATES).round().astype(int))
+        return tuple(self.point(int(k)) for k in (*chosen, count))
 
     def point(self, index: int) -> Point:
-        """The state at the beginning of a control period, or at the end of the last one."""
+        """The state at the beginning of a control period, after the last one the state of rest."""
         control = self.script.controls[min(index, len(self.script.controls) - 1)]
-        maps = self.model.step_maps(self.states[index], control)
+        last = len(self.states) - 1
+        maps = self.model.step_maps(self.states[min(index, last)], control)
         step = maps(self.model.integrator, TINY, DIFFERENCES[0])
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
-        return Point(index, maps, np.asarray(rates))
+        return Point(index, maps, np.asarray(rates), index > last)
 
     def changed(self, change: Change) -> Course:
         """Of the model with a change, at the same states."""
@@ -194,25 +203,27 @@ class Course:
         return nudges or math.isinf(self.rate(integrator, step))
 
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
-        script, most = self.script, LOST
+        script, nudged = self.script, self.model.nudged
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
-        rate = np.abs(self.states[begin][self.model.layout.velocity]).max()
-        if begin == len(self.states) - 1 and rate < SETTLED:
-            duration = MOST * step
-        nudged = partial(
-            self.model.nudged, replace(script, start=self.states[begin]), begin, integrator
-        )
-        for tried in step * np.array(NEAR):
-            grown = nudged(tried, duration)
+        moving = begin < len(self.states)
+        if moving:
+            start = self.states[begin]
+        elif maps := self.points[-1].maps_at(integrator, step):
+            start, duration = maps.state, MOST * step
+        else:
+            return False
+        begun, most = replace(script, start=start), LOST
+        for tried in step * np.array(NEAR if moving else NEAR[:1]):
+            grown = nudged(begun, begin, integrator, tried, duration)
             if math.isinf(grown):
                 return True
             if grown > most == LOST:
                 fine = min(step / FINER, self.model.step)
-                most *= max(1.0, nudged(fine, duration))
+                most *= max(1.0, nudged(begun, begin, integrator, fine, duration))
             if grown <= most:
                 return False
         # A nudge may decide on which foot a body lands, and nothing thereafter.
-        return nudged(step, duration, MOST * step) > STILL
+        return not moving or nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
 
     def rate(self, integrator: str, step: float, duration: float | None = None) -> float:
         """At the end of a run from the start with a step [s], see `rate_after`."""
@@ -283,7 +294,8 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
     assert limit.largest_step is not None
     integrator, step = limit.integrator, ABOVE * limit.largest_step
     at = next(at for at in course.points if at.index == limit.index)
-    jacobian = at.maps(integrator, step, DIFFERENCES[0])
+    maps = at.maps_at(integrator, step) or at.maps
+    jacobian = maps(integrator, step, DIFFERENCES[0])
     if not np.isfinite(jacobian).all():
         return Place(""), None
     decomposed: Any = linalg.eig(jacobian, left=True)
@@ -295,11 +307,11 @@ def culprit(course: Course, limit: Limit) -> tuple[Place, Element | None]:
         return Place(""), None
     k = order[int(np.argmax(exceeding))]
     mode, dual = right[:, k], left[:, k].conj() / (left[:, k].conj() @ right[:, k])
-    place = at.maps.place(np.abs(dual * mode))  # what takes part, whatever units it has
+    place = maps.place(np.abs(dual * mode))  # what takes part, whatever units it has
     along = np.stack([mode.real, mode.imag], axis=1)
     best: tuple[float, Element | None] = (NOTICED, None)
     for element in place.elements:
-        weaker = at.maps.changed(element.weaker)(integrator, step, DIFFERENCES[0], along)
+        weaker = maps.changed(element.weaker)(integrator, step, DIFFERENCES[0], along)
         change = dual @ (weaker - jacobian @ along) @ np.array([1.0, 1.0j]) / factors[k]
         best = max(best, (-float(change.real), element), key=lambda entry: entry[0])
     return place, best[1]

@@ -13,6 +13,7 @@ from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.stability import (
     DIFFERENCES,
+    LEAST,
     LOST,
     MARGIN,
     Course,
@@ -136,6 +137,23 @@ def test_a_limit_from_the_start_alone_misses_the_contact():
     assert limit.largest_step == limit.predicted
     assert limit.confirmed
     assert limit.first == "joint fall, contact floor – ball"
+
+
+@pytest.mark.parametrize(("text", "at"), [(POLE, 0.05), (DROP, 1e-4)])
+def test_a_state_of_rest_is_left_as_it_is(text, at):
+    """A pole on its end, which falls from anywhere else, and a ball that lies on the floor."""
+    on = course(text, 0.04)
+    maps = on.model.step_maps(np.array([-at, 0.0]), on.script.controls[0])
+    for step in (on.model.step, 3.0 * on.model.step):
+        rest = maps.at_rest("euler", step)
+        nudged = on.model.nudged(
+            replace(on.script, start=rest.state), 0, "euler", step, LEAST * step
+        )
+        growing = excess(rest("euler", step, DIFFERENCES[0]), np.zeros(2), step) > 1.0 + MARGIN
+        assert (growing, nudged > LOST) == (text is POLE, text is POLE)
+        place, rate = rest.state
+        assert rate == pytest.approx(0.0, abs=1e-8)
+        assert place == pytest.approx(0.0, abs=1e-8) if text is POLE else place < -5e-5
 
 
 def test_a_step_that_loses_the_motion_is_not_said_to_hold(monkeypatch):

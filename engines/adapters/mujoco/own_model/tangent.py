@@ -25,6 +25,9 @@ from plumbob.engines.own_motion import Change, Place, Script
 # nudge's growth ends where it opens, at some 1e-5 m, which is to be more than a thousandfold.
 NUDGE = 1e-9
 LAST = 10  # one in so many steps of a run is at its end
+AT_REST = 1e-9  # [m, rad, m/s, ...] by which a state at rest changes in a step
+DIFFERENCE = 1e-7  # [m, rad, ...] of the Jacobians that find it
+NEUTRAL = 1e-7  # of the stiffest direction: one as soft has no place of rest
 _BAD = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
     mujoco.mjtWarning.mjWARN_BADQVEL,
@@ -78,6 +81,25 @@ class TangentMaps:
         data.qacc_warmstart[:] = self.warm
         mujoco.mj_step(model, data)
         return state_of(data)
+
+    def at_rest(self, integrator: str, step: float) -> TangentMaps | None:
+        """Those about a state near by that steps of a size [s] leave as it is, stable or not; None
+        where none is found; by Newton's method; a body that nothing holds may be anywhere."""
+        maps, before = self, math.inf
+        while True:
+            after = maps._stepped(integrator, step, np.zeros(self.size))
+            moved = apart(self.model, after, maps.state)
+            size = float(np.abs(moved).max())
+            if not size < before:
+                return None
+            if size < AT_REST:
+                return maps
+            free = np.eye(self.size) - maps(integrator, step, DIFFERENCE)
+            if not np.isfinite(free).all():
+                return None
+            shift, before = np.asarray(np.linalg.lstsq(free, moved, NEUTRAL)[0], float), size
+            state = shifted(self.model, maps.state, shift)
+            maps = TangentMaps(self.model, self.data, state, self.control)
 
     def place(self, weights: Array) -> Place:
         """Where most of the weights of the tangent space, shape (n,), are."""
