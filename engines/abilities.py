@@ -19,6 +19,8 @@ if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.models.gradient import Number
 
+    Derivatives = Callable[[Number, Method, float], Mapping[str, float]]
+
 ModelFields = Mapping[tuple[str, str], tuple[float, ...]]
 """Of a model file: {(field, name of the body, joint, geom or actuator): its numbers}, SI."""
 
@@ -190,8 +192,9 @@ class OwnDerivative:
     method, step [s] or tolerance -> {observable: derivative}; raises Unsupported."""
 
     way: str
-    of: Callable[[Number, Method, float], Mapping[str, float]]
+    of: Derivatives
     precision: float = 0.0  # relative, a step: what its own differences leave, a bound
+    beside: Derivatives | None = None  # the same by others, which tell how large their rounding is
 
 
 @dataclass(frozen=True)

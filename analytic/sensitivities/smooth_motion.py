@@ -46,13 +46,15 @@ def _resolved(motions: Sequence[Neighbours[SmoothMotion]], times: Array) -> Deri
     steps = len(motions[0].here.grid(last).breakpoints)
     for _ in range(1 + HALVINGS):
         grid = TimeGrid(np.linspace(0.0, last, steps))
-        fine, coarse = (_response(grid, motions, stages, times) for stages in (STAGES, FEWER))
+        along = np.append(times, grid.breakpoints)  # what has decayed beside what it was
+        fine, coarse = (_response(grid, motions, stages, along) for stages in (STAGES, FEWER))
         apart, found = np.abs(fine - coarse)[..., :count], fine[..., :count]
         largest = np.abs(found).max(axis=0)
         if (apart <= RESOLVED * largest).all():
             break
         steps *= 2
-    return found, apart + np.abs(fine[..., count:]) + ROUNDOFF * steps * largest
+    missed = apart + np.abs(fine[..., count:]) + ROUNDOFF * steps * largest
+    return found[: len(times)], missed[: len(times)]
 
 
 def _response(

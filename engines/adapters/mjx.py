@@ -172,8 +172,9 @@ def derivatives(way: str, number: Number, method: Method, step: float) -> ByName
         slope, state = jax.jit(getattr(jax, way)(end, has_aux=True))(0.0)
     qpos, qvel, by_qpos, by_qvel = (np.array(x, np.float64)[None] for x in (*state, *slope))
     return moved(
-        lambda x: here.translation.observe(qpos + x * by_qpos, qvel + x * by_qvel)[0],
-        np.concatenate([by_qpos, by_qvel], axis=1),
+        lambda q, v: here.translation.observe(qpos + q * by_qpos, qvel + v * by_qvel)[0],
+        by_qpos,
+        by_qvel,
     )
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.stepping import Named
@@ -28,9 +31,13 @@ def nudged(number: Number) -> tuple[tuple[Case, Case, Case], float]:
         raise Unsupported(str(error)) from None
 
 
-def moved(observe: Callable[[float], Named], slope: Array) -> ByName:
-    """Derivatives of what `observe` reads off a state moved by so much of its own derivative, of
-    the size of `slope`."""
-    length = NUDGE / (float(abs(slope).max()) or 1.0)
-    low, high = observe(-length), observe(length)
-    return {name: float((high[name][0] - low[name][0]) / (2 * length)) for name in high}
+def moved(observe: Callable[..., Named], *slopes: Array) -> ByName:
+    """Derivatives of what `observe` reads off a state, of how far its places and its rates have
+    moved along their `slopes`: each alone, since what is small is rounded beside what is large."""
+    total: dict[str, float] = {}
+    for length in np.diag([NUDGE / max(float(abs(slope).max()), TINY) for slope in slopes]):
+        low, high = observe(*-length), observe(*length)
+        for name in high:
+            change = float(high[name][0] - low[name][0]) / (2 * length.max())
+            total[name] = total.get(name, 0.0) + change
+    return total

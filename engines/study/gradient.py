@@ -12,7 +12,6 @@ parameters, eq. 1 predicts all but the rounding; of a way without eps the error 
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -37,20 +36,20 @@ from plumbob.models.scene import Case, Scene
 
 if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
     from plumbob.analytic.sensitivities.neighbours import Sensitivity
+    from plumbob.engines.abilities import Derivatives
     from plumbob.models.gradient import Number
 
-SIDES = MappingProxyType({"central": (-1, 1), "forward": (0, 1)})
-ORDERS = MappingProxyType({"central": 2, "forward": 1})  # of the difference, in eps
+SIDES = MappingProxyType({"central": np.array([-1.0, 1.0]), "forward": np.array([0.0, 1.0])})
 SWEEP = tuple(float(f"1e-{digit}") for digit in range(2, 11))
 """Of a parameter, or of its unit where that is 0: the differences that are tried."""
 NEAR = 1e-5  # likewise: the difference that the derivative of a predicted error is taken by
+FINER = 10.0  # times as small, or more: differences of an engine's own
 # Calibrated: with a parameter the bound of a model's error changes as its power 4 at most.
 POWER = 4.0
 # Of the number: how far those runs are apart whose ends tell what rounding makes of one, and how
 # many. Third differences leave nothing of what is smooth (More and Wild 2011, SIAM J. Sci. Comput.
-# 33, 1292).
-FINE = MappingProxyType({"step": 1e-9, "tolerance": 1e-5})
-BESIDE, SMOOTH = 8, 3
+# 33, 1292). Where a solver takes one step more or less its error jumps, and none tell.
+FINE, BESIDE, SMOOTH = 1e-9, 8, 3
 # Calibrated by capsule-plan/beside-curve-31: where a support stops within a step, and a solver's
 # residual with it, a model's error jumps from one parameter to the next, by 2e-3 of its bound.
 JUMP = 5e-3
@@ -68,7 +67,7 @@ class Difference:
     eps: float | None
     computed: float
     truncation: float  # error of the same difference of the exact answer
-    slope: float | None  # that of the predicted error; None without theory
+    slope: float  # that of the predicted error; NaN without theory
     rounding: float  # bound, over eps
     remainder: float  # bound on what else is left open
     noise: float = 0.0  # what rounding makes of it, by runs beside it
@@ -76,7 +75,7 @@ class Difference:
     @property
     def predicted(self) -> float | None:
         """The predicted error, signed; None without theory."""
-        return None if self.slope is None else self.truncation + self.slope
+        return None if math.isnan(self.slope) else self.truncation + self.slope
 
     @property
     def left_open(self) -> float:
@@ -104,7 +103,7 @@ class Gradient:
     why: str = ""  # the way is unsupported
     one_sided: tuple[float, float] | None = None  # exact ones where there is no other
     tried: tuple[Difference, ...] = ()  # of falling eps; empty: the way is unsupported
-    predicted_best: float | None = None  # eps
+    predicted_best: float | None = None  # eps; None where a solver's steps change beside it
     measured_best: float | None = None  # eps
     cost: float = math.nan  # in runs
 
@@ -170,10 +169,12 @@ class _End:
 
     value: float
     exact: float
-    error: float | None  # predicted, signed; None without theory
+    error: float  # predicted, signed; NaN without theory
     terms: tuple[Array, ...]  # of its series, over the run; empty where there is none
     rounding: float  # bound, in which an error of a solver that chooses its steps is
     model: float  # bound
+    doubt: float  # that double precision leaves of the exact motion
+    steps: int
 
 
 @dataclass
@@ -211,6 +212,8 @@ class _Runs:
                 tuple(powers[p][name] for p in sorted(powers)),
                 _rounding(error, measured.steps),
                 error.model_error,
+                error.uncertainty,
+                measured.steps,
             )
         return ends
 
@@ -218,67 +221,68 @@ class _Runs:
         """Eq. 1 of an observable between two values of the number; NaN is its eps."""
         low, high = (self.at(value)[name] for value in values)
         apart = values[1] - values[0]
-        slope, remainder = None, POWER * max(low.model, high.model) / self.number.size
-        if low.error is not None and high.error is not None:
-            slope = (high.error - low.error) / apart
-        if high.terms and len(high.terms) == len(low.terms):
+        remainder = POWER * max(low.model, high.model) / self.number.size
+        if len(high.terms) == len(low.terms) > 0:
             pairs = zip(low.terms, high.terms, strict=True)
-            slopes = [(above - below) / apart for below, above in pairs]
-            remainder += float(by_series(slopes)[-1])
+            remainder += float(by_series([(above - below) / apart for below, above in pairs])[-1])
         return Difference(
             None,
             (high.value - low.value) / apart,
             (high.exact - low.exact) / apart - exact,
-            slope,
+            (high.error - low.error) / apart,
             (low.rounding + high.rounding) / apart,
             remainder,
         )
 
-    def beside(self, name: str, shifts: Sequence[float]) -> list[_End]:
-        """The ends of runs with so much more of the number; none where one of them is not
-        possible."""
-        try:
-            return [self.at(self.number.value + shift)[name] for shift in shifts]
-        except (ParameterError, Unsupported):
-            return []
+    def beside(self, what: str, name: str, shifts: Array) -> Array:
+        """A number of the ends of runs with `shifts` more of the number, shape (n,); NaN where that
+        is not possible."""
+
+        def read(shift: float) -> float:
+            try:
+                return float(getattr(self.at(self.number.value + shift)[name], what))
+            except (ParameterError, Unsupported):
+                return math.nan
+
+        return np.array([read(shift) for shift in (shifts * self.number.size).tolist()])
 
     def slope(self, name: str) -> float:
         """That of the predicted error, one for all differences: where a theory takes the run's own
         steps, it has their rounding, too; 0 where there is none on both sides."""
-        size = NEAR * self.number.size
-        errors = [end.error for end in self.beside(name, (-size, size)) if end.error is not None]
-        return (errors[1] - errors[0]) / (2.0 * size) if len(errors) == 2 else 0.0
+        low, high = self.beside("error", name, NEAR * SIDES["central"])
+        return float(np.nan_to_num(high - low)) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
         """The standard deviation of what rounding makes of an end; 0 where there is no run."""
-        apart = FINE[self.method.control] * self.number.size
-        if not (ends := self.beside(name, [(n + 0.5) * apart for n in range(BESIDE)])):
-            return 0.0
-        scatter = np.diff([end.value for end in ends], SMOOTH)
+        ends = self.beside("value", name, FINE * np.arange(0.5, BESIDE))
+        scatter = np.nan_to_num(np.diff(ends, SMOOTH))
         return float(np.sqrt(np.mean(scatter**2) / math.comb(2 * SMOOTH, SMOOTH)))
 
-    def jumps(self, name: str, low: float, high: float) -> float:
-        """A bound on those of a model's error, over how far two values are apart."""
-        return JUMP * sum(self.at(value)[name].model for value in (low, high)) / (high - low)
+    def steady(self, name: str) -> bool:
+        """Whether a solver took as many steps in all runs near the number's value."""
+        value, apart = self.number.value, 2.0 * NEAR * self.number.size
+        near = (ends for at, ends in self.ends.items() if abs(at - value) <= apart)
+        return len({ends[name].steps for ends in near}) == 1
 
     def corner(self, name: str, eps: float) -> float:
-        """By how much the slopes of the predicted error differ on both sides: it jumps where the
-        motion is a special one, next to which another theory holds, and has a corner where a
-        switch falls on the end of a step."""
-        ends = self.beside(name, (-eps, 0.0, eps))
-        errors = [end.error for end in ends if end.error is not None]
-        return abs(float(np.diff(errors, 2)[0])) / eps if len(errors) == 3 else 0.0
+        """By how much the slopes of the predicted error differ on both sides, `eps` of the number's
+        size away, but for its curvature: it jumps where the motion is a special one, next to which
+        another theory holds, and has a corner where a switch falls on the end of a step."""
+        shifts = np.array([eps, NEAR, 2.0 * NEAR])
+        less, here, more = (self.beside("error", name, s * shifts) for s in (-1, 0, 1))
+        there, once, twice = np.nan_to_num((more - 2.0 * here + less) / shifts / self.number.size)
+        return float(abs(there - (twice - once) * eps / NEAR))
 
 
-def _predicted(error: ObservedError) -> float | None:
-    """The predicted error at the end; 0 of a solver that is held to a second run; None where there
+def _predicted(error: ObservedError) -> float:
+    """The predicted error at the end; 0 of a solver that is held to a second run; NaN where there
     is no theory, or that says that the motion is lost."""
     if (predicted := error.predicted) is None:
-        return None if error.controlled is None else 0.0
+        return math.nan if error.controlled is None else 0.0
     if predicted.largest > error.scale > 0.0:  # the run is of another motion
-        return None
+        return math.nan
     series = predicted.terms, predicted.largest, predicted.nonlinearity
-    return predicted.end if predicted.for_this_step or reaches(*series) else None
+    return predicted.end if predicted.for_this_step or reaches(*series) else math.nan
 
 
 def _rounding(error: ObservedError, steps: int) -> float:
@@ -326,12 +330,10 @@ def _of_number(
     engine, value = engine_of(method), number.value
     wanted = search.ways or (*SIDES, *(own.way for own in own_ways(engine)))
     blank = [Gradient(name, number.name, way, step=step) for name in search.of for way in wanted]
-    if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
-        why = f"{number.name} = {value!r} is not a number that can vary"
-        yield from (replace(record, why=why) for record in blank)
-        return
     runs = _Runs(number, method, step, search.of)
     try:
+        if isinstance(value, (bool, str)) or not isinstance(value, (int, float)):
+            raise Unsupported(f"{number.name} = {value!r} is not a number that can vary")
         results = runs.at(value)
     except Unsupported as why_not:
         yield from (replace(record, why=str(why_not)) for record in blank)
@@ -356,8 +358,7 @@ def _of_number(
 
 def _with_exact(record: Gradient, exact: Sensitivity) -> Gradient:
     """A record with the exact derivative, or the one-sided ones and why there is no other."""
-    name = record.of
-    sides = None
+    name, sides = record.of, None
     if exact.why:
         sides = float(exact.below[name][0]), float(exact.above[name][0])
     value, unsure = float(exact.values[name][0]), float(exact.uncertainty[name][0])
@@ -375,9 +376,9 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
             why = str(error)
     if not tried:
         raise Unsupported(why)
-    order, epses = ORDERS[record.way], [d.eps or 0.0 for d in tried]
+    low, high = SIDES[record.way]
+    order, epses = 2 if low else 1, [d.eps or 0.0 for d in tried]
     if len(tried) >= LEAST:
-        low, high = SIDES[record.way]
         apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
     predicted = [d.size for d in tried]
@@ -386,7 +387,7 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     return replace(
         record,
         tried=tuple(tried),
-        predicted_best=best_eps(epses, predicted, order),
+        predicted_best=best_eps(epses, predicted, order) if runs.steady(record.of) else None,
         measured_best=best_eps(epses, measured, order),
         cost=2.0,
     )
@@ -395,11 +396,12 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
 def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
     """That of a way with one eps, with all that its contacts leave open; raises ParameterError and
     Unsupported."""
-    number, sides = runs.number, SIDES[record.way]
-    low, high = (number.value + side * eps for side in sides)
-    difference = runs.difference(record.of, (low, high), record.reference)
-    near = (NEAR * number.size, *([eps] if 0 in sides else []))
-    left = runs.jumps(record.of, low, high) + max(runs.corner(record.of, each) for each in near)
+    number, name = runs.number, record.of
+    low, high = (number.value + eps * SIDES[record.way]).tolist()
+    difference = runs.difference(name, (low, high), record.reference)
+    near = (NEAR, *([eps / number.size] if low == number.value else []))
+    left = max(runs.corner(name, each) for each in near)
+    left += JUMP * sum(runs.at(value)[name].model for value in (low, high)) / (high - low)
     return replace(difference, eps=eps, remainder=difference.remainder + left)
 
 
@@ -424,18 +426,21 @@ def _by_own(runs: _Runs, record: Gradient, engine: Engine) -> Gradient:
     own = next((w for w in own_ways(engine) if w.way == record.way), None)
     if own is None:
         raise Unsupported(f"{engine.name} has no way called {record.way}")
-    computed, cost = _timed(own, engine, runs, record.of)
+    computed, cost = _timed(own.of, engine, runs, record)
     near, unit = _near(runs, record), scheme_of(number.case, method).unit
-    tried = replace(near, computed=computed, truncation=0.0, rounding=near.rounding / unit)
-    left = tried.remainder + own.precision * unit * abs(computed) * record.at / step
-    if own.precision:  # of what is small at the end, but was large, and lost by then
-        lost = near.rounding * NEAR * number.size / sys.float_info.epsilon
-        left += own.precision * lost * _growth(number, record.at)
-    second = engine.ability(SecondRun)
+    slope, rounding, second = near.slope, near.rounding / unit, engine.ability(SecondRun)
+    left = near.remainder + own.precision * unit * abs(computed) * record.at / step
+    if own.beside is not None:
+        other = _asked(own.beside, number, method, step, record)
+        rounding = FINER * rounding + SURE * abs(computed - other)
     if method.control == "tolerance" and second is not None:
-        other = _asked(own, number, *second.of(method), record.of)
-        tried = replace(tried, slope=0.0, rounding=SURE * abs(computed - other))
-    return replace(record, tried=(replace(tried, remainder=left),), cost=cost)
+        other = _asked(own.of, number, *second.of(method), record)
+        # Both have their start rounded alike.
+        alike = runs.at(number.value)[record.of].doubt * _growth(number, record.at)
+        slope, rounding = 0.0, SURE * abs(computed - other) + alike
+    return replace(
+        record, tried=(Difference(None, computed, 0.0, slope, rounding, left),), cost=cost
+    )
 
 
 def _growth(number: Number, end: float) -> float:
@@ -449,13 +454,13 @@ def _growth(number: Number, end: float) -> float:
     return max((s / o for s, o in sizes if s * number.size < LOST * o), default=0.0)
 
 
-def _timed(own: OwnDerivative, engine: Engine, runs: _Runs, name: str) -> tuple[float, float]:
+def _timed(of: Derivatives, engine: Engine, runs: _Runs, record: Gradient) -> tuple[float, float]:
     """The derivative of one observable, and its cost in runs; raises Unsupported."""
     number, method, step = runs.number, runs.method, runs.step
     begin = time.thread_time()
     engine.prepare(number.case, method, step).run()
     between = time.thread_time()
-    computed = _asked(own, number, method, step, name)
+    computed = _asked(of, number, method, step, record)
     return computed, (time.thread_time() - between) / max(between - begin, SHORTEST)
 
 
@@ -467,13 +472,13 @@ def _near(runs: _Runs, record: Gradient) -> Difference:
         runs.difference(record.of, (value - eps, value + eps), record.exact)
         for eps in (size, 2 * size)
     )
-    apart = abs((near.slope or 0.0) - (wider.slope or 0.0)) + runs.corner(record.of, size)
+    apart = np.nan_to_num(abs(near.slope - wider.slope)) + runs.corner(record.of, NEAR)
     return replace(near, remainder=near.remainder + apart + SURE * abs(near.truncation))
 
 
-def _asked(own: OwnDerivative, number: Number, method: Method, step: float, name: str) -> float:
+def _asked(of: Derivatives, number: Number, method: Method, step: float, record: Gradient) -> float:
     """The derivative of one observable; raises Unsupported."""
-    asked = own.of(number, method, step)
-    if name not in asked:
-        raise Unsupported(f"{own.way} gives {', '.join(asked)} alone")
-    return asked[name]
+    asked = of(number, method, step)
+    if record.of not in asked:
+        raise Unsupported(f"{record.way} gives {', '.join(asked)} alone")
+    return asked[record.of]

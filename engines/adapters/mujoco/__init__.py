@@ -72,7 +72,11 @@ ENGINE = Engine(
         StepsOfFiles(later(f"{__name__}.settings_to_paste.rewritten")),
         ModelReader(later(f"{__name__}.model_fields.model_fields")),
         *(
-            OwnDerivative(way, later(f"{__name__}.transition.{way}"), precision=1e-8)
+            OwnDerivative(
+                way,
+                later(f"{__name__}.transition.{way}"),
+                beside=later(f"{__name__}.transition.{way}_beside"),
+            )
             for way in ("transition", "inverse")
         ),
         OwnFit("sysid", later(f"{__name__}.sysid.fit")),

@@ -5,8 +5,8 @@ derivatives A = f_x and B = f_u by MuJoCo's own central differences,
 
     dx_n+1/dp = A_n dx_n/dp + B_n du_n/dp,     of p in the start and in the controls.           (1)
 
-Their rounding is a unit in the last place of a state over NUDGE in each step: 1e-8 of the
-derivative, calibrated in tests/gradients. In the step in which a support begins to slip it is
+Their rounding is some units in the last place of a state over NUDGE in each step; how much that is
+in all, differences BESIDE them tell. In the step in which a support begins to slip it is
 slower than NUDGE, which turns its friction round: with contacts the differences are TOUCHING, at
 which rounding is smaller than that. On capsule-turn/pivot at 0.15 to 1 ms the product is then
 within 1e-4 of the run's derivative, and up to 5e-3 off with NUDGE. An implicit integrator takes the
@@ -23,6 +23,8 @@ for the mean of one of NUDGE and one of -NUDGE, and by a, of which g is a linear
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -39,6 +41,7 @@ from plumbob.models.gradient import Number
 
 Beside = tuple[MujocoSimulation, MujocoSimulation, MujocoSimulation, float]
 TOUCHING = 1e-7  # of a state's number
+BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})  # times as large, to tell their rounding
 
 
 def difference(model: mujoco.MjModel) -> float:
@@ -47,8 +50,9 @@ def difference(model: mujoco.MjModel) -> float:
     return TOUCHING if touching else NUDGE
 
 
-def transition(number: Number, method: Method, step: float) -> ByName:
-    """Derivatives of the observables that a state gives; raises Unsupported."""
+def transition(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
+    """Derivatives of the observables that a state gives, by differences `beside` the usual ones or
+    by these; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
     if _numbers(low.model) != _numbers(high.model):
         raise Unsupported(
@@ -58,6 +62,8 @@ def transition(number: Number, method: Method, step: float) -> ByName:
     model, along = here.model, _at_start(runs)
     by_forces = model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
     nudge = NUDGE if by_forces else difference(model)
+    if beside:
+        nudge *= BESIDE[nudge]
     with options.collected():  # warnings are those of the run itself
         *_, along = advanced(model, here.data, along, *_controls(runs), nudge)
         return _read(runs, along)
@@ -78,7 +84,7 @@ def advanced(
         yield along
 
 
-def inverse(number: Number, method: Method, step: float) -> ByName:
+def inverse(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
     """The same by eq. 2; raises Unsupported."""
     runs = low, here, high, _ = _beside(number, method, step)
     model, data = here.model, here.data
@@ -91,22 +97,29 @@ def inverse(number: Number, method: Method, step: float) -> ByName:
         raise Unsupported(f"mjd_inverseFD has derivatives by the state alone, not by {number.name}")
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
     along, before = _at_start(runs), mujoco.MjData(model)
+    nudge = NUDGE * BESIDE[NUDGE] if beside else NUDGE
     with options.collected():
         for control in controls:
             before.qpos[:], before.qvel[:] = data.qpos, data.qvel
             before.ctrl[:] = data.ctrl[:] = control
             mujoco.mj_step(model, data)
-            _step_ahead(model, before, data.qvel, along[: 2 * model.nv].reshape(2, -1))
+            both = along[: 2 * model.nv].reshape(2, -1)
+            _step_ahead(model, before, data.qvel, both, nudge)
         return _read(runs, along)
 
 
-def _step_ahead(model: mujoco.MjModel, before: mujoco.MjData, after: Array, along: Array) -> None:
+transition_beside, inverse_beside = (partial(way, beside=True) for way in (transition, inverse))
+
+
+def _step_ahead(
+    model: mujoco.MjModel, before: mujoco.MjData, after: Array, along: Array, nudge: float
+) -> None:
     """Eq. 2, from `along`, shape (2, nv), to that of a step's end, in place; the velocity there is
     `after`."""
     (places, rates), step = along, model.opt.timestep
     before.qacc[:] = (after - before.qvel) / step
     both, mass = np.zeros((2, 2, model.nv, model.nv)), np.zeros((model.nv,) * 2)
-    for eps, into in zip((NUDGE, -NUDGE), both, strict=True):  # by places and rates
+    for eps, into in zip((nudge, -nudge), both, strict=True):  # by places and rates
         mujoco.mjd_inverseFD(model, before, eps, True, *into, *[None] * 5)
     # Linear in accelerations, of which a nudge is lost beside 1e6 rad/s^2.
     size = 1.0 + float(np.abs(before.qacc).max())
@@ -114,10 +127,10 @@ def _step_ahead(model: mujoco.MjModel, before: mujoco.MjData, after: Array, alon
     by_place, by_rate = both.mean(axis=0).transpose(0, 2, 1)
     rates -= step * np.linalg.solve(mass.T, by_place @ places + by_rate @ rates)
     ends = before.qpos.copy(), before.qpos.copy()
-    for side, end in zip((-NUDGE, NUDGE), ends, strict=True):
+    for side, end in zip((-nudge, nudge), ends, strict=True):
         mujoco.mj_integratePos(model, end, places, side)
         mujoco.mj_integratePos(model, end, after + side * rates, step)
-    mujoco.mj_differentiatePos(model, places, 2 * NUDGE, *ends)
+    mujoco.mj_differentiatePos(model, places, 2 * nudge, *ends)
 
 
 def _beside(number: Number, method: Method, step: float) -> Beside:
@@ -163,15 +176,16 @@ def _read(beside: Beside, along: Array) -> ByName:
     cases on both sides read them."""
     low, here, high, apart = beside
     model, data = here.model, here.data
+    places, rates = along[: 2 * model.nv].reshape(2, -1)
 
-    def observe(side: float) -> Named:
-        qpos, qvel = data.qpos.copy(), data.qvel + side * along[model.nv : 2 * model.nv]
-        mujoco.mj_integratePos(model, qpos, along[: model.nv], side)
+    def observe(place: float, rate: float) -> Named:
+        qpos, qvel = data.qpos.copy(), data.qvel + rate * rates
+        mujoco.mj_integratePos(model, qpos, places, place)
         return here.translation.observe(qpos[None], qvel[None])[0]
 
     end = data.qpos[None], data.qvel[None]
     less, more = (run.translation.observe(*end)[0] for run in (low, high))
-    slopes = moved(observe, along)
+    slopes = moved(observe, places, rates)
     return {
         name: slope + float(more[name][0] - less[name][0]) / apart for name, slope in slopes.items()
     }
