@@ -81,9 +81,10 @@ class SharedResults(Checkpoint):
 
 
 @contextmanager
-def shared_results(file: Path, studies: Path, note: Note) -> Iterator[SharedResults]:
-    """The shared results in `file`, made if need be; raises ParameterError as `measured_into`."""
-    with _alone(file.parent, note), writing(file) as opened:
+def shared_results(file: Path | None, studies: Path, note: Note) -> Iterator[SharedResults]:
+    """The shared results in `file`, made if need be, or without one in memory; raises
+    ParameterError as `measured_into`."""
+    with _opened(file, note) as opened:
         yield SharedResults(opened, studies, note)
 
 
@@ -94,13 +95,19 @@ def measured_into(
     """The checkpoint in the store `file`, made if need be, or without one in memory; `fresh` begins
     a new study where one is not complete, `note` is given what a user wants to know. Raises
     ParameterError for a file that is no store or cannot be written."""
+    with _opened(file, note) as opened:
+        yield Checkpoint(opened, fresh, note)
+
+
+@contextmanager
+def _opened(file: Path | None, note: Note) -> Iterator[Connection]:
     if file is None:
         with closing(connect(":memory:", isolation_level=None)) as opened:
             create(opened)
-            yield Checkpoint(opened, fresh, note)
+            yield opened
         return
     with _alone(file.parent, note), writing(file) as opened:
-        yield Checkpoint(opened, fresh, note)
+        yield opened
 
 
 @contextmanager

@@ -121,8 +121,14 @@ def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[
     from plumbob.reports.commands.validate import noted, progress, writable
 
     methods = [m for m in find_methods() if installed(engine_of(m))]
-    out = writable("out", Path(chosen.out))
-    with shared_results(out / FILE, out / store.FILE, noted) as kept, progress() as show:
+    out = Path(chosen.out)
+    file: Path | None = out / FILE
+    try:
+        writable("out", out)
+    except ParameterError as error:
+        file = None
+        noted(f"the runs are not stored: {error}")
+    with shared_results(file, out / store.FILE, noted) as kept, progress() as show:
         study = run_study(
             scenes,
             methods,
