@@ -186,7 +186,9 @@ def test_halving_says_what_the_reference_tells(found, errors, said):
     steps = tuple(run(0.01 / 2**k, error, 1.0) for k, error in enumerate(errors))
     known = replace(found.reference, uncertainty=np.array([0.0, 0.7e-3]))
     short = replace(found.found, own=steps[0], steps=steps, index=1, order=None)
-    assert dict(rows(answered(replace(found, reference=known, found=short))))["halving"] == said
+    motion = replace(found.script, controls=found.script.controls[:1])
+    answer = answered(replace(found, script=motion, reference=known, found=short))
+    assert dict(rows(answer))["halving"] == said
 
 
 def test_an_order_is_that_of_errors_that_the_reference_resolves(found):
