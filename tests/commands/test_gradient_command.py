@@ -22,7 +22,8 @@ def test_json_has_a_record_for_each_way_and_parameter(capsys):
 
 def test_a_sabotaged_engine_is_exit_code_1(capsys, monkeypatch):
     monkeypatch.setattr(integrators, "semi_implicit_euler", integrators.rk4)
-    assert main(["gradient", CONE, "ode/euler", "--by", "gravity"]) == 1
+    given = ["--by", "gravity", "--of", "theta", "--way", "central", "--eps", "1e-3"]
+    assert main(["gradient", CONE, "ode/euler", *given]) == 1
     assert f"UNEXPECTED {CONE} ode/euler: central, theta by gravity" in capsys.readouterr().out
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -21,6 +22,7 @@ SCENES = (
 STEPS = 60_000
 
 
+@cache
 def run(scene, method, step=None):
     search = LongRunSearch(scene, method, step, STEPS)
     found = search.answer(find_method(method))

@@ -1,11 +1,13 @@
-"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods a third:
-every scene is among them, of each family of systems every method, and of each system every
-declared expectation. Of tests that take seconds as many cases as their mark keeps."""
+"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods a quarter:
+every scene is among them, of each family of systems every engine, of each kind of system every
+method, and of each system every declared expectation. Of tests that take seconds as many cases as
+their mark keeps."""
 
 from collections import Counter
 
 import pytest
 
+from plumbob.engines.registry import engine_of
 from plumbob.engines.study.runner import predicted_work
 from plumbob.models.registry import system_of
 from plumbob.reports.judge.expectations import expected
@@ -25,11 +27,12 @@ def representatives(chosen):
 
 
 def mechanisms(scene, method):
-    """What a pair has in common with others: the scene; the family of its system, with a method;
-    and the system with an expectation."""
-    wanted = expected(scene.name, method.name)
+    """What a pair has in common with others: the scene; the family of its system, which an engine
+    has a module for; the kind, which a method acts on; and the system with an expectation."""
+    wanted, system = expected(scene.name, method.name), system_of(scene)
     yield scene.name
-    yield system_of(scene).family, method.name
+    yield system.family, engine_of(method).name
+    yield system.kind, method.name
     yield scene.system, wanted.verdict, wanted.other, wanted.reason
 
 

@@ -86,13 +86,14 @@ def demand(problem: CapsuleProblem, motion: SampledMotion) -> Demand:
         changes = motion.count * (len(single.events) + times.size)
         sliding = motion.count * _sliding(single, times)
         return Demand(changes, limit, push=float(pushes.max()), sliding=sliding)
-    jumps = np.abs(np.diff(motion.traction)).max(axis=0) * problem.setup.press
+    # A body that starts from rest slips from the second sample on.
+    jumps = np.abs(np.diff(motion.traction[:, 1:])).max(axis=0) * problem.setup.press
     sudden = int(np.count_nonzero(jumps > JUMP * limit))
     used = pushes[pushes > 0.0] / limit if limit else np.zeros(0)
     # Friction limits of feet change as the slider goes.
     moved = np.abs(motion.place - motion.place[0]).max() * steepest_load(capsule) / motion.mass
     return Demand(
-        motion.count * (sudden + 1) * bool(sudden),
+        motion.count * (sudden + bool(motion.slips[:, 1].any())),
         float(jumps.max() + capsule.friction * moved * bool(sudden)),
         float(np.abs(1.0 - used).min(initial=1.0)),
     )

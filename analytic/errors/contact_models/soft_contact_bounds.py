@@ -136,8 +136,9 @@ def _armature(motion: SampledMotion, contact: SoftContact) -> BodyError:
     capsule, rounded = motion.capsule, DRIVE_ROUNDINGS * ROUNDOFF
     part = capsule.slider_mass / contact.armature
     speeds = np.abs(motion.speed) + np.abs(motion.velocity) + np.abs(motion.rate * motion.place)
-    way = (part + rounded) * motion.count * float(np.trapezoid(speeds, motion.times))
     fastest = float(speeds.max())
+    gone = motion.count * float(np.trapezoid(speeds, motion.times)) + fastest * contact.step
+    way = (part + rounded) * gone
     speed = (part + rounded) * fastest
     pushed = float(np.abs(motion.push).max()) + capsule.friction * capsule.gravity
     drive = part * pushed + 2.0 * rounded * fastest / contact.step
