@@ -56,7 +56,7 @@ def _examples():
             yield pytest.param(name, marks=pytest.mark.long if name in SLOW else ())
 
 
-@pytest.mark.parametrize("name", _examples())
+@pytest.mark.parametrize("name", [*_examples()])
 def test_examples_in_docstrings_run(name):
     found = doctest.testmod(importlib.import_module(name))
     assert found.failed == 0

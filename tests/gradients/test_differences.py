@@ -17,11 +17,11 @@ from plumbob.tests.peers.test_smooth_peers import needed
 LINE, CONE = "capsule-line/heading-030", "cone-pendulum/rotating-base"
 THERE = "mujoco/euler+coulomb"
 SMOOTH = (
+    (CONE, "ode/dop853", "theta", "theta"),
     (CONE, "mujoco/euler", "theta", "platform_rate"),
     (CONE, "mujoco/rk4", "theta", "theta_dot"),
     (CONE, "pymunk/torque", "theta", "theta_dot"),
     (CONE, "ode/leapfrog", "theta", "pivot_y"),
-    (CONE, "ode/dop853", "theta", "theta"),
     (CONE, "heyoka/taylor", "theta_dot", "gravity"),
     ("free-body/flip", "ode/rk4", "angular_velocity_x", "inertia_x"),
     (LINE, "pymunk/feet", "displacement", "w1"),

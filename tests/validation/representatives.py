@@ -1,4 +1,4 @@
-"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods a quarter:
+"""What stands for the rest in the short suite of tests. Of pairs of scenes and methods a fifth:
 every scene is among them, of each family of systems every engine, of each kind of system every
 method, and of each system every declared expectation. Of tests that take seconds as many cases as
 their mark keeps."""
