@@ -1,5 +1,6 @@
 """Options and settings that every test shares."""
 
+import gc
 import os
 import sys
 from contextlib import suppress
@@ -35,6 +36,11 @@ def pytest_collection_modifyitems(config, items):
         left = set(left_out(items))
         config.hook.pytest_deselected(items=list(left))
         items[:] = [item for item in items if item not in left]
+
+
+def pytest_collection_finish():
+    """The collector of garbage need not look again at what stays to the end."""
+    gc.freeze()
 
 
 WORKED_OUT = ("plumbob.analytic", "plumbob.engines.adapters", "plumbob.engines.study.measurement")

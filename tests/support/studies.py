@@ -24,7 +24,8 @@ from plumbob.reports.judge.study_verdicts import judge_study
 from plumbob.tests.sharing.shared import shared
 
 SCENE = "cone-pendulum/rotating-base"
-COMMAND = "plumbob validate --scenes 'cone-*' --profile quick"
+SCENES = ",".join(f"cone-pendulum/{n}" for n in ("rotating-base", "above-*", "fast-platform"))
+COMMAND = f"plumbob validate --scenes '{SCENES}' --profile quick"
 NS = 1000.0  # [ns] of a step, and of an evaluation
 
 
@@ -63,13 +64,13 @@ def no_engine():
 
 @cache
 def quick():
-    """The quick scenes of the cone pendulum, with a method of each kind, measured once a run."""
+    """Some scenes of the cone pendulum, with a method of each kind, measured once a run."""
     return shared("quick-study", measured_quick)
 
 
 def measured_quick():
     """The same, measured, with a record of the extra runs that its analyses looked up."""
-    scenes = find_scenes("cone-pendulum", "quick")
+    scenes = find_scenes(SCENES, "quick")
     methods = find_methods("mujoco/euler,ode/leapfrog,ode/rk4,ode/dop853")
     study = run_study(scenes, methods, requests=requests, command=COMMAND)
     asked = replace(study, extras=Asked(study.extras))

@@ -15,4 +15,4 @@ def test_representatives_miss_no_mechanism():
     assert {one for pair in chosen for one in mechanisms(*pair)} == {
         one for pair in stand for one in mechanisms(*pair)
     }
-    assert len(stand) < 0.35 * len(chosen)
+    assert len(stand) < 0.25 * len(chosen)
