@@ -16,5 +16,5 @@ def loadings(motion, times):
         segment = motion.segments[index]
         local = times[which == index] - motion.path.breakpoints[segment.piece]
         inside = np.clip(local, segment.start, segment.end)
-        places = monotone_root(segment.coefficients[:, 3], inside, segment.last)
+        places = monotone_root(segment.coefficients[:, 3], inside)
         yield loading(motion, segment, places / segment.last)

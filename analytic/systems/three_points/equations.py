@@ -101,8 +101,8 @@ def sliding_rates(
     body: Mechanics, at: Configuration, state: Array, clock: Clock = IN_TIME, derived: bool = True
 ) -> tuple[Array, Array]:
     """Rates of (p_x, p_y, omega, t) while every support slides, shape (n, 4), and their derivatives
-    by these, shape (n, 4, 4), those by t only as far as they become large where v_i -> 0; without
-    `derived` an empty array instead.
+    by (p_x, p_y, omega), shape (n, 4, 3), or with a clock by all four, (n, 4, 4), those by t only
+    as far as they become large where v_i -> 0; without `derived` an empty array instead.
 
     With `clock` = (a, b_i) the rates are by sigma, d sigma = dt (a + sum b_i/|v_i|): v_i = 0, where
     a force is singular in time, is approached as sigma -> infinity, and smoothly. Derivatives are
@@ -110,7 +110,7 @@ def sliding_rates(
     """
     if not derived:
         return np.asarray(_rates(body, at, state[:, :3].T, 0.0, clock)), np.empty(0)
-    step = 1j * IMAGINARY * np.eye(4)[..., None]
+    step = 1j * IMAGINARY * np.eye(4, 3 if clock is IN_TIME else 4)[..., None]
     rates = _rates(body, at, state[:, :3].T[:, None] + step[:3], step[3, ..., None], clock)
     return rates[0].real, np.moveaxis(rates.imag, 0, -1) / IMAGINARY
 
@@ -124,14 +124,15 @@ def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Cl
     v_x, v_y = x[..., None] - omega[..., None] * arm_y, y[..., None] + omega[..., None] * arm_x
     speeds = np.sqrt(v_x * v_x + v_y * v_y)
     resisting = at.limits / speeds
-    moment = (resisting * (arm_x * v_y - arm_y * v_x)).sum(axis=-1)
+    push_x, push_y = resisting * v_x, resisting * v_y
+    moment = (arm_x * push_y - arm_y * push_x).sum(axis=-1)
     widening = 2.0 * (at.position.conjugate() * at.velocity).real * omega
     moment = moment + body.reduced_mass * (cross(at.position, w) + widening)
     rates = np.empty((*omega.shape, 4), dtype=speeds.dtype)
     rates[..., 0] = omega * (y + mu * at.velocity.imag) - mu * w.real
     rates[..., 1] = -omega * (x + mu * at.velocity.real) - mu * w.imag
-    rates[..., 0] -= (resisting * v_x).sum(axis=-1) / body.mass
-    rates[..., 1] -= (resisting * v_y).sum(axis=-1) / body.mass
+    rates[..., 0] -= push_x.sum(axis=-1) / body.mass
+    rates[..., 1] -= push_y.sum(axis=-1) / body.mass
     rates[..., 2] = -moment / at.inertia
     rates[..., 3] = 1.0
     return rates / (clock[0] + (clock[1] / speeds).sum(axis=-1))[..., None]

@@ -15,7 +15,7 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
-from plumbob.analytic.systems.three_points.equations import Mechanics, configuration
+from plumbob.analytic.systems.three_points.equations import Complex, Mechanics
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Mode,
     SmoothSegment,
@@ -120,13 +120,13 @@ class ThreePointMotion(SingleMotion):
         """Pose and velocity of the body at `times` [s], shape (n,)."""
         times = np.atleast_1d(np.asarray(times, dtype=np.float64))
         which = np.clip(np.searchsorted(self.begins, times, side="right") - 1, 0, None)
-        states, speed = np.empty((times.size, 7)), np.empty(times.size, dtype=complex)
+        states = np.empty((times.size, 7))
         for index in np.unique(which):
             here, segment = which == index, self.segments[index]
             local = times[here] - self.path.breakpoints[segment.piece]
             states[here] = segment.states(np.clip(local, segment.start, segment.end))
-            at = configuration(self.body, self.piece(segment.piece), local)
-            speed[here] = velocity_of_c(self.body, at, states[here])
+        slider: Complex = self.path.places(times) @ np.array([1.0, 1j])
+        speed = velocity_of_c(self.body, slider, states)
         omega, _, heading = states[:, 2:5].T
         speed *= np.exp(1j * heading)
         return Pose(states[:, 5:], heading, np.column_stack([speed.real, speed.imag]), omega)

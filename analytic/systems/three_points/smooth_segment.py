@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -17,7 +18,7 @@ from plumbob.analytic.systems.three_points.equations import (
     configuration,
 )
 
-CLOSE = 1e-12  # Newton converges quadratically: the step after one this small is below round-off
+CLOSE = 1e-9  # Newton converges quadratically: the step after one this small is round-off
 NEWTON_STEPS = 8
 BRACKETS = 64  # of a segment, to start Newton's method from
 Mode = Literal["slide", "pivot", "rest"]
@@ -62,7 +63,8 @@ class SmoothSegment:
 
     def states(self, times: Array) -> Array:
         """The seven quantities at local `times` [s] from `start` on, shape (n,): shape (n, 7)."""
-        return evaluate(self.coefficients, monotone_root(self.coefficients[:, 3], times, self.last))
+        places = monotone_root(self.coefficients[:, 3], times)
+        return np.asarray(basis(places, len(self.coefficients)) @ self.coefficients)
 
 
 def resting(number: int, end: float, state: State) -> SmoothSegment:
@@ -75,19 +77,26 @@ def resting(number: int, end: float, state: State) -> SmoothSegment:
     return SmoothSegment("rest", -1, number, state.time, end, coefficients)
 
 
-def monotone_root(series: Array, values: Array, last: float = 1.0) -> Array:
-    """Places in [0, last], shape (n,), where an increasing Legendre `series`, shape (k,), takes
+@lru_cache(maxsize=8)
+def _grid(count: int) -> tuple[Array, Array]:
+    """Places in [0, 1], and the first `count` polynomials there."""
+    places = np.linspace(0.0, 1.0, BRACKETS + 1)
+    return places, basis(places, count)
+
+
+def monotone_root(series: Array, values: Array) -> Array:
+    """Places in [0, 1], shape (n,), where an increasing Legendre `series`, shape (k,), takes
     `values`, shape (n,), by Newton's method within the interval of a grid."""
-    grid, count = last * np.linspace(0.0, 1.0, BRACKETS + 1), len(series)
-    heights = np.maximum.accumulate(basis(grid, count) @ series)
+    grid, known = _grid(len(series))
+    heights = np.maximum.accumulate(known @ series)
     after = np.clip(np.searchsorted(heights, values), 1, BRACKETS)
     slopes, x = 2.0 * np.polynomial.legendre.legder(series), np.interp(values, heights, grid)
     for _ in range(NEWTON_STEPS):
-        at = basis(x, count)
+        at = basis(x, len(series))
         rate = at[:, :-1] @ slopes
         step = (at @ series - values) / np.where(rate > 0.0, rate, np.inf)
         x = np.clip(x - step, grid[after - 1], grid[after])
-        if np.all(np.abs(step) <= CLOSE * last):
+        if np.all(np.abs(step) <= CLOSE):
             break
     return x
 
@@ -101,15 +110,16 @@ def fitted(rule: Collocation, body: Mechanics, piece: Piece, first: State, slope
     turning = slopes[:, 3] * states[:, 2]
     heading = first.heading + rule.integral @ turning
     at = configuration(body, piece, states[:, 3])
-    drift = slopes[:, 3] * velocity_of_c(body, at, states) * np.exp(1j * heading)
+    drift = slopes[:, 3] * velocity_of_c(body, at.position, states) * np.exp(1j * heading)
     everything = np.column_stack([slopes, turning, drift.real, drift.imag])
     return rule.primitive(np.array(start), everything)
 
 
-def velocity_of_c(body: Mechanics, at: Configuration, states: Array) -> Complex:
-    """Velocity of C in body axes [m/s], shape (n,), from `states` (p_x, p_y, omega, ...)."""
+def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
+    """Velocity of C in body axes [m/s], shape (n,), from the `slider`'s place r [m] and `states`
+    (p_x, p_y, omega, ...)."""
     point, omega = states[:, 0] + 1j * states[:, 1], states[:, 2]
-    return np.asarray(point - 1j * omega * body.mass_ratio * at.position)
+    return np.asarray(point - 1j * omega * body.mass_ratio * slider)
 
 
 def state_at(coefficients: Array, place: float) -> State:
