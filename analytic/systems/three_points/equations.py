@@ -124,15 +124,14 @@ def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Cl
     v_x, v_y = x[..., None] - omega[..., None] * arm_y, y[..., None] + omega[..., None] * arm_x
     speeds = np.sqrt(v_x * v_x + v_y * v_y)
     resisting = at.limits / speeds
-    push_x, push_y = resisting * v_x, resisting * v_y
-    moment = (arm_x * push_y - arm_y * push_x).sum(axis=-1)
+    moment = (resisting * (arm_x * v_y - arm_y * v_x)).sum(axis=-1)
     widening = 2.0 * (at.position.conjugate() * at.velocity).real * omega
     moment = moment + body.reduced_mass * (cross(at.position, w) + widening)
     rates = np.empty((*omega.shape, 4), dtype=speeds.dtype)
     rates[..., 0] = omega * (y + mu * at.velocity.imag) - mu * w.real
     rates[..., 1] = -omega * (x + mu * at.velocity.real) - mu * w.imag
-    rates[..., 0] -= push_x.sum(axis=-1) / body.mass
-    rates[..., 1] -= push_y.sum(axis=-1) / body.mass
+    rates[..., 0] -= (resisting * v_x).sum(axis=-1) / body.mass
+    rates[..., 1] -= (resisting * v_y).sum(axis=-1) / body.mass
     rates[..., 2] = -moment / at.inertia
     rates[..., 3] = 1.0
     return rates / (clock[0] + (clock[1] / speeds).sum(axis=-1))[..., None]

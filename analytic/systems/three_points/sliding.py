@@ -208,11 +208,11 @@ def _continuing(
 ) -> ElementPlan:
     """The element that continues sliding from `state`, with the slider as in `at`; `remaining` [s]
     are left of the piece, `fastest` [m/s] is the largest speed scale met in it."""
-    start, omega = _row(state)[None, :], np.array([state.omega])
-    velocities = support_velocities(at, np.array([state.point]), omega)[0]
-    x, y, spin_up, _ = sliding_rates(body, at, start, derived=False)[0][0]
-    passing = 1j * state.omega * body.mass_ratio * at.velocity[0]
-    changes = complex(x, y) + 1j * spin_up * at.arms[0] - passing
+    start = _row(state)[None, :]
+    velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
+    rate = sliding_rates(body, at, start, derived=False)[0][0]
+    changes = complex(rate[0], rate[1]) + 1j * rate[2] * at.arms[0]
+    changes = changes - 1j * state.omega * body.mass_ratio * at.velocity[0]
     speeds, slowing, speed = np.abs(velocities), np.abs(changes), speed_scale(at, state)
     time_scale = min(remaining, REACH * float((speeds / slowing).max()))
     clock, longest = IN_TIME, time_scale
