@@ -133,6 +133,12 @@ class Gradients:
         sizes = np.linalg.norm(values[:, :, :count][..., self.known[:count]], axis=(1, 2))
         return float(sizes.max() / sizes[0]) if self.known[:count].any() else None
 
+    def worst(self, way: Way) -> Entry:
+        """The entry with the largest error of a way."""
+        assert way.computed is not None
+        off = np.nan_to_num(np.abs(way.computed[-1] - self.exact[-1]))
+        return self._entry(way, int(np.argmax(off)))
+
     @property
     def entries(self) -> tuple[Entry, ...]:
         """Of each way the norm of all, then the largest entries."""

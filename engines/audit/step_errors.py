@@ -258,6 +258,15 @@ def cheapest(
     return Cheapest(target, best.integrator, best.step, best.at(index), cost)
 
 
+def horizon(result: Compared, reference: Certificate, script: Script, target: float) -> float:
+    """The first time [s] at which even the most accurate step that was run misses `target` [m], or
+    the reference is not known to a fifth of it; infinite where neither happens."""
+    best = np.min([s.errors for s in result.steps], axis=0)
+    missed = (best + reference.uncertainty > target) | (reference.uncertainty > TRUSTED * target)
+    at = np.flatnonzero(missed)
+    return float(script.times[at[0]]) if at.size else math.inf
+
+
 def balances(model: OwnModel, steps: Array, reference: Array, index: int) -> tuple[Balance, ...]:
     """Readings of two courses of states, shapes (n, ...), up to the period `index`. An energy is
     measured from its start, as it has no zero."""

@@ -63,9 +63,20 @@ def trims(
     useful = [t for t in useful if t.same_bits] or useful
     if not useful:
         return Trims(each, None)
-    together = tuple(change for trim in useful for change in trim.changes)
+    together = strictest([change for trim in useful for change in trim.changes])
     (trial,) = tried(model, script, parts, index, [(together, model.changed(together))])
     return Trims(each, trial if trial.accepted(error) and trial.cost.high < SAVES else None)
+
+
+def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:
+    """These changes without those that a later one undoes: the same number, set to another value.
+    Flags add up."""
+    last = {(name, at): k for k, c in enumerate(changes) for name, at, _ in c.sets}
+    return tuple(
+        change
+        for k, change in enumerate(changes)
+        if any(name == "disableflags" or last[name, at] == k for name, at, _ in change.sets)
+    )
 
 
 def tried(

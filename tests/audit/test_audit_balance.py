@@ -23,11 +23,13 @@ def few_steps(monkeypatch):
 @pytest.mark.usefixtures("few_steps")
 def test_energy_error_of_a_fall_is_that_of_the_step():
     """Semi-implicit Euler falls g h t/2 too far with the right speed: m g^2 h t/2 too little."""
-    (energy,) = audit_of(FALLING.format("Euler"), duration=0.4).balances
-    assert energy.name == "energy"
+    energy, momentum = audit_of(FALLING.format("Euler"), duration=0.4).balances
+    assert (energy.name, momentum.name) == ("energy", "momentum")
+    assert momentum.continuous == pytest.approx(2 * 9.81 * 0.4)
+    assert momentum.apart < 1e-9
     assert energy.apart == pytest.approx(2 * 9.81**2 * 0.01 * 0.4 / 2, rel=1e-6)
     assert energy.continuous < 1e-9
-    (exact,) = audit_of(FALLING.format("RK4"), duration=0.4).balances
+    exact, _ = audit_of(FALLING.format("RK4"), duration=0.4).balances
     assert exact.apart < 1e-9
 
 

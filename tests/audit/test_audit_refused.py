@@ -108,7 +108,7 @@ def test_exit_codes_and_json(files, capsys):
     assert main([*short, "--absolute", "0.1"]) == 0
     text = capsys.readouterr()
     assert text.err == ""
-    for row in ("reference", "your error", "halving", "cheapest", "not claimed"):
+    for row in ("reference", "your error", "halving", "cheapest", "predictable", "not claimed"):
         assert f"\n{row} " in text.out
     assert main([*short, "--absolute", "1e-9", "--json"]) == 1
     printed = capsys.readouterr()

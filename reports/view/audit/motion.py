@@ -15,7 +15,8 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.reference import OUT_OF_TIME, RESOLVED
-from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError
+from plumbob.engines.audit.step_errors import TARGETS, Cheapest, Compared, StepError, horizon
+from plumbob.reports.advice.work_precision import front
 
 SHOWN = 5  # errors of a halving
 COURSES = 4  # steps of the own integrator in the figure over time
@@ -85,6 +86,13 @@ class Motion:
         return bool(self.steps.own.why) and math.isinf(self.audit.error)
 
     @property
+    def horizons(self) -> tuple[tuple[float, float | None], ...]:
+        """Errors [m], and up to when [s] the most accurate step keeps them; None: to the end."""
+        audit = self.audit
+        ends = [(t, horizon(self.steps, audit.reference, audit.script, t)) for t in TARGETS[1:3]]
+        return tuple((target, None if math.isinf(end) else end) for target, end in ends)
+
+    @property
     def event_rate(self) -> float:
         """Contacts and limits that begin or cease to act along the reference in a second."""
         course = self.audit.reference.course
@@ -128,6 +136,12 @@ class Motion:
     def uncertainty(self) -> Array:
         """Of the reference over time [m]."""
         return _drawn(self.audit.reference.uncertainty)
+
+    @property
+    def front(self) -> tuple[tuple[float, float], ...]:
+        """Cost [ns per simulated second] and error [m] of runs that no other is better than."""
+        points = [point for _, _, *timed in self.costs for point in zip(*timed, strict=True)]
+        return front(points, lambda point: point)
 
     @property
     def costs(self) -> tuple[tuple[Any, ...], ...]:

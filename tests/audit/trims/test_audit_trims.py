@@ -34,11 +34,15 @@ CLUTTER = "".join(
     f'<geom name="wall{i}" type="box" size=".1 .1 .1" pos="{x} {y} .5"/>'
     for i, (x, y) in enumerate((a, b) for a in (-2, -1, 1, 2) for b in (-2, 2))
 )
+PAIRS = "".join(f'<pair geom1="brick" geom2="{g}"/>' for g in ("floor", "wall0", "wall1"))
 MODELS = {
     "cluttered": CLUTTERED.format(clutter=CLUTTER, option="", condim=3, friction=".4"),
     "elliptic": CLUTTERED.format(clutter="", option='cone="elliptic"', condim=4, friction=".6"),
     "rk4": CLUTTERED.format(clutter=CLUTTER, option='integrator="RK4"', condim=3, friction="1"),
     "gradients": CLUTTERED.format(clutter=CLUTTER, option='solver="CG"', condim=6, friction=".2"),
+    "pairs": CLUTTERED.format(clutter=CLUTTER, option="", condim=3, friction=".4").replace(
+        "<sensor>", f"<contact>{PAIRS}</contact><sensor>"
+    ),
     "pendulum": """<mujoco><worldbody><geom type="plane" size="1 1 1" pos="0 0 -3"/>
         <body><joint axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body></worldbody>
         <sensor><clock/></sensor><keyframe><key qvel="1"/></keyframe></mujoco>""",
@@ -69,6 +73,8 @@ def test_trimmed_file_moves_as_the_complete_one(name, tmp_path):
     assert "sensors" in names
     if name != "elliptic":
         assert any(n.startswith("collisions of") for n in names)
+    if name == "pairs":
+        assert "2 contact pairs that never touch" in names
     changes = [c for t in tried.each if t.same_bits for c in t.changes]
     from plumbob.engines.adapters.mujoco.own_model.file_text import write as write_trimmed
 

@@ -1,6 +1,7 @@
 """A trimmed file is the user's text: numbers keep their digits, and its bits are what is said."""
 
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -53,25 +54,57 @@ def without(stage):
 
 
 SENSORS, SPRINGS = without("sensor"), without("spring")
-FEW = Change("iterations above 20", (("iterations", (), 20),))
 
 
-def test_the_file_is_the_users_text_and_options(tmp_path):
-    """Geoms stay: options alone are written, and where there are none nothing is."""
+def test_digits_of_the_file_stay(tmp_path):
     source, target = tmp_path / "my.xml", tmp_path / "less.xml"
     source.write_text(DIGITS.format(wall=WALL), "utf-8")
-    walls = never_touching(source, "wall")
-    assert write_trimmed(source, (walls, SENSORS, FEW), target) == (SENSORS, FEW)
+    changes = (never_touching(source, "wall"), SENSORS)
+    assert write_trimmed(source, changes, target) == changes
     assert np.array_equal(states(source), states(target))
-    option = '<option iterations="20"><flag sensor="disable" /></option>'
-    end = "</mujoco>\n"
-    assert target.read_text("utf-8") == source.read_text("utf-8").removesuffix(end) + (
-        f"{option}\n{end}"
+    text = target.read_text("utf-8")
+    assert "<!-- a comment with <geom/> and </mujoco> in it -->" in text
+    *written, option, flag = ElementTree.fromstring(text).iter()
+    for old, new in zip(ElementTree.parse(source).iter(), written, strict=True):
+        off = {"contype": "0", "conaffinity": "0"} if old.get("name") == "wall" else {}
+        assert (new.tag, new.attrib) == (old.tag, {**old.attrib, **off})
+    assert (option.tag, option.attrib, flag.attrib) == ("option", {}, {"sensor": "disable"})
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["less.xml", "my.xml"]
+
+
+def test_included_geoms_and_copies(tmp_path):
+    """An included file takes the place of its include; geoms that
+    one element makes are left out all or not at all."""
+    source, target = tmp_path / "my.xml", tmp_path / "less.xml"
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "wall.xml").write_text(f"<mujocoinclude>{WALL}</mujocoinclude>\n")
+    (tmp_path / "more.xml").write_text(
+        '<mujoco><include file="parts/wall.xml"/><geom name="far" size=".1" pos="9 9 9"/></mujoco>'
     )
+    (tmp_path / "light.xml").write_text("<mujoco><statistic extent='2'/></mujoco>")
+    copies = (
+        '<replicate count="3" offset="0 0 3"><geom name="c" size=".1" pos="4 4 4"/></replicate>'
+    )
+    inside = f'<include file="more.xml"/>{copies}'
+    text = DIGITS.format(wall=inside).replace("<sensor>", '<include file="light.xml"/><sensor>')
+    source.write_text(text, "utf-8")
+    whole = never_touching(source, "wall", "far", "c0", "c1", "c2")
+    assert write_trimmed(source, (whole,), target) == (whole,)
+    written = target.read_text("utf-8")
+    assert "include" not in written
+    model = mujoco.MjModel.from_xml_path(str(target))
+    assert [model.geom(n).contype[0] for n in ("wall", "far", "c0", "c2", "floor")] == [0] * 4 + [1]
     target.unlink()
-    with pytest.raises(ParameterError, match="no option leaves out"):
-        write_trimmed(source, (walls,), target)
-    assert [p.name for p in tmp_path.iterdir()] == ["my.xml"]
+    some = never_touching(source, "far", "c0", "c1")
+    (kept,) = write_trimmed(source, (some,), target)
+    assert kept.name == "geoms (2 of 6 settings)"
+    assert "more.xml" not in target.read_text("utf-8")
+    model = mujoco.MjModel.from_xml_path(str(target))
+    assert [model.geom(n).contype[0] for n in ("far", "wall", "c0", "c1")] == [0, 1, 1, 1]
+    target.unlink()
+    with pytest.raises(ParameterError, match="no text of its own"):
+        write_trimmed(source, (never_touching(source, "c0"),), target)
+    assert not target.exists()
 
 
 def audited(path, changes):

@@ -1,41 +1,47 @@
-"""A model file with the options that leave out what it does not need: its own text, and an <option>
-at its end, where the last one counts.
+"""A model file without what can be left out of it: its own elements, changed where they have to be.
 
-MuJoCo's own writer rounds what a compiled model is written from, which moves it.
+MuJoCo's own writer rounds what a compiled model is written from, which moves it. Here attributes of
+<geom> and <pair> are set among the user's own, an included file takes the place of its <include>,
+and options are added at the end, where the last ones count.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, tostring
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import mujoco
+import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.own_motion import Change
 
-END = "</mujoco>"
+MARK = 1e6  # [m] a margin that no model has, and numbers from there on: an element is known by it
+Makers = Mapping[tuple[str, int], tuple[int, int]]
+"""{(kind, number in the compiled model): the element that makes it, and how many it makes}"""
 
 
 def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
-    """Write the model file `source` without these to `target`, and return those that options leave
-    out: geoms stay. Raises ParameterError where nothing is left, or it cannot be written, or would
-    not compile there."""
-    kept = tuple(c for c in left_out if not any(indices for _, indices, _ in c.sets))
-    if not kept:
-        what = "omitted: no option leaves out what this motion does not need"
-        raise ParameterError("write trimmed", str(target), what)
+    """Write the model file `source` without these to `target`, and return those that its text can
+    omit: geoms that one element makes with others have to stay. Raises ParameterError where nothing
+    is left, or it cannot be written, or would not compile there."""
     part = target.with_name(f".{target.stem}-{os.getpid()}.xml")
     try:
-        text, _, after = source.read_text("utf-8").rpartition(END)
-        part.write_text(f"{text}{tostring(_option(kept), 'unicode')}\n{END}{after}", "utf-8")
-        with collected():
-            mujoco.MjModel.from_xml_path(str(part))
+        root = _read(source, source.parent)
+        makers = _makers(root, part)
+        kept = tuple(c for change in left_out if (c := _in_text(change, makers)))
+        if not kept:
+            what = "omitted: what this motion does not need has no text of its own in the file"
+            raise ParameterError("write trimmed", str(target), what)
+        _compiled(part, _without(root, kept, makers))
         part.replace(target)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, ElementTree.ParseError) as error:
         what = f"beside the model, where the files are that it names ({error})"
         raise ParameterError("write trimmed", str(target), what) from None
     finally:
@@ -43,13 +49,90 @@ def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Chang
     return kept
 
 
-def _option(changes: Sequence[Change]) -> Element:
-    """The element with these changes of options."""
+def _read(file: Path, folder: Path) -> Element:
+    """The root of a file, each <include> replaced by the elements of its file, which is beside it
+    or in the `folder` of the main one."""
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    root = ElementTree.parse(file, parser).getroot()
+    for parent in list(root.iter()):
+        for include in parent.findall("include"):
+            named, at = include.attrib["file"], list(parent).index(include)
+            other = next((p / named for p in (file.parent, folder) if (p / named).is_file()), None)
+            if other is None:
+                raise ValueError(f"{named} is not there")
+            parent[at : at + 1] = list(_read(other, folder))
+    return root
+
+
+def _editable(element: Element, within: tuple[str, ...] = ()) -> Iterator[Element]:
+    """The elements whose attributes may be set, in order."""
+    for child in element:
+        geom = child.tag == "geom" and "worldbody" in within and "composite" not in within
+        if geom or (child.tag == "pair" and "contact" in within):
+            yield child
+        yield from _editable(child, (*within, child.tag))
+
+
+def _written(root: Element, edits: Mapping[int, Mapping[str, str]], more: Element | None) -> str:
+    """The text of a file whose editable elements have these attributes too, with `more` at the
+    end."""
+    root = deepcopy(root)
+    for number, element in enumerate(_editable(root)):
+        element.attrib.update(edits.get(number, {}))
+    if more is not None:
+        root.append(more)
+    return ElementTree.tostring(root, "unicode")
+
+
+def _compiled(path: Path, text: str) -> mujoco.MjModel:
+    path.write_text(text, "utf-8")
+    with collected():
+        return mujoco.MjModel.from_xml_path(str(path))
+
+
+def _makers(root: Element, part: Path) -> Makers:
+    """The elements that make geoms and pairs, found by a mark that survives."""
+    marks = {k: {"margin": f"{MARK + k:.0f}"} for k, _ in enumerate(_editable(root))}
+    model = _compiled(part, _written(root, marks, None))
+    makers = {}
+    for kind in ("geom", "pair"):
+        numbers = np.asarray(getattr(model, f"{kind}_margin")) - MARK
+        for i in np.flatnonzero(numbers >= 0).tolist():
+            makers[kind, i] = int(numbers[i]), int(np.count_nonzero(numbers == numbers[i]))
+    return makers
+
+
+def _in_text(change: Change, makers: Makers) -> Change | None:
+    """The part of a change that the text can be given: elements all of whose geoms are in it."""
+    sets, before, after = [], 0, 0
+    for field, indices, value in change.sets:
+        kind = field.partition("_")[0]
+        places = [makers[kind, i][0] for i in indices if (kind, i) in makers]
+        some = tuple(
+            i
+            for i in indices
+            if (kind, i) in makers and places.count(makers[kind, i][0]) == makers[kind, i][1]
+        )
+        before, after = before + len(indices), after + len(some)
+        if some or not indices:
+            sets.append((field, some, value))
+    if not sets:
+        return None
+    name = change.name if before == after else f"{change.name} ({after} of {before} settings)"
+    return replace(change, name=name, sets=tuple(sets))
+
+
+def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
+    """The text of the file with these changes."""
+    edits: dict[int, dict[str, str]] = {}
     option, flags = Element("option"), 0
-    for field, _, value in (setting for change in changes for setting in change.sets):
-        if field == "disableflags":
+    for field, indices, value in (setting for change in changes for setting in change.sets):
+        kind, _, name = field.partition("_")
+        for i in indices:
+            edits.setdefault(makers[kind, i][0], {})[name] = f"{value:.12g}"
+        if not indices and field == "disableflags":
             flags |= int(value)
-        else:
+        elif not indices:
             option.set(field, f"{value:.12g}")
     names = {
         name.removeprefix("mjDSBL_").lower(): "disable"
@@ -57,5 +140,5 @@ def _option(changes: Sequence[Change]) -> Element:
         if name.startswith("mjDSBL_") and flags & int(bit)
     }
     if names:
-        SubElement(option, "flag", names)
-    return option
+        option.append(Element("flag", names))
+    return _written(root, edits, option if names or option.attrib else None)

@@ -12,18 +12,25 @@ from plumbob.engines.adapters.mujoco.options import needless_stages
 from plumbob.engines.own_motion import Change
 
 BITS = mujoco.mjtDisableBit
-FEW = 5  # solver iterations to try
+FEW = (20, 5)  # solver iterations to try
 LOOSE = 1e-5  # solver tolerance to try, where the model's is smaller
+NEVER = -1e6  # [m] a margin at which a pair never touches
 STAGES = ("ISLAND", "WARMSTART", "MIDPHASE")  # of any model; a motion may not need them
 
 
-def changes(model: Any, met: set[int]) -> Iterator[Change]:
-    """Features that may be left out of `model`, whose geoms `met` are all that touched."""
+def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
+    """Features that may be left out of `model`, whose pairs of geoms `met`, smaller number first,
+    are all that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
-    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in met):
+    touched = {geom for pair in met for geom in pair}
+    if never := tuple(i for i in np.flatnonzero(collides).tolist() if i not in touched):
         off = (("geom_contype", never, 0), ("geom_conaffinity", never, 0))
         which = f"{len(never)} geoms that never touch" if never[1:] else "1 geom that never touches"
         yield Change(f"collisions of {which}", off)
+    pairs = np.sort(np.stack([model.pair_geom1, model.pair_geom2], axis=1), axis=1).tolist()
+    if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
+        name = f"{len(apart)} contact pairs that never touch"
+        yield Change(name, (("pair_margin", apart, NEVER),))
     flags, idle = int(model.opt.disableflags), needless_stages(model)
     if model.nsensor:
         yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
@@ -36,8 +43,11 @@ def changes(model: Any, met: set[int]) -> Iterator[Change]:
         bit = getattr(BITS, f"mjDSBL_{name}", None)
         if bit is not None and not flags & int(bit):
             yield Change(name.lower(), (_flag(bit),))
-    if model.opt.iterations > FEW:
-        yield Change(f"iterations above {FEW}", (("iterations", (), FEW),))
+    if large := tuple(np.flatnonzero(collides & (model.geom_condim > 3)).tolist()):
+        yield Change("condim above 3", (("geom_condim", large, 3),))
+    for count in FEW:
+        if model.opt.iterations > count:
+            yield Change(f"iterations above {count}", (("iterations", (), count),))
     if model.opt.tolerance < LOOSE:
         yield Change(f"tolerance below {LOOSE:g}", (("tolerance", (), LOOSE),))
 

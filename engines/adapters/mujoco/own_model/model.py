@@ -236,7 +236,8 @@ class MujocoModel:
     def changes(self, script: Script) -> tuple[Change, ...]:
         """Features to remove, chosen from its own steps under `script`, each to be tried."""
         with collected():
-            met = {geom for data in self._looks(script) for geom in data.contact.geom.flat}
+            pairs = (pair for data in self._looks(script) for pair in data.contact.geom.tolist())
+            met = {tuple(sorted(pair)) for pair in pairs}
         return tuple(left_out.changes(self.effective, met))
 
     def touched(self, script: Script) -> Iterator[tuple[int, Array]]:

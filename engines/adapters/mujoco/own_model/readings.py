@@ -11,7 +11,7 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.terms import put
 
-NAMES = ("energy", "penetration", "limits exceeded", "equalities missed")
+NAMES = ("energy", "momentum", "penetration", "slip", "limits exceeded", "equalities missed")
 KINDS = mujoco.mjtConstraint
 LIMITS = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
 DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
@@ -23,10 +23,12 @@ def pair_name(model: Any, pair: Any) -> str:
 
 
 def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
-    """Of each of `states`, shape (n, ...): energy [J], deepest penetration [m], the most by which a
-    joint or tendon exceeds its limit and an equality is missed [m or rad]; only what some state
-    has, NaN where one has none, each of shape (n,)."""
+    """Of each of `states`, shape (n, ...): energy [J], momentum of a model that is free [kg m/s],
+    deepest penetration [m], fastest slip of geoms that touch [m/s], the most by which a joint or
+    tendon exceeds its limit and an equality is missed [m or rad]; only what some state has, NaN
+    where one has none, each of shape (n,)."""
     measured = np.full((len(NAMES), len(states)), np.nan)
+    free = model.body_subtreemass[0] * (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any()
     for k, state in enumerate(states):
         if np.isfinite(state).all():
             put(data, state)
@@ -34,8 +36,11 @@ def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:
             mujoco.mj_fwdVelocity(model, data)
             mujoco.mj_energyPos(model, data)
             mujoco.mj_energyVel(model, data)
+            mujoco.mj_subtreeVel(model, data)
+            momentum = free * np.linalg.norm(data.subtree_linvel[0])
+            depth, beyond = _beyond(data)
             missed = np.abs(_places(data, int(KINDS.mjCNSTR_EQUALITY))).max(initial=0.0)
-            measured[:, k] = data.energy.sum(), *_beyond(data), missed
+            measured[:, k] = data.energy.sum(), momentum, depth, _slip(model, data), beyond, missed
     has = np.nanmax(np.abs(measured), axis=1, initial=0.0) > 0.0
     return {name: of for name, of, some in zip(NAMES, measured, has, strict=True) if some}
 
@@ -57,3 +62,18 @@ def _beyond(data: Any) -> tuple[float, float]:
 def _places(data: Any, *kinds: int) -> Array:
     """Distances [m or rad] of the constraints of some kinds, shape (n,)."""
     return np.asarray(data.efc_pos[np.isin(data.efc_type, kinds)])
+
+
+def _slip(model: Any, data: Any) -> float:
+    """The largest speed [m/s] across the normal of two geoms that touch, 0 where none do."""
+    fastest = 0.0
+    first, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    for contact in data.contact:
+        if contact.dist > 0.0 or contact.geom.min() < 0:
+            continue  # not touching, or of a flex
+        bodies = model.geom_bodyid[contact.geom]
+        mujoco.mj_jac(model, data, first, None, contact.pos, bodies[0])
+        mujoco.mj_jac(model, data, other, None, contact.pos, bodies[1])
+        across = contact.frame.reshape(3, 3)[1:] @ ((other - first) @ data.qvel)
+        fastest = max(fastest, float(np.linalg.norm(across)))
+    return fastest
