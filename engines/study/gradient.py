@@ -103,8 +103,10 @@ class Gradient:
     why: str = ""  # the way is unsupported
     one_sided: tuple[float, float] | None = None  # exact ones where there is no other
     tried: tuple[Difference, ...] = ()  # of falling eps; empty: the way is unsupported
-    predicted_best: float | None = None  # eps; None where a solver's steps change beside it
-    measured_best: float | None = None  # eps
+    # Differences at which both parts are alike; None without theory, and of what is linear in the
+    # number; none is predicted where a solver's steps change beside it.
+    predicted_best: float | None = None
+    measured_best: float | None = None
     cost: float = math.nan  # in runs
 
     @property
@@ -248,9 +250,9 @@ class _Runs:
 
     def slope(self, name: str) -> float:
         """That of the predicted error, one for all differences: where a theory takes the run's own
-        steps, it has their rounding, too; 0 where there is none on both sides."""
+        steps, it has their rounding, too; NaN where there is none on both sides."""
         low, high = self.beside("error", name, NEAR * SIDES["central"])
-        return float(np.nan_to_num(high - low)) / (2.0 * NEAR * self.number.size)
+        return float(high - low) / (2.0 * NEAR * self.number.size)
 
     def noise(self, name: str) -> float:
         """The standard deviation of what rounding makes of an end; 0 where there is no run."""
@@ -381,8 +383,9 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
     if len(tried) >= LEAST:
         apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
-    predicted = [d.size for d in tried]
     slope = runs.slope(record.of)
+    # The error of a run bends, too.
+    predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in tried]
     measured = [abs(d.computed - record.reference - slope) for d in tried]
     return replace(
         record,
@@ -408,9 +411,10 @@ def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
 def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float | None:
     """The eps at which C eps^order and R/eps add up to the least, where `errors` are of falling
     `eps`: C by the largest, R by the mean square of those that C does not explain, each a draw of
-    the rounding, small by chance at times; None where too few were tried, or no branch is seen."""
+    the rounding, small by chance at times; None where too few were tried, or the largest is best, as of
+    what is linear."""
     sizes, parts = np.array(errors), np.array(eps)
-    if len(sizes) < LEAST or not np.isfinite(sizes).all():
+    if len(sizes) < LEAST or not np.isfinite(sizes).all() or not np.argmin(sizes):
         return None
     truncation = float(np.median((sizes / parts**order)[:2]))
     rounded = sizes > 2.0 * truncation * parts**order

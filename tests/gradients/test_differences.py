@@ -22,6 +22,7 @@ SMOOTH = (
     (CONE, "mujoco/rk4", "theta", "theta_dot"),
     (CONE, "pymunk/torque", "theta", "theta_dot"),
     (CONE, "ode/leapfrog", "theta", "pivot_y"),
+    ("cone-pendulum/fast-platform", "ode/rk4", "theta", "theta"),
     (CONE, "heyoka/taylor", "theta_dot", "gravity"),
     ("free-body/flip", "ode/rk4", "angular_velocity_x", "inertia_x"),
     (LINE, "pymunk/feet", "displacement", "w1"),
@@ -88,6 +89,14 @@ def test_no_best_difference_is_predicted_where_steps_change_beside_it(how):
     central, _ = _records(replace(sweep, ways=("central", "forward")))
     assert (central.predicted_best is None) == (how == "lsoda")
     assert 1e-5 < central.measured_best < 2e-5 or how == "lsoda"
+
+
+@pytest.mark.parametrize("bends", [0.0, 1e-9])
+def test_what_is_linear_in_a_parameter_has_no_best_difference(bends):
+    errors = [bends * eps + 1e-15 / eps for eps in measuring.SWEEP]
+    best = measuring.best_eps(measuring.SWEEP, errors, 1)
+    assert (best is None) == (bends == 0.0)
+    assert best is None or 3e-4 < best < 3e-3
 
 
 def test_the_order_of_a_derivative_is_that_of_its_scheme():
