@@ -411,8 +411,8 @@ def _difference(runs: _Runs, record: Gradient, eps: float) -> Difference:
 def best_eps(eps: Sequence[float], errors: Sequence[float], order: int) -> float | None:
     """The eps at which C eps^order and R/eps add up to the least, where `errors` are of falling
     `eps`: C by the largest, R by the mean square of those that C does not explain, each a draw of
-    the rounding, small by chance at times; None where too few were tried, or the largest is best, as of
-    what is linear."""
+    the rounding, small by chance at times; None where too few were tried, or the largest is best,
+    as of what is linear."""
     sizes, parts = np.array(errors), np.array(eps)
     if len(sizes) < LEAST or not np.isfinite(sizes).all() or not np.argmin(sizes):
         return None
