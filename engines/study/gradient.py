@@ -384,7 +384,7 @@ def _by_differences(runs: _Runs, record: Gradient, asked: tuple[float, ...]) -> 
         apart = math.sqrt(2.0) * runs.noise(record.of) / (high - low)
         tried = [replace(d, noise=apart / eps) for d, eps in zip(tried, epses, strict=True)]
     slope = runs.slope(record.of)
-    # The error of a run bends, too.
+    # The error of a run is curved, too.
     predicted = [abs(d.truncation + d.slope - slope) + d.noise for d in tried]
     measured = [abs(d.computed - record.reference - slope) for d in tried]
     return replace(

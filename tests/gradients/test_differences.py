@@ -91,11 +91,11 @@ def test_no_best_difference_is_predicted_where_steps_change_beside_it(how):
     assert 1e-5 < central.measured_best < 2e-5 or how == "lsoda"
 
 
-@pytest.mark.parametrize("bends", [0.0, 1e-9])
-def test_what_is_linear_in_a_parameter_has_no_best_difference(bends):
-    errors = [bends * eps + 1e-15 / eps for eps in measuring.SWEEP]
+@pytest.mark.parametrize("curved", [0.0, 1e-9])
+def test_what_is_linear_in_a_parameter_has_no_best_difference(curved):
+    errors = [curved * eps + 1e-15 / eps for eps in measuring.SWEEP]
     best = measuring.best_eps(measuring.SWEEP, errors, 1)
-    assert (best is None) == (bends == 0.0)
+    assert (best is None) == (curved == 0.0)
     assert best is None or 3e-4 < best < 3e-3
 
 
