@@ -52,7 +52,7 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
     backward, braking = mu * push - limit, mu * pull + limit
     t_star = mu * (push + pull) * time / braking
     try:
-        return ClosedForm(
+        closed = ClosedForm(
             backward=float(backward),
             braking=float(braking),
             braking_time=float(backward * time / braking),
@@ -63,6 +63,9 @@ def closed_form(capsule: Capsule, w1: float, w2: float, t1: float) -> ClosedForm
         )
     except OverflowError:
         raise ParameterError("w1, w2, t1", (w1, w2, t1), "such that the motion is finite") from None
+    if closed.displacement == 0.0:
+        raise ParameterError("displacement", 0.0, "other than 0")
+    return closed
 
 
 @dataclass(frozen=True)

@@ -45,8 +45,7 @@ class SlowStroke(SingleMotion, LineMotion):
             object.__setattr__(self, name, finite(name, getattr(self, name)))
         positive("friction", self.capsule.friction)
         proper_fraction("fraction", self.fraction)
-        if self.length == 0.0:
-            raise ParameterError("length", self.length, "other than 0")
+        positive("duration", self.duration)
         for breach in validity(self.capsule, (self.segment,)):
             raise breach
 

@@ -127,6 +127,8 @@ def load_factor(limits: Array, arms: Complex, force: complex, torque: float) -> 
     length = float(np.sqrt(np.mean(np.abs(arms) ** 2)))
     wrench = np.array([force.real, force.imag, torque / length])
     size = float(np.linalg.norm(wrench))
+    if not np.isfinite(size):
+        raise OverflowError("a double does not hold the size of the wrench")
     if size == 0.0:
         return 0.0, np.zeros(3)
     if not limits.any():
