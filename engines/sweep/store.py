@@ -1,4 +1,4 @@
-"""Sweeps kept in a file: each chunk when it is done, known by what defines it."""
+"""Sweeps and searches kept in a file: each chunk when it is done, known by what defines it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from plumbob.engines.study.checkpoint import key_of
 from plumbob.engines.study.provenance import versions_of
 from plumbob.engines.study.store_file import writing
 from plumbob.engines.sweep.sweep import Chunk, Keep, Sweep
+from plumbob.engines.sweep.worst import Found
 
 FILE = "sweeps.sqlite3"  # its name in a folder of results
 
@@ -33,3 +34,11 @@ def keeping(file: Path, asked: Sweep) -> Iterator[tuple[Mapping[int, Chunk], Kee
             store.keep(opened, number, {str(chunk): found})
 
         yield {int(key): chunk for key, chunk in there.items()}, keep
+
+
+def keep_worst(file: Path, found: Found) -> None:
+    """Keep what a search found, in place of what a search for the same gave before."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with writing(file) as opened:
+        key = key_of("worst", found.box, found.method, found.step, found.runs)
+        store.keep(opened, store.begun(opened, key)[0], {"worst": found})

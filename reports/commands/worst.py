@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.registry import method as find_method
@@ -20,8 +21,9 @@ BUDGET = 200  # runs
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Search, print what was found with the command that repeats it."""
+    """Search, keep what was found, print it with the command that repeats it."""
     from plumbob.engines.box import box
+    from plumbob.engines.sweep import store
     from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
     from plumbob.reports.commands.validate import progress
@@ -43,6 +45,7 @@ def command(chosen: argparse.Namespace) -> int:
             score,
             progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),
         )
+    store.keep_worst(Path(chosen.out) / store.FILE, answer)
     if chosen.json:
         values.print_json(_as_json(answer))
     else:
