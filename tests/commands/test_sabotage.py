@@ -156,7 +156,6 @@ def test_a_prediction_with_its_sign_flipped(validate, monkeypatch):
 def test_a_doctored_theory_of_the_largest_step(tmp_path, capsys, monkeypatch):
     """A tenth more than the theory says, where runs agree with it within 2 %."""
     monkeypatch.setattr("plumbob.reports.analyses.requests", lambda plan: (SEARCH,))
-    monkeypatch.setattr("plumbob.reports.analyses.analyses_of", lambda study, jobs, judged: ())
     monkeypatch.setattr(
         "plumbob.reports.view.site.writing.write_page", lambda study, out, *more: out / "none"
     )

@@ -11,7 +11,7 @@ from plumbob.models.gradient import exact_gradient
 from plumbob.models.registry import case_of, scene
 from plumbob.tests.support.derivatives import scaled
 
-STEPS, HALVINGS = (3e-2, 4e-3, 2e-4, 1e-6), 3  # of a parameter: the longest, each halved
+STEPS, HALVINGS = (1e-2, 2e-3, 2e-4, 1e-6), 3  # of a parameter: the longest, each halved
 # Of scale: the usual error of these, and beside a switch that they step over; of derivatives.
 USUAL, LARGEST, SURE = 2e-8, 1e-5, 1e-7
 EVENTFUL = (

@@ -58,7 +58,8 @@ def confirmations(found, limit):
 def verdict(found, confirmed):
     """Whether the certificate has the small steps of both integrators outside, or the better ones
     tell less than it does."""
-    best, rounding = confirmed[0], MANY * found.reference.rounding
+    best = confirmed[0]
+    rounding = MANY * np.finfo(float).eps * np.abs(found.reference.positions).max()
     known = found.reference.uncertainty[: best.apart.size]
     if np.all([c.apart > known + c.scatter + rounding for c in confirmed], axis=0).any():
         return OUTSIDE
