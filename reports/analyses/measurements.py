@@ -23,7 +23,6 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case
 
-Curve = tuple[Array, Array]  # x and y of its points, as they are drawn
 TURN = 2 * np.pi
 PERIODS = 3.1  # of a run whose period is measured: two whole ones between crossings, and some more
 

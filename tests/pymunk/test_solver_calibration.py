@@ -47,6 +47,17 @@ def test_residual_where_friction_is_used_up():
     assert left > 1e3 * one_foot
 
 
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("capsule-line/ca1", 3), ("capsule-coast/rotation", 2), ("capsule-train/ten", 60)],
+)
+def test_forces_change_at_once_as_often_as_the_motion_says(name, changes):
+    """As a body begins to slide and stops, and its slider stops; in repeated manoeuvres also as it
+    begins to return, turns round, and stops again."""
+    case = case_of(scene(name))
+    assert demand(case.problem, sampled(case.problem, case.scene.duration)).changes == changes
+
+
 @pytest.mark.parametrize("iterations", [100, 200])
 def test_friction_reserve_at_which_iterations_stall(iterations):
     """With a friction reserve of USED_UP, and with half of it, the bound of one sticking foot

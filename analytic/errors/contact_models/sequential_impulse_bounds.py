@@ -42,7 +42,9 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 
 USED_UP = 0.02  # of friction to spare, below which iterations stall: calibrated
 STALLED = 1e-2  # fraction of a velocity left there, 7e-3 with 50 iterations: calibrated
-JUMP = 1e-3  # of the friction limit: what changes by more between samples does so at once
+# Of the friction limit: what changes by more between samples does so at once. In each phase
+# friction is constant but for rounding; the slow return of repeated ones begins with 0.1.
+JUMP = 1e-3
 AT_SWITCH = 1e-9  # [s]: an event this near to a switch of the slider is caused by it
 
 
