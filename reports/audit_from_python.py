@@ -11,7 +11,7 @@ from plumbob.analytic.parameters import ParameterError, positive
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.allowance import Allowance
-from plumbob.engines.audit.audit import audited, with_gradient
+from plumbob.engines.audit.audit import Audit, audited, with_gradient
 from plumbob.engines.audit.contacts import SPEED, contacts_audited, rests
 from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.engines import with_engines
@@ -40,6 +40,7 @@ def audit(
     gradient: bool = False,
     policy: Policy | None = None,
     engines: Sequence[str] = (),
+    begun: Callable[[Audit], None] = lambda audit: None,
 ) -> MotionResult:
     """How wrong `model`, a path to an MJCF file, a `mujoco.MjModel`, an `MjSpec`, an `MjData`,
     whose positions and velocities are the start, or a MuJoCo environment of Gymnasium that has been
@@ -55,8 +56,8 @@ def audit(
     reference and all steps. That of an environment is called with its observations, and the
     environment is stepped, so that the rollout is its own; a control is held as it holds an action.
     A `gradient` certifies derivatives of the end by controls and start, too, in as much time again,
-    and each of `engines`, by name, runs the file, in as much. Raises ParameterError for bad input,
-    and for a model that no reference can be certified for, with the reason.
+    and each of `engines`, by name, runs the file, in as much. `begun` gets the audit before that.
+    Raises ParameterError for bad input, and for a model that no reference can be certified for.
 
     >>> import mujoco
     >>> rod = '''<mujoco><worldbody><body><joint axis="0 1 0"/>
@@ -69,18 +70,17 @@ def audit(
     positive("jobs", jobs)
     _known(engines, model)
     start = start_of(keyframe, qpos, qvel)
-    named = control if isinstance(control, str) and policy is None else "given"
+    named = RECORDED if policy is not None else control if isinstance(control, str) else "given"
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
         environment = model
         model, period = start_and_period(environment)
         if policy is not None:
             control, policy = rollout(environment, policy, _lasting(duration)), None
-            duration, named = None, RECORDED
+            duration = None
     user_model, moved = _moved(model, start, control, policy, duration, period)
     with Workers(jobs) as workers:
         beside = Allowance(budget, executor=workers if jobs > 1 else None, progress=progress)
-        named = RECORDED if policy is not None else named
-        answer = audited(user_model, moved, named, beside)
+        answer = audited(user_model, moved, named, beside, begun)
     if gradient:
         answer = with_gradient(answer, Allowance(budget, progress=progress))
     answer = with_engines(answer, model, engines, budget, progress)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.changes import Moved
 from plumbob.engines.audit.gradient import Gradients, gradients
-from plumbob.engines.audit.reference import RESOLVED, Certificate, certified
+from plumbob.engines.audit.reference import RESOLVED, Certificate, certified, uncertain
 from plumbob.engines.audit.stability import Stability, stability
 from plumbob.engines.audit.step_errors import (
     Balance,
@@ -146,9 +146,30 @@ class Audit:
             )
 
 
-def audited(model: OwnModel, script: Script, control: str, allowance: Allowance) -> Audit:
-    """The audit of `model` on the motion that `script` makes of it."""
+def audited(
+    model: OwnModel,
+    script: Script,
+    control: str,
+    allowance: Allowance,
+    begun: Callable[[Audit], None] = lambda audit: None,
+) -> Audit:
+    """The audit of `model` on the motion that `script` makes of it; `begun` is called with what is
+    known before anything is computed."""
     progress, began = allowance.progress, time.perf_counter()
+    audit = Audit(
+        model.name,
+        model.integrator,
+        model.step,
+        script,
+        control,
+        uncertain(model, script),
+        None,
+        model.clamped,
+        model.notes,
+        0.0,
+        model=model,
+    )
+    begun(audit)
     progress("the continuous motion, by two methods")
     reference = certified(model, script, allowance.part(REFERENCE))
     result = None
@@ -173,21 +194,14 @@ def audited(model: OwnModel, script: Script, control: str, allowance: Allowance)
     states = reference.course.states[: known(reference) + 1]
     steady = allowance.part(max(STABLE, LEAST_STABLE / allowance.seconds))
     largest = stability(model, script, states, steady)
-    return Audit(
-        model.name,
-        model.integrator,
-        model.step,
-        script,
-        control,
-        reference,
-        result,
-        model.clamped,
-        model.notes,
-        time.perf_counter() - began,
-        left_out,
-        read,
-        largest,
-        model,
+    return replace(
+        audit,
+        reference=reference,
+        found=result,
+        seconds=time.perf_counter() - began,
+        trims=left_out,
+        balances=read,
+        stability=largest,
     )
 
 

@@ -83,6 +83,12 @@ def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certific
     return replace(smooth, why=first.why + after)
 
 
+def uncertain(model: OwnModel, script: Script) -> Certificate:
+    """A certificate of the start alone."""
+    start = Integration(script.start[None], 0.0)
+    return _compared(model, start, start)
+
+
 def _layered(
     model: OwnModel, script: Script, allowance: Allowance
 ) -> tuple[Certificate | None, str]:

@@ -88,7 +88,10 @@ def command(chosen: argparse.Namespace) -> int:
             except ImportError as why:
                 print(f"plumbob: {why}: pip install 'plumbob[robots]'", file=sys.stderr)
                 return MISSING
-            rows = iter([_audited(model, chosen, "", chosen.jobs, lambda what: show(what, 0, 0))])
+            shown: dict[str, Any] = {"progress": lambda what: show(what, 0, 0)}
+            if not chosen.json:
+                shown["begun"] = partial(_first_line, name=chosen.gym)
+            rows = iter([_audited(model, chosen, "", chosen.jobs, **shown)])
         else:
             each = partial(_audited, chosen=chosen, shared=shared_folder(list(map(str, files))))
             rows = several_audits.audited(files, each, chosen.jobs, PATIENCE * chosen.budget)
@@ -98,6 +101,11 @@ def command(chosen: argparse.Namespace) -> int:
                 show(f"{row.path} audited", len(done), len(files or ()))
     _report(several_audits.sorted_rows(done), chosen, alone, began)
     return max(row.code for row in done)
+
+
+def _first_line(audit: Audit, name: str | None) -> None:
+    """Print what is audited at once, into a pipe or a file, too."""
+    print(lines(answered(replace(audit, name=name or audit.name)))[0], flush=True)
 
 
 def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began: float) -> None:
@@ -116,7 +124,8 @@ def _report(done: Sequence[Row], chosen: argparse.Namespace, alone: bool, began:
     elif chosen.json and done[0].lines:
         values.print_json(done[0].data)
     else:
-        for line in done[0].lines if alone else several_audits.lines(done):
+        printed = 0 if chosen.contacts else 1  # a motion's first line, since the beginning
+        for line in done[0].lines[printed:] if alone else several_audits.lines(done):
             print(line)
     if chosen.github:
         marks = (mark for row in done for mark in several_audits.workflow_commands(row))
@@ -173,13 +182,13 @@ def _audited(
     chosen: argparse.Namespace,
     shared: str,
     jobs: int = 1,
-    progress: Callable[[str], None] = lambda what: None,
+    **shown: Any,
 ) -> Row:
     """All that is printed of the audit of a file, or environment, its page written where one is
     wanted, by its path from the folder that all files share; or why it has none."""
     path = chosen.gym or str(model)
     try:
-        result = _result(model, path, chosen, jobs, progress)
+        result = _result(model, path, chosen, jobs, **shown)
         answer, missed = answered(result), "; ".join(_missed(result, chosen))
         name = "" if chosen.out is None else _written(answer, result, path, chosen, shared)
     except ParameterError as why:
@@ -226,9 +235,10 @@ def _result(
     path: str,
     chosen: argparse.Namespace,
     jobs: int,
-    progress: Callable[[str], None],
+    **shown: Any,
 ) -> Audit | ContactAudit:
-    """The audit of one file, or environment; raises ParameterError."""
+    """The audit of one file, or environment, of which `audit` calls what is `shown`; raises
+    ParameterError."""
     if chosen.contacts:
         return audit_contacts(
             model,
@@ -247,10 +257,10 @@ def _result(
         period=chosen.ctrl_period,
         budget=chosen.budget,
         jobs=jobs,
-        progress=progress,
         gradient=chosen.gradient,
         policy=None if chosen.policy is None else policy_of(chosen.policy),
         engines=engines_of(chosen.engines),
+        **shown,
     )
     result = replace(result, name=chosen.gym or result.name)
     if chosen.write_trimmed is not None:

@@ -221,6 +221,7 @@ def progress() -> Iterator[Progress]:
         rich.MofNCompleteColumn(),
         console=Console(stderr=True),
         transient=True,
+        redirect_stdout=sys.stdout.isatty(),  # else what is printed meanwhile is for a pipe
     )
     with bar:
         task = bar.add_task("", total=None)

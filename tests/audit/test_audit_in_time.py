@@ -1,6 +1,7 @@
 """What an audit says when its time runs out: all that was certified by then, and its own step."""
 
 import time
+from contextlib import redirect_stdout
 from itertools import count
 
 import numpy as np
@@ -14,7 +15,8 @@ from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import halved
 from plumbob.engines.own_motion import Start
-from plumbob.tests.audit.scenes_as_models import ball, compiled, pendulum
+from plumbob.reports.cli import main
+from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendulum
 
 SECOND = 1000  # readings of a clock
 
@@ -34,6 +36,26 @@ def test_what_is_certified_when_time_runs_out_is_kept(budget, least, monkeypatch
     assert least <= found.until < 0.4
     assert np.isfinite(found.uncertainty[: round(found.until / 0.02) + 1]).all()
     assert "the time given for it ended" in found.why
+
+
+@pytest.mark.parametrize("asked", [[], ["--json"]])
+def test_the_first_line_is_written_before_anything_is_computed(asked, tmp_path, monkeypatch):
+    """Standard output is a file, which is written in blocks unless it is flushed."""
+    model, out = tmp_path / "rod.xml", tmp_path / "out.txt"
+    model.write_text(PENDULUM.format(integrator="Euler"))
+    before = []
+
+    def noted(*given):
+        before.append(out.read_text("utf-8"))
+        return certified(*given)
+
+    monkeypatch.setattr("plumbob.engines.audit.audit.certified", noted)
+    with out.open("w", encoding="utf-8") as file, redirect_stdout(file):
+        assert main(["audit", str(model), "--duration", "0.1", "--budget", "5", *asked]) == 0
+    text = out.read_text("utf-8")
+    first = text.splitlines(keepends=True)[0]
+    assert before == ["" if asked else first]
+    assert asked or (first.startswith("rod.xml ") and text.count("rod.xml") == 1)
 
 
 def test_the_own_step_is_run_whatever_the_time():
