@@ -53,6 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for wrong use or bad input, 3 for a missing engine or an incomplete study, 4 for a defect of
     plumbob itself, 130 when interrupted."""
     from plumbob.analytic.parameters import ParameterError
+    from plumbob.reports.commands.arguments.options import read
 
     _print_every_character()
     with _interrupts() as interrupts:
@@ -60,6 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             words = list(sys.argv[1:] if argv is None else argv)
             first = [word for word in words[:1] if word in (*COMMANDS, "--version")]
             chosen = parser(first or COMMANDS).parse_args(words)
+            read(chosen)
             # Arguments may hold bytes that are no UTF-8.
             line = shlex.join(["plumbob", *words]).encode("utf-8", "backslashreplace")
             chosen.line = line.decode()

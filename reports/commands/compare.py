@@ -31,13 +31,9 @@ def command(chosen: argparse.Namespace) -> int:
     made = old.provenance, new.provenance
     versions = moved.pop("versions")
     rows = [row for part in moved.values() for row in part]
-    if chosen.json:
-        values.print_json([*versions, *rows])
-    else:
-        from plumbob.reports.view.tables import lines
-
-        both_made = dict(zip(("old", "new"), made, strict=True))
-        print(*lines("compare", made=both_made, versions=versions, moved=rows), sep="\n")
+    both_made = dict(zip(("old", "new"), made, strict=True))
+    every = [*versions, *rows]
+    values.show(chosen, every, "compare", made=both_made, versions=versions, moved=rows)
     grown = sum(row["growth"] is not None and row["growth"] > above for row in rows)
     if file:
         from plumbob.reports.view.site.comparison import Comparison, write_comparison

@@ -26,7 +26,7 @@ INCOMPLETE = 3
 
 def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge derivatives; 1 where one is not as expected."""
-    changed = values.changes(chosen.changes)
+    changed = chosen.changes
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
     with values.representable(changed, chosen):
         case = case_of(find_scene(chosen.scene, changed))
@@ -66,17 +66,13 @@ def _searches(
         "",
         tuple(dict.fromkeys(chosen.way or ())),
         None,
-        _positive("eps", chosen.eps),
-        next(iter(_positive("at", chosen.at)), None),
+        tuple(chosen.eps or ()),
+        chosen.at,
         tuple(hashable(changed).items()),
     )
     search.check(case)
-    every = product(dict.fromkeys(by), _positive("step", chosen.step) or (None,))
+    every = product(dict.fromkeys(by), chosen.step or (None,))
     return [replace(search, by=name, step=step) for name, step in every]
-
-
-def _positive(name: str, text: str | None) -> tuple[float, ...]:
-    return tuple(values.positive_number(name, part) for part in (text or "").split(",") if part)
 
 
 def _usual(case: Case) -> list[str]:

@@ -11,7 +11,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import side, step_sizes
+from plumbob.reports.commands.sweep import finest, side
 
 if TYPE_CHECKING:
     from plumbob.engines.box import Side
@@ -28,37 +28,28 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep.sweep import runnable
     from plumbob.reports.commands.validate import progress
 
-    method, changed = find_method(chosen.method), values.changes(chosen.changes)
-    (step,) = step_sizes(chosen.step and [chosen.step], method)
-    noise = values.number("noise", chosen.noise)
-    if noise < 0.0:
-        raise ParameterError("noise", chosen.noise, "0 or greater")
+    method, changed = find_method(chosen.method), chosen.changes
+    step = chosen.step or finest(method)
     with values.representable(changed):
         true = case_of(find_scene(chosen.scene, changed))
         sides = list(_sides(true, chosen))
         sought = [limits.name for limits in sides]
         around = box(chosen.scene, {n: v for n, v in changed.items() if n not in sought}, sides)
     runnable(around, [method])
-    budget = len(sides) * BUDGET if chosen.budget is None else values.count("budget", chosen.budget)
     with progress() as show:
         fit = identify(
             around,
             true,
             method,
             step,
-            budget,
+            chosen.budget or len(sides) * BUDGET,
             chosen.all_samples,
-            noise,
-            values.count("seed", chosen.seed),
+            chosen.noise,
+            chosen.seed,
             lambda made, of, residual: show(f"residual so far {residual:.3g}", made, of),
             chosen.way,
         )
-    if chosen.json:
-        values.print_json(records(fit))
-    else:
-        from plumbob.reports.view.tables import lines
-
-        print(*lines("identify", found=fit, control=method.control), sep="\n")
+    values.show(chosen, records(fit), "identify", found=fit, control=method.control)
     return 0
 
 

@@ -31,7 +31,6 @@ from plumbob.reports.analyses.capsule_plan.pose_errors import (
 )
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.reports.view.tables import lines
 
 PLACES = ("start", "slider", "slider_at_end", *CURVE)
 ABOUT = """\
@@ -63,23 +62,23 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
-    changes = values.changes(chosen.changes) | ({"arc": chosen.arc} if chosen.arc else {})
+    changes = chosen.changes | ({"arc": chosen.arc} if chosen.arc else {})
     known(changes, (*BODY, *LIMITS, *PLACES))
     parameters = asked(chosen.to, chosen.track, changes)
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
+    measured = None
     with values.representable(changes or {"to": chosen.to}):
         found = planned({**CHECK, **parameters})
         answer = described(found)
-        measured = _measured(chosen, found, parameters) if chosen.method else None
+        if chosen.method:
+            scene, method = find_scene(SYSTEM, parameters), find_method(chosen.method)
+            measured = run_plan(found, scene, method, chosen.step)
         if chosen.other:
-            answer["on"] = _ends_on(found, values.changes(chosen.other))
+            answer["on"] = _ends_on(found, chosen.other)
     if measured is not None:
         answer["method"] = measured_data(found, measured)
-    if chosen.json:
-        values.print_json(answer)
-    else:
-        print(*lines("plan", **{"method": None, "on": None, **answer}, kinds=KINDS), sep="\n")
+    values.show(chosen, answer, "plan", **{"method": None, "on": None, **answer}, kinds=KINDS)
     return MISSING if measured is not None and measured.found.status == "missing" else 0
 
 
@@ -128,11 +127,6 @@ def _ends_on(plan: Plan, changes: Mapping[str, Any]) -> dict[str, float]:
     body = capsule({**asdict(plan.capsule), **changes})
     distance, angle = replace(plan, capsule=body).error
     return {"position_error": distance, "heading_error": angle}
-
-
-def _measured(chosen: argparse.Namespace, found: Plan, parameters: Mapping[str, Any]) -> PlanRun:
-    method, step = find_method(chosen.method), values.positive_number("step", chosen.step)
-    return run_plan(found, find_scene(SYSTEM, parameters), method, step)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.advice.advice import Answer, Run
     from plumbob.reports.advice.recommend import Choice, Recommendation
+    from plumbob.reports.advice.user_settings import UserResult
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
 
@@ -40,9 +41,10 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.advice.advice import Question, advise
     from plumbob.reports.commands.arguments.like import own_method
 
-    error = _wanted(chosen)
+    if chosen.absolute is None and chosen.observable is not None:
+        raise ParameterError("observable", chosen.observable, "given with --absolute")
     user_method = own_method(chosen.like) if chosen.like else None
-    scenes = _scenes(chosen.scene, values.changes(chosen.changes))
+    scenes = _scenes(chosen.scene, chosen.changes)
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     if chosen.engine is not None and chosen.engine not in engines():
@@ -55,20 +57,11 @@ def command(chosen: argparse.Namespace) -> int:
     with measured(chosen, scenes) as (study, run):
         methods = tuple(m for m in study.methods if chosen.engine in (None, m.engine))
         name = chosen.scene if len(study.scenes) > 1 else study.scenes[0].name
-        absolute = chosen.error is None
+        error, absolute = chosen.error or chosen.absolute, chosen.error is None
         asked = Question(name, study.scenes, methods, error, absolute, chosen.observable)
         answer = advise(asked, study, run)
-    _show(chosen.json, asked, study, answer, user_method)
+    _show(chosen, asked, study, answer, user_method)
     return 0 if answer.recommendation.choice else 1
-
-
-def _wanted(chosen: argparse.Namespace) -> float:
-    """The error that is asked for; raises ParameterError."""
-    if chosen.error is None:
-        return values.positive_number("absolute", chosen.absolute)
-    if chosen.observable is not None:
-        raise ParameterError("observable", chosen.observable, "given with --absolute")
-    return values.positive_number("error", chosen.error)
 
 
 def _scenes(name: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
@@ -166,32 +159,29 @@ def _one_more(kept: Checkpoint, show: Progress) -> Run:
 
 
 def _show(
-    as_json: bool, asked: Any, study: Study, answer: Answer, user_method: Method | None
+    chosen: argparse.Namespace, asked: Any, study: Study, answer: Answer, user_method: Method | None
 ) -> None:
     """Print the answer, and what a user's own settings, measured now, give beside it."""
     from plumbob.engines.study.runner import joined, run_study
     from plumbob.reports.advice.user_settings import user_results
     from plumbob.reports.judge.study_verdicts import judge_study
-    from plumbob.reports.view import tables
-    from plumbob.reports.view.user_settings import lines
+    from plumbob.reports.view.user_settings import cost_factor
 
     made = study.provenance
-    beside: dict[str, Any] = {}
+    record = {
+        **asdict(answer.recommendation),
+        "scenes": [scene.name for scene in asked.scenes],
+        "study": {"date": made.date, "versions": made.versions},
+        "cut_short": answer.cut_short,
+    }
+    results: Sequence[UserResult] = ()
     if user_method:
         study = joined(study, run_study(asked.scenes, [user_method]))
-        beside["user_settings"] = user_results(study, judge_study(study))
-    if as_json:
-        values.print_json(
-            {
-                **asdict(answer.recommendation),
-                "scenes": [scene.name for scene in asked.scenes],
-                "study": {"date": made.date, "versions": made.versions},
-                "cut_short": answer.cut_short,
-                **{key: [asdict(result) for result in results] for key, results in beside.items()},
-            }
-        )
-        return
-    shown = tables.lines(
+        results = user_results(study, judge_study(study))
+        record["user_settings"] = [asdict(result) for result in results]
+    values.show(
+        chosen,
+        record,
         "recommend",
         answer=answer.recommendation,
         asked=asked,
@@ -199,8 +189,9 @@ def _show(
         cut_short=answer.cut_short,
         made=made,
         engines=dict.fromkeys(method.engine for method in study.methods),
+        results=results,
+        factor=cost_factor,
     )
-    print(*shown, *lines(beside.get("user_settings", ())), sep="\n")
 
 
 def _named(answer: Recommendation) -> list[tuple[str, Choice]]:

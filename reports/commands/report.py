@@ -8,22 +8,20 @@ from pathlib import Path
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.study import store
-from plumbob.reports.commands.arguments import values
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Write the same pages that `validate` wrote, to the byte, or one file with the content of all
     of them, or a folder to publish, and print where it is."""
-    number = None if chosen.study is None else values.count("study", chosen.study)
     single = None if chosen.single is None else html_file("single", chosen.single)
     public = None if chosen.publish is None else new_folder(chosen.publish, Path(chosen.out))
     if single and public:
         raise ParameterError("publish", chosen.publish, "left out where --single is given")
-    study = store.load(Path(chosen.out) / store.FILE, number)
-    if study is None and number is None:
+    study = store.load(Path(chosen.out) / store.FILE, chosen.study)
+    if study is None and chosen.study is None:
         raise ParameterError("OUT", chosen.out, "where `plumbob validate` has stored a study")
     if study is None:
-        raise ParameterError("study", number, f"the number of a study in {chosen.out}")
+        raise ParameterError("study", chosen.study, f"the number of a study in {chosen.out}")
     from plumbob.reports.view.page import written
     from plumbob.reports.view.site.writing import publish, render, write_page
 

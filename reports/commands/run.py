@@ -9,7 +9,7 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.registry import engine_of
 from plumbob.engines.registry import method as find_method
-from plumbob.engines.study.cost import BatchCost, Cost, batch_costs, costs
+from plumbob.engines.study.cost import Cost, batch_costs, costs
 from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
@@ -29,18 +29,20 @@ LONGEST = 3600.0  # [s] that a run of an added engine may take
 def command(chosen: argparse.Namespace) -> int:
     """Print errors against the exact answer, their tolerances and the cost."""
     methods = _methods(chosen.method, chosen.like)
-    changed = values.changes(chosen.changes)
+    changed = chosen.changes
     with values.representable(changed, chosen):
         scene = find_scene(chosen.scene, changed)
         case = case_of(scene)
         about = case.system.quantities(case)
-    step = _step(chosen, methods[-1])
+    if chosen.step is None and not chosen.like:
+        raise ParameterError("step", None, "given, or the step of the file that --like names")
+    step = chosen.step or methods[-1].step_sizes[0]  # the user's own
     codes, records = [], []
     for method in methods:
         with values.representable(changed, chosen):
             run, cost, unit = _measured(case, method, step)
         judgement = judge(run, case.system, method, about)
-        worlds = _batches(chosen.worlds, case, method, step)
+        worlds = batch_costs(case, method, step, chosen.worlds or [])
         records.append(record(method, run, judgement, None, cost))
         if worlds:
             records[-1]["worlds"] = [row.__dict__ for row in worlds]
@@ -61,20 +63,6 @@ def command(chosen: argparse.Namespace) -> int:
         answer = records[0] if len(records) == 1 else records
         values.print_json(answer)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
-
-
-def _batches(worlds: str | None, case: Case, method: Method, step: float) -> tuple[BatchCost, ...]:
-    """Cost by the numbers of worlds that are asked for; raises ParameterError."""
-    counts = [values.count("worlds", part) for part in worlds.split(",")] if worlds else []
-    return batch_costs(case, method, step, counts)
-
-
-def _step(chosen: argparse.Namespace, method: Method) -> float:
-    """The step that was asked for, or else the user's own."""
-    if chosen.step is None and not chosen.like:
-        raise ParameterError("step", None, "given, or the step of the file that --like names")
-    finest = method.step_sizes[:1] if chosen.step is None else ()
-    return finest[0] if finest else values.positive_number("step", chosen.step)
 
 
 def _measured(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:

@@ -29,11 +29,11 @@ ANGLE = Observable("theta", "rad")
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the observables at the times wanted, and what else is exact."""
-    changed = values.changes(chosen.changes)
-    asked = changed | ({"times": chosen.times} if chosen.times else {})
+    changed, times = chosen.changes, chosen.times
+    asked = changed | ({} if times is None else {"times": times.tolist()})
     with values.representable(asked, chosen):
         scene = find_scene(chosen.scene, changed)
-        times = values.times(chosen.times) if chosen.times else np.linspace(0, scene.duration, 11)
+        times = np.linspace(0, scene.duration, 11) if times is None else times
         case = case_of(scene)
         by_angle = _over_angles(case, chosen.angles)
         also = case.system.also(case.problem, times)
@@ -51,17 +51,14 @@ def command(chosen: argparse.Namespace) -> int:
         **({"by_angle": _named(by_angle)} if by_angle else {}),
         **facts,
     }
-    if chosen.json:
-        values.print_json(answer)
-        return 0
-    from plumbob.reports.view.tables import lines
-
     table = by_angle or ({Observable("t", "s"): times, **also} if also else {})
     columns = [
         [_held(*pair) for pair in zip(series.tolist(), uncertainty[name].tolist(), strict=True)]
         for name, series in observables.items()
     ]
-    written = lines(
+    values.show(
+        chosen,
+        answer,
         "solve",
         scene=scene,
         facts={key: _plain(answer[key]) for key in answer if key not in TABLE},
@@ -71,7 +68,6 @@ def command(chosen: argparse.Namespace) -> int:
         rows=list(zip(times.tolist(), *columns, strict=True)),
         text=_text,
     )
-    print(*written, sep="\n")
     return 0
 
 
@@ -106,14 +102,12 @@ def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:
     return {observable.name: values for observable, values in answers.items()}
 
 
-def _over_angles(case: Case, text: str | None) -> Mapping[Observable, Array]:
-    """The answers of `case` at the angles [rad] of `text`, the angles first; empty without text.
-    Raises ParameterError."""
-    if text is None:
+def _over_angles(case: Case, theta: Array | None) -> Mapping[Observable, Array]:
+    """The answers of `case` at angles [rad], the angles first; empty without. Raises
+    ParameterError."""
+    if theta is None:
         return {}
-    theta = np.array([values.number("angles", part) for part in text.split(",")])
     if case.system.by_angle is None:
-        raise ParameterError(
-            "angles", text, f"left out: {case.system.name} has no answers over an angle"
-        )
+        none = f"left out: {case.system.name} has no answers over an angle"
+        raise ParameterError("angles", theta.tolist(), none)
     return {ANGLE: theta, **case.system.by_angle(case.problem, theta)}

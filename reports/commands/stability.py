@@ -4,6 +4,7 @@ after which they are wrong, beside its prediction."""
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,11 +63,12 @@ def _measured(
     """A study of these searches, and of nothing else, kept where a folder is given."""
     from plumbob.engines.study.runner import pairs
 
-    step = None if chosen.step is None else values.positive_number("step", chosen.step)
-    if step is not None and not chosen.long:
+    if chosen.step is not None and not chosen.long:
         raise ParameterError("step", chosen.step, "left out without --long")
     searches = [
-        LongRunSearch(s.name, m.name, step) if chosen.long else StabilitySearch(s.name, m.name)
+        LongRunSearch(s.name, m.name, chosen.step)
+        if chosen.long
+        else StabilitySearch(s.name, m.name)
         for s, m in pairs(scenes, methods)
     ]
     if not searches:
@@ -87,7 +89,7 @@ def measured(
     from plumbob.engines.study.runner import run_study
     from plumbob.reports.commands.validate import noted, progress, writable
 
-    jobs = min(values.jobs(chosen), len(searches))
+    jobs = min(chosen.jobs or os.cpu_count() or 1, len(searches))
     file = writable("out", Path(out)) / FILE if out else None
     with measured_into(file, note=noted) as kept, progress() as show:
         return run_study(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,6 @@ INCOMPLETE = 3
 if TYPE_CHECKING:
     from plumbob.engines.box import Side
     from plumbob.engines.method import Method
-    from plumbob.engines.sweep.sweep import Swept
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -28,15 +26,14 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep.sweep import sweep, sweep_of
     from plumbob.reports.commands.validate import progress
     from plumbob.reports.view.sweep.page import write_sweep_page
-    from plumbob.reports.view.sweep.text import lines
+    from plumbob.reports.view.sweep.text import words
 
     varied = [side("vary", text, counted=True) for text in chosen.vary]
     counts = [values.count(axis.name, count) for axis, count in varied]
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
-    steps = step_sizes(chosen.step, methods[0])
-    changed = values.changes(chosen.changes)
-    with values.representable(changed):
-        around = box(chosen.scene, changed, [axis for axis, _ in varied])
+    steps = chosen.step or [finest(methods[0])]
+    with values.representable(chosen.changes):
+        around = box(chosen.scene, chosen.changes, [axis for axis, _ in varied])
     asked = sweep_of(around, counts, methods, steps)
     file = Path(chosen.out) / store.FILE
     with (
@@ -52,13 +49,16 @@ def command(chosen: argparse.Namespace) -> int:
     )
     for number, why in swept.lost.items():
         print(f"plumbob: points from {number * asked.chunk} on are missing: {why}", file=sys.stderr)
-    if chosen.json:
-        _print_json(swept, page)
-    else:
-        if there:
-            stored = min(len(there) * asked.chunk, asked.points)
-            print(f"{stored} of {asked.points} points were stored")
-        print(*lines(swept), "", f"page: {page}", sep="\n")
+    texts = words(swept)
+    record = {
+        "scene": texts["scene"],
+        "points": asked.points,
+        "rows": texts["rows"],
+        "without_error": swept.reasons,
+        "page": str(page),
+    }
+    stored = min(len(there) * asked.chunk, asked.points)
+    values.show(chosen, record, "sweep", **texts, stored=stored, page=page)
     return INCOMPLETE if swept.lost else 0
 
 
@@ -82,21 +82,6 @@ def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
     return Side(name, *ends, logarithmic), parts[wanted - 1]
 
 
-def step_sizes(texts: Sequence[str] | None, method: Method) -> list[float]:
-    """The steps that are asked for, or else a method's finest; raises ParameterError."""
-    if texts:
-        return list(dict.fromkeys(values.positive_number("step", text) for text in texts))
-    return [*(method.step_sizes or (1e-3,))[-1:]]
-
-
-def _print_json(swept: Swept, page: Path) -> None:
-    from plumbob.reports.view.sweep.text import rows
-
-    answer = {
-        "scene": swept.sweep.box.scene,
-        "points": swept.sweep.points,
-        "rows": rows(swept),
-        "without_error": swept.reasons,
-        "page": str(page),
-    }
-    values.print_json(answer)
+def finest(method: Method) -> float:
+    """The step [s], or tolerance, that a run has unless another is asked for."""
+    return (method.step_sizes or (1e-3,))[-1]

@@ -51,17 +51,14 @@ def command(chosen: argparse.Namespace) -> int:
     methods = _methods(chosen.methods, chosen.like)
     if chosen.like:
         scenes = tuple(beside(scene, methods[0]) for scene in scenes)
-    within = None if chosen.within is None else values.positive_number("within", chosen.within)
-    chosen.seed = SEED if chosen.seed is None else values.count("seed", chosen.seed)
     with values.workers(chosen) as (executor, jobs):
-        return _validated(chosen, scenes, methods, within, executor, jobs)
+        return _validated(chosen, scenes, methods, executor, jobs)
 
 
 def _validated(
     chosen: argparse.Namespace,
     scenes: Sequence[Scene],
     methods: Sequence[Method],
-    within: float | None,
     executor: Executor | None,
     jobs: int,
 ) -> int:
@@ -74,7 +71,7 @@ def _validated(
     judged: list[Judgements] = []  # once, for the analyses and for what is printed
 
     def analyse(study: Study, workers: Workers) -> tuple[Analysed, ...]:
-        judged.append(judge_study(study, within))
+        judged.append(judge_study(study, chosen.within))
         return analyses_of(study, workers, judged[0])
 
     junit = replaceable("junitxml", Path(chosen.junitxml)) if chosen.junitxml else None
@@ -95,7 +92,7 @@ def _validated(
                     requests=with_each_pair(requests) if chosen.gradients else requests,
                     command=chosen.line,
                     kept=kept,
-                    seed=chosen.seed,
+                    seed=chosen.seed or SEED,
                     analyse=analyse,
                 )
             except BaseException as error:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import side, step_sizes
+from plumbob.reports.commands.sweep import finest, side
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -27,29 +27,37 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.engines.sweep.sweep import run_error, runnable
     from plumbob.engines.sweep.worst import search
     from plumbob.reports.commands.validate import progress
+    from plumbob.reports.view.sweep.text import place, size
 
     sides = [side("within", text)[0] for text in chosen.within]
-    method, changed = find_method(chosen.method), values.changes(chosen.changes)
-    budget = values.count("budget", chosen.budget)
-    (step,) = step_sizes(chosen.step and [chosen.step], method)
-    with values.representable(changed):
-        around = box(chosen.scene, changed, sides)
+    method = find_method(chosen.method)
+    with values.representable(chosen.changes):
+        around = box(chosen.scene, chosen.changes, sides)
     runnable(around, [method])
     score = run_error if chosen.by == "error" else of_tolerance
     with progress() as show:
         answer = search(
             around,
             method,
-            step,
-            budget,
+            chosen.step or finest(method),
+            chosen.budget,
             score,
             progress=lambda done, of, worst: show(f"worst so far {worst:.3g}", done, of),
         )
     store.keep_worst(Path(chosen.out) / store.FILE, answer)
-    if chosen.json:
-        values.print_json(_as_json(answer))
-    else:
-        print(*_lines(answer, method, chosen.by), sep="\n")
+    record = _record(answer)
+    values.show(
+        chosen,
+        record,
+        "worst",
+        worst=answer,
+        control=method.control,
+        by=chosen.by,
+        held=answer.certificate,
+        command=record["command"],
+        size=size,
+        place=place,
+    )
     return 0
 
 
@@ -67,30 +75,10 @@ def of_tolerance(case: Case, method: Method, step: float) -> float:
     return max((used(run.errors[n], bound) for n, bound in allowed.items()), default=0.0)
 
 
-def _lines(worst: Found, method: Method, by: str) -> list[str]:
-    from plumbob.reports.view.sweep.text import place, size
-    from plumbob.reports.view.tables import lines
-
-    return lines(
-        "worst",
-        worst=worst,
-        control=method.control,
-        by=by,
-        held=worst.certificate,
-        command=_repeated(worst),
-        size=size,
-        place=place,
-    )
-
-
-def _repeated(worst: Found) -> str:
+def _record(worst: Found) -> dict[str, Any]:
     from plumbob.reports.view.sweep.text import command as repeated
 
     parameters = {**dict(worst.box.changes), **worst.parameters}
-    return repeated(worst.box.scene, worst.method, worst.step, parameters)
-
-
-def _as_json(worst: Found) -> dict[str, Any]:
     return {
         "scene": worst.box.scene,
         "method": worst.method,
@@ -102,5 +90,5 @@ def _as_json(worst: Found) -> dict[str, Any]:
         "without_error": worst.without,
         "certain": worst.certain,
         "certificate": None if worst.certificate is None else asdict(worst.certificate),
-        "command": _repeated(worst),
+        "command": repeated(worst.box.scene, worst.method, worst.step, parameters),
     }

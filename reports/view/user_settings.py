@@ -16,15 +16,15 @@ from plumbob.reports.view.records import Verdicts
 def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
     """Your settings, a row a scene; None in a study without any."""
     rows = [(of, verdicts[of.scene, USER_METHOD]) for of in results]
-    return tables.table_or_none("user_settings", rows=rows, factor=_factor)
+    return tables.table_or_none("user_settings", rows=rows, factor=cost_factor)
 
 
 def lines(results: Sequence[UserResult]) -> list[str]:
     """The same as lines for a terminal."""
-    return tables.lines("user_settings", results=results, factor=_factor)
+    return tables.lines("user_settings", results=results, factor=cost_factor)
 
 
-def _factor(choice: Choice, result: UserResult) -> str:
+def cost_factor(choice: Choice, result: UserResult) -> str:
     """The cost of a choice in those of the user's own run."""
     if not math.isfinite(result.ns_per_second):
         return notation.times_real(choice.ns_per_second) + " real time"

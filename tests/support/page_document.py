@@ -14,7 +14,7 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.registry import systems
 from plumbob.reports.cli import COMMANDS, parser
-from plumbob.reports.commands.arguments import values
+from plumbob.reports.commands.arguments.options import read
 
 
 class Document(HTMLParser):
@@ -126,20 +126,19 @@ def resolve(command, folder):
     """Raises SystemExit, ParameterError or AssertionError unless a command can be read, and its
     scenes, methods, numbers, and files in `folder` are there; runs nothing."""
     chosen = _parser().parse_args(words(command))
+    read(chosen)
     given = vars(chosen)
-    changed = values.changes(given.get("changes") or [])
     if "scenes" in given:
         found = find_scenes(chosen.scenes or "*", chosen.profile)
         assert found, command
         assert find_methods(chosen.methods or "*"), command
     elif "scene" in given:
         pattern = chosen.scene if any(c in chosen.scene for c in "*?[") else ""
-        assert find_scenes(pattern) if pattern else find_scene(chosen.scene, changed), command
+        assert find_scenes(pattern) if pattern else find_scene(chosen.scene, chosen.changes), (
+            command
+        )
     if given.get("method"):
         several = isinstance(chosen.method, list)
         assert find_methods(",".join(chosen.method)) if several else find_method(chosen.method)
-    for name in ("step", "error"):
-        for part in (given.get(name) or "").split(",") if given.get(name) else ():
-            values.positive_number(name, part)
     if "like" in given and chosen.like:
         assert (folder / chosen.like).is_file(), command

@@ -27,7 +27,10 @@ def held(print_json):
     """`print_json` that first holds what the command of the calling module prints to its schema."""
 
     def holding(value):
-        name = sys._getframe(1).f_globals["__name__"].rpartition(".")[2].replace("_", "-")
+        frame = sys._getframe(1)
+        if frame.f_code.co_name == "show":  # on behalf of a command
+            frame = frame.f_back
+        name = frame.f_globals["__name__"].rpartition(".")[2].replace("_", "-")
         assert not misses(name, value), misses(name, value)[:500]
         print_json(value)
 

@@ -12,7 +12,8 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.sweep.sweep import Swept, sweep_of
 from plumbob.reports.cli import main
 from plumbob.reports.view.sweep.page import MOST, figures, render
-from plumbob.reports.view.sweep.text import lines
+from plumbob.reports.view.sweep.text import words
+from plumbob.reports.view.tables import lines
 from plumbob.tests.support.page_document import plotted_inside
 
 SWEEP = ["sweep", "capsule-line", "mujoco/euler", "mujoco/euler+coulomb", "--jobs", "1"]
@@ -63,5 +64,5 @@ def test_a_map_shows_the_largest_error_and_stays_small(counts):
         for trace in figure.traces:
             key, largest = ("z", np.log10(0.5)) if "z" in trace else ("y", 0.5)
             assert np.array(trace[key], float).max() == pytest.approx(largest, rel=1e-3)
-    assert "worst 50 %" in "\n".join(lines(found))
+    assert "worst 50 %" in "\n".join(lines("sweep", **words(found), stored=0, page=""))
     assert MOST < 1000

@@ -5,21 +5,27 @@ from __future__ import annotations
 import argparse
 import textwrap
 import tomllib
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from plumbob.engines.method import USER_METHOD
 from plumbob.models.registry import systems
+from plumbob.reports.commands.arguments import values
 
 OPTIONS = Path(__file__).parents[1] / "options"
+Reader = Callable[[Any], Any]  # of an argument's text; raises ParameterError
 NAMES = "names"  # an epilog: what --set takes
 
 
 def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> None:
     """Declare the arguments of a command, those that its module adds too. A table a argument: its
-    names, and what argparse takes of it; {NAME} is the module's own, and `one_of` an argument of
-    which one has to be there."""
+    names, and what argparse takes of it; {NAME} is the module's own, `one_of` an argument of which
+    one has to be there, and `kind` the function of `values` that reads its text."""
+    readers: dict[str, Reader] = {}
+    parser.set_defaults(readers=readers)
     if (file := OPTIONS / f"{name}.toml").is_file():
         names = vars(module) | {"USER_METHOD": USER_METHOD}
         shared = _read(OPTIONS / "shared.toml", names)
@@ -34,9 +40,19 @@ def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> N
                 place = one_of = one_of or parser.add_mutually_exclusive_group(required=True)
             if isinstance(settings.get("metavar"), list):
                 settings["metavar"] = tuple(settings["metavar"])
-            place.add_argument(*key.split(), **settings)
+            kind = settings.pop("kind", None)
+            dest = place.add_argument(*key.split(), **settings).dest
+            if kind:
+                readers[dest] = partial(getattr(values, kind), key.lstrip("-"))
     if hasattr(module, "arguments"):
         module.arguments(parser)
+
+
+def read(chosen: argparse.Namespace) -> None:
+    """Put values in the place of the texts that were chosen; raises ParameterError."""
+    for name, reader in chosen.readers.items():
+        if (text := getattr(chosen, name)) is not None:
+            setattr(chosen, name, reader(text))
 
 
 def _read(file: Path, names: dict[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, changed_beyond, finite, positive
+from plumbob.analytic.parameters import (
+    ParameterError,
+    changed_beyond,
+    finite,
+    non_negative,
+    positive,
+)
 from plumbob.analytic.reference import Array
 
 if TYPE_CHECKING:
@@ -35,6 +41,27 @@ def positive_number(name: str, text: str) -> float:
     return positive(name, number(name, text))
 
 
+def non_negative_number(name: str, text: str) -> float:
+    """`text` as a number of zero or more; raises ParameterError."""
+    return non_negative(name, number(name, text))
+
+
+def positive_numbers(name: str, texts: str | Sequence[str]) -> list[float]:
+    """T,T,..., or so many texts, as different numbers above zero; raises ParameterError."""
+    parts = texts.split(",") if isinstance(texts, str) else texts
+    return list(dict.fromkeys(positive_number(name, part) for part in parts if part))
+
+
+def numbers(name: str, text: str) -> Array:
+    """T,T,... as finite numbers, shape (n,); raises ParameterError."""
+    return np.array([number(name, part) for part in text.split(",")])
+
+
+def counts(name: str, text: str) -> list[int]:
+    """N,N,... as whole numbers of 1 or more; raises ParameterError."""
+    return [count(name, part) for part in text.split(",")]
+
+
 def count(name: str, text: str) -> int:
     """`text` as a whole number of 1 or more, below 2^63; raises ParameterError."""
     if not (text.isascii() and text.isdigit() and len(text) < 20 and 1 <= int(text) < 2**63):
@@ -53,21 +80,21 @@ def fraction(name: str, text: str) -> float:
     return value
 
 
-def times(text: str) -> Array:
+def times(name: str, text: str) -> Array:
     """T,T,... as times [s], shape (n,), none negative; raises ParameterError."""
-    instants = np.array([number("times", part) for part in text.split(",")])
+    instants = numbers(name, text)
     if (instants < 0.0).any():
-        raise ParameterError("times", text, "0 or later")
+        raise ParameterError(name, text, "0 or later")
     return instants
 
 
-def changes(texts: Sequence[str] | None) -> dict[str, Any]:
+def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
     """NAME=JSON, ... as a mapping; raises ParameterError."""
     changed: dict[str, Any] = {}
-    for entry in texts or ():
+    for entry in texts:
         name, equals, value = entry.partition("=")
         if not equals or not name:
-            raise ParameterError("set", entry, "NAME=JSON")
+            raise ParameterError(argument, entry, "NAME=JSON")
         try:
             changed[name] = json.loads(value)
         except (ValueError, RecursionError):
@@ -75,18 +102,12 @@ def changes(texts: Sequence[str] | None) -> dict[str, Any]:
     return changed
 
 
-def jobs(chosen: argparse.Namespace) -> int:
-    """How many processes; raises ParameterError."""
-    return (os.cpu_count() or 1) if chosen.jobs is None else count("jobs", chosen.jobs)
-
-
 @contextmanager
 def workers(chosen: argparse.Namespace) -> Iterator[tuple[Executor | None, int]]:
     """An executor for tasks, a cluster's or none, and how many run at a time; raises
     ParameterError."""
-    here = jobs(chosen)
     if chosen.scheduler is None:
-        yield None, here
+        yield None, chosen.jobs or os.cpu_count() or 1
         return
     if chosen.jobs is not None:
         raise ParameterError("jobs", chosen.jobs, "left out where --scheduler is given")
@@ -121,6 +142,16 @@ def all_finite(changed: Mapping[str, Any], *answers: Mapping[str, Array]) -> Non
     precision allows it, is not finite."""
     if changed and not all(np.isfinite(v).all() for answer in answers for v in answer.values()):
         raise changed_beyond(changed, HELD)
+
+
+def show(chosen: argparse.Namespace, record: Any, template: str, /, **values: Any) -> None:
+    """Print a record as JSON where that is chosen, else the lines that a template writes."""
+    if chosen.json:
+        print_json(record)
+        return
+    from plumbob.reports.view.tables import lines
+
+    print(*lines(template, **values), sep="\n")
 
 
 def print_json(value: Any) -> None:

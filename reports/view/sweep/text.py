@@ -12,7 +12,6 @@ import numpy as np
 from plumbob.engines.box import Side
 from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view.notation import number, relative
-from plumbob.reports.view.tables import lines as written
 
 MOST = 10  # worst points that are listed of a method and a step
 
@@ -82,16 +81,15 @@ def sides(of: Sequence[Side]) -> str:
     return " and ".join(f"{s.name} from {number(s.low, 4)} to {number(s.high, 4)}" for s in of)
 
 
-def lines(swept: Swept) -> list[str]:
-    """The sweep as the terminal shows it."""
+def words(swept: Swept) -> dict[str, Any]:
+    """The sweep as the terminal's lines take it."""
     box = swept.sweep.box
-    return written(
-        "sweep",
-        scene=box.scene,
-        sides=sides(box.sides),
-        points=swept.sweep.points,
-        rows=rows(swept),
-        reasons=swept.reasons,
-        size=size,
-        place=place,
-    )
+    return {
+        "scene": box.scene,
+        "sides": sides(box.sides),
+        "points": swept.sweep.points,
+        "rows": rows(swept),
+        "reasons": swept.reasons,
+        "size": size,
+        "place": place,
+    }
