@@ -10,17 +10,21 @@ documentation, "Computation", constraint model).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import (
+    Equations,
+    Parts,
+    advance,
+    states_after,
+)
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
-from plumbob.analytic.tableau import along
 from plumbob.analytic.theory import SteppedErrors, WithoutSeries
 
 IMPEDANCE = 0.99  # d: the solver loses two digits, and gravity acts by 1 %
@@ -104,38 +108,25 @@ def hard_impulses(
 def soft_heights(ball: BouncingBall, scheme: Scheme, step: float, marks: list[int]) -> Array:
     """Heights z [m] after the numbers of steps `marks`, with MuJoCo's contact."""
     impact, gravity = soft_impact(ball.restitution, step), ball.gravity
-    tableau, moved = TABLEAUX.get(scheme.integrator), along(step)
-    z, speed, heights, done = ball.height, 0.0, [], 0
-
-    def slopes(fraction: float, state: Sequence[float]) -> tuple[float, float]:
-        return state[1], impact.acceleration(gravity, state[0], state[1])
-
-    for mark in marks:
-        for _ in range(done, mark):
-            if tableau is None:
-                speed += step * impact.acceleration(gravity, z, speed)
-                z += step * speed
-            else:
-                z, speed = tableau.advanced(slopes, (z, speed), moved)
-        heights.append(z)
-        done = mark
-    return np.array(heights)
+    equations = Equations(lambda time, z, speed: (impact.acceleration(gravity, *z, *speed),), 1)
+    take = advance(scheme, equations, step)
+    return np.array([z for z, _ in states_after(take, (ball.height, 0.0), step, marks)])
 
 
 def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     """Heights z [m] after the numbers of steps `marks`, with pymunk's contact: where the moved ball
     is below the floor, the speed before gravity is turned round, and a penetration is closed."""
-    z, speed, push, heights, done = ball.height, 0.0, 0.0, [], 0
     closed, slop = 1.0 - KEPT**step, SLOP * ball.height
-    for mark in marks:
-        for _ in range(done, mark):
-            z += step * (speed + push)
-            back = -ball.restitution * speed if z < 0.0 else -math.inf
-            push = closed * max(0.0, -z - slop) / step
-            speed = max(speed - step * ball.gravity, back)
-        heights.append(z)
-        done = mark
-    return np.array(heights)
+
+    def take(time: float, state: Parts) -> Parts:
+        z, speed, push = state
+        z += step * (speed + push)
+        back = -ball.restitution * speed if z < 0.0 else -math.inf
+        push = closed * max(0.0, -z - slop) / step
+        return z, max(speed - step * ball.gravity, back), push
+
+    start = (ball.height, 0.0, 0.0)
+    return np.array([z for z, *_ in states_after(take, start, step, marks)])
 
 
 @dataclass(frozen=True)

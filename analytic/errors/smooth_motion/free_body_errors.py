@@ -5,19 +5,27 @@ Every scheme here takes the angular velocity w to Psi(w), whatever the attitude 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
+from plumbob.analytic.errors.smooth_motion.scheme_steps import (
+    Advance,
+    Equations,
+    Parts,
+    advance,
+    moved,
+)
 from plumbob.analytic.numerics.smooth.smooth_system import solved
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import (
     EULER,
     LEAPFROG,
     LINEARLY_IMPLICIT,
+    RK4,
     RK4_ADDED_RATES,
     TABLEAUX,
     Scheme,
@@ -30,10 +38,9 @@ from plumbob.analytic.systems.free_body.equations import (
 )
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
-from plumbob.analytic.tableau import CLASSICAL, along
+from plumbob.analytic.tableau import along
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
-Numbers = Sequence[Any]  # parts of a vector, in any arithmetic
 ORDERS: Mapping[str, range] = MappingProxyType(
     {EULER: range(1, 5), LINEARLY_IMPLICIT: range(1, 5), LEAPFROG: range(2, 10, 2)}
     | {RK4_ADDED_RATES: range(2, 7)}  # five, since the second is zero
@@ -42,48 +49,59 @@ ORDERS: Mapping[str, range] = MappingProxyType(
 """Of the errors of a scheme, that are followed."""
 
 
-def kicked(of: Numbers, w: Numbers, at: Numbers, step: Any) -> list[Any]:
-    """w + h f(`at`), f Euler's equations with the `factors` of a body."""
-    return [x + step * force for x, force in zip(w, acceleration(of, at), strict=True)]
+def stepped(body: FreeBody, scheme: Scheme, step: Any) -> Advance:
+    """The step of a scheme with ORDERS, of a time and the state, w and then q; but for TABLEAUX a
+    state may be w alone."""
+    of, integrator = factors(body), scheme.integrator
 
+    def forces(time: Any, q: Parts, w: Parts) -> Parts:
+        if integrator == LINEARLY_IMPLICIT:
+            return _implicit_slopes(of, w, step)
+        return acceleration(of, w)
 
-def linearly_implicit(of: Numbers, w: Numbers, step: Any) -> list[Any]:
-    """w + h k, (1 - h J) k = f(w), J the derivative of f."""
-    rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    for i, factor in enumerate(of):
-        rows[i][i - 2], rows[i][i - 1] = -step * factor * w[i - 1], -step * factor * w[i - 2]
-    slopes = solved(rows, acceleration(of, w))
-    return [x + step * k for x, k in zip(w, slopes, strict=True)]
-
-
-def _turned(of: Numbers, integrator: str, step: Any, w: Numbers) -> tuple[Numbers, Numbers]:
-    """w after a step, a series, and the turn of the step: the attitude's is the exponential."""
+    if integrator in TABLEAUX:  # of w and q together: the turn is not of length 1
+        return lambda time, state: TABLEAUX[integrator].advanced(
+            lambda _, z: slope(of, z), state, along(step)
+        )
     if integrator == RK4_ADDED_RATES:
         # The stages' angular velocities are added as vectors, and turn the body at once, although
         # each belongs to axes that have turned by then.
-        after = CLASSICAL.advanced(
-            lambda _, z: [*acceleration(of, z[:3]), *z[:3]], [*w, 0.0, 0.0, 0.0], along(step)
-        )
-        return after[:3], after[3:]
-    if integrator == LEAPFROG:  # half a kick, explicit; a turn; half a kick, implicit
-        turning = after = kicked(of, w, w, step / 2)
-        for _ in step.terms:  # each time one degree more is right
-            after = kicked(of, turning, after, step / 2)
-    else:
-        after = kicked(of, w, w, step) if integrator == EULER else linearly_implicit(of, w, step)
-        turning = after
-    return after, [step * x for x in turning]
+        classical = advance(Scheme(RK4), Equations(forces, 3), step)
+
+        def added(time: Any, state: Parts) -> Parts:
+            after = classical(time, [0.0, 0.0, 0.0, *state[:3]])
+            return [*after[3:], *_turned(state[3:], after[:3], 1.0)]
+
+        return added
+    plain = Scheme(EULER) if integrator == LINEARLY_IMPLICIT else scheme
+    take = advance(plain, Equations(forces, 3, None, _turned), step)
+
+    def advanced(time: Any, state: Parts) -> Parts:
+        after = take(time, [*state[3:], *state[:3]])
+        return [*after[-3:], *after[:-3]]
+
+    return advanced
 
 
-def _exponential(turn: Numbers) -> Numbers:
-    """The quaternion exp(turn/2), of a turn of first degree in its variable."""
-    half = (0.0, *(x / 2 for x in turn))
-    total: Numbers = (1.0, 0.0, 0.0, 0.0)
+def _implicit_slopes(of: Parts, w: Parts, step: Any) -> Parts:
+    """k of (1 - h J) k = f(w), f Euler's equations and J their derivative."""
+    rows: list[list[Any]] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    for i, factor in enumerate(of):
+        rows[i][i - 2], rows[i][i - 1] = -step * factor * w[i - 1], -step * factor * w[i - 2]
+    return solved(rows, acceleration(of, w))
+
+
+def _turned(q: Parts, w: Parts, step: Any) -> Parts:
+    """q exp(h w/2): series, the turn of first degree in its variable."""
+    if not len(q):
+        return q
+    half = (0.0, *(step * x / 2 for x in w))
+    total: Parts = (1.0, 0.0, 0.0, 0.0)
     term = total
-    for k in range(1, len(turn[0].terms)):
+    for k in range(1, len(half[1].terms)):
         term = [x / k for x in product(term, half)]
-        total = [x + y for x, y in zip(total, term, strict=True)]
-    return total
+        total = moved(total, term, 1.0)
+    return product(q, total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,18 +119,13 @@ class FreeBodyErrors:
         )
 
     def _stepped(self, scheme: Scheme) -> tuple[Step, range] | None:
-        integrator, of = scheme.integrator, factors(self.body)
-        if integrator not in ORDERS or scheme.position_first:
+        if scheme.integrator not in ORDERS or scheme.position_first:
             return None
 
-        def step(time: Any, step: Any, state: Numbers) -> Numbers:
-            if integrator in TABLEAUX:  # of w and q together: g is not of length 1
-                tableau = TABLEAUX[integrator]
-                return tableau.advanced(lambda _, z: slope(of, z), state, along(step))
-            after, turn = _turned(of, integrator, step, state[:3])
-            return [*after, *product(state[3:], _exponential(turn))]
+        def step(time: Any, step: Any, state: Parts) -> Parts:
+            return stepped(self.body, scheme, step)(time, state)
 
-        return step, ORDERS[integrator]
+        return step, ORDERS[scheme.integrator]
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Coefficients of the error of each observable at `times` [s], shape (n,), by order."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,12 +12,12 @@ import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.error_series import ErrorSeries, Step
 from plumbob.analytic.errors.smooth_motion.rotor_steps import (
-    advance,
-    equation_of,
+    equations_of,
     in_series,
     orders,
     simplest,
 )
+from plumbob.analytic.errors.smooth_motion.scheme_steps import advance
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion
@@ -55,9 +55,10 @@ class RotorErrors:
 
     @cached_property
     def _series(self) -> ErrorSeries:
+        free = equations_of(self.rotor, Scheme(EULER), 0.0)
+
         def slope(time: Any, state: Any) -> tuple[Any, Any]:
-            equation = equation_of(self.rotor, astuple(self.rotor), Scheme(EULER), 0.0, np)
-            return state[1], equation.slope(time, 0.0, *state)
+            return state[1], *free.acceleration(time, state[:1], state[1:])
 
         return ErrorSeries(self.motion, ANGLE, slope, self._stepped)
 
@@ -65,9 +66,8 @@ class RotorErrors:
         if not in_series(scheme):
             return None
 
-        def step(times: Any, step: Any, state: Any) -> tuple[Any, Any]:
-            equation = equation_of(self.rotor, astuple(self.rotor), scheme, step, np)
-            return advance(scheme, equation)(times, *state)
+        def step(times: Any, step: Any, state: Any) -> Any:
+            return advance(scheme, equations_of(self.rotor, scheme, step), step)(times, state)
 
         return step, orders(scheme, self.rotor, self.terms)
 

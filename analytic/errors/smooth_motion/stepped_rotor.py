@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -31,11 +31,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.rotor_steps import (
-    Equation,
+from plumbob.analytic.errors.smooth_motion.rotor_steps import equations_of, simplest
+from plumbob.analytic.errors.smooth_motion.scheme_steps import (
+    READ_AT,
+    Advance,
+    Parts,
     advance,
-    equation_of,
-    simplest,
+    states_after,
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
@@ -149,21 +151,16 @@ def _followed(
     """States after the increasing numbers of steps `marks`, shape (d, n), and in the imaginary
     parts TINY times their response to a unit in the last place of each coefficient, and to the
     roundings of a step; None where they exceed the range of doubles."""
-    given = [value * (1.0 + 1j * TINY * ULP) for value in astuple(rotor)]
-    take, state = _stepper(rotor, given, start, scheme, step, cmath)
+    by = 1.0 + 1j * TINY * ULP
+    take, state = _stepper(rotor, by, start, scheme, step, cmath)
     # Towards rest, since a stronger pull and a smaller swing both make a pendulum faster.
     nudges = zip(state, _rounded(rotor, scheme, step, sizes), strict=False)
     state = [x - 1j * TINY * math.copysign(size, x.real) for x, size in nudges]
-    states, done = [], 0
     try:
-        for mark in marks:
-            for n in range(done, mark):
-                state = take(n * step, *state)
-            states.append(state)
-            done = mark
+        states = states_after(take, state, step, marks)
     except (ValueError, OverflowError, ZeroDivisionError):  # the sine of infinity
         return None
-    reached = np.array(states).T
+    reached: Complex = np.array(states).T
     return reached if np.isfinite(reached).all() else None
 
 
@@ -184,33 +181,33 @@ def _rounded(
 
 def many_steps(
     rotor: DrivenRotor, start: tuple[float, float], scheme: Scheme, steps: Array
-) -> tuple[Any, Sequence[Any]]:
+) -> tuple[Advance, Parts]:
     """The step of a `scheme` of STEPPED for many sizes at once, `steps` [s] of shape (n,), on
     arrays of that shape, and the state it begins with: the numbers of `start` and, with a joint,
     the bob's velocity, the opening's two parts and the pull."""
     # All of one type: numpy converts a number or a real array anew in each operation.
     steps = steps.astype(complex)
-    coefficients = [np.full_like(steps, coefficient) for coefficient in astuple(rotor)]
-    return _stepper(rotor, coefficients, start, scheme, steps, np)
+    return _stepper(rotor, np.ones_like(steps), start, scheme, steps, np)
 
 
 def _stepper(
     rotor: DrivenRotor,
-    given: Sequence[Any],
+    by: Any,
     start: tuple[float, float],
     scheme: Scheme,
     step: Any,
     library: Any,
-) -> tuple[Any, Sequence[Any]]:
-    """The step, of a time and the numbers of a state, and the state it begins with; arguments as
-    those of `equation_of`."""
-    equation = equation_of(rotor, given, scheme, step, library)
+) -> tuple[Advance, Parts]:
+    """The step, of a time and a state, and the state it begins with; arguments as those of
+    `equations_of`."""
+    equations = equations_of(rotor, scheme, step, library, by)
     if scheme.joint_closing_rate is None:
-        return advance(scheme, equation), start
+        return advance(scheme, equations, step), start
     closing, (theta, theta_dot) = scheme.joint_closing_rate, start
     joint = _Joint(
-        equation,
-        given[2],
+        equations.acceleration,
+        READ_AT.get(scheme.control, 0.0),
+        rotor.sin * by,
         step,
         0.0 if math.isinf(closing) else library.exp(-closing * step),
         (1.0 + math.sqrt(1.0 - 4.0 * scheme.jointed_moment)) / 2.0,
@@ -228,7 +225,8 @@ def _stepper(
 class _Joint:
     """The step of a bob that a joint holds (module docstring)."""
 
-    equation: Equation
+    acceleration: Callable[..., Parts]
+    lag: float  # of a forcing, in steps
     weight: Any  # g/L [1/s^2]
     step: Any  # h [s]
     kept: Any  # 1 - k
@@ -245,11 +243,10 @@ class _Joint:
         c, s = self.library.cos(angle), self.library.sin(angle)
         return c * out + s * aside, c * aside - s * out
 
-    def __call__(
-        self, t: Any, x: Any, w: Any, v: Any, a: Any, b: Any, pull: Any
-    ) -> tuple[Any, ...]:
+    def __call__(self, time: Any, state: Parts) -> Parts:
+        x, w, v, a, b, _ = state
         turn, rate, lever = self.step * w, self.rate, self.step / self.part
-        push = self.equation.undamped(t, 0.0, 0.0) - self.equation.damping * w
+        (push,) = self.acceleration(time + self.lag * self.step, (0.0,), (w,))
         x = x + turn
         outwards, along = self.turned(turn, -rate * a, v + lever * push)
         outwards = outwards + lever * self.weight * self.library.cos(x)

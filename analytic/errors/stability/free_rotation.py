@@ -7,7 +7,7 @@ nudge of which stays what it is (THEORY.md, 12 and 13).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import Any
@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.free_body_errors import (
+    ORDERS,
     FreeBodyErrors,
-    kicked,
-    linearly_implicit,
+    stepped,
 )
+from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
@@ -40,71 +41,20 @@ from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import (
     ADAPTIVE,
     CLOSED_FORM,
-    EULER,
     LEAPFROG,
-    LINEARLY_IMPLICIT,
-    RK4_ADDED_RATES,
     TABLEAUX,
     Scheme,
 )
 from plumbob.analytic.stability import BAND, NO_STEP, LongRun, StabilityTheory, StepLimit
-from plumbob.analytic.systems.free_body.equations import (
-    acceleration,
-    factors,
-    free_rotation,
-    slope,
-)
+from plumbob.analytic.systems.free_body.equations import free_rotation
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
-from plumbob.analytic.tableau import CLASSICAL, along
 
-Parts = Sequence[Any]  # the three parts of an angular velocity [rad/s], and an attitude's four
-Step = Callable[..., Parts]
 SAMPLES = 257
 PARTS = 40  # of a turn
 ANY = 1e300  # growth that no nudge exceeds of a motion that is not lost
-CORRECTIONS = 100  # at most, of an implicit half step
 DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: beyond, a run is lost
 REST = (1.0, 0.0, 0.0, 0.0)  # the attitude at time 0
-
-
-def rate_step(integrator: str, of: Parts, step: Array) -> Step | None:
-    """A scheme's step, of a time and the three parts of an angular velocity, and of an attitude's
-    four where it steps these, shape (n,) each, for sizes [s], shape (n,); `of` are the body's
-    `factors`. None where none is known."""
-    size: Any = step.astype(complex)  # numpy converts a real array anew in each operation
-    if integrator == EULER:
-        return lambda time, *w: kicked(of, w, w, size)
-    if integrator == LINEARLY_IMPLICIT:
-        return lambda time, *w: linearly_implicit(of, w, size)
-    if integrator == LEAPFROG:
-        return lambda time, *w: _leapfrog(of, w, size)
-    tableau = CLASSICAL if integrator == RK4_ADDED_RATES else TABLEAUX.get(integrator)
-    if tableau is None:
-        return None
-    move = along(size)
-
-    def runge_kutta(time: Any, *state: Any) -> Parts:
-        rates = slope if len(state) > 3 else acceleration
-        return tableau.advanced(lambda _, stage: rates(of, stage), state, move)
-
-    return runge_kutta
-
-
-def _leapfrog(of: Parts, w: Parts, step: Any) -> Parts:
-    """Half a kick, explicit, and half a kick, implicit, by a fixed-point iteration that goes on
-    while its changes shrink."""
-    start: Any = np.array(kicked(of, w, w, step / 2))
-    rates, before, shrinks = start, np.inf, np.ones(start.shape[1:], dtype=bool)
-    for _ in range(CORRECTIONS):
-        corrected = np.array(kicked(of, start, rates, step / 2))
-        change = np.abs(corrected - rates).max(axis=0)
-        rates = np.where(shrinks, corrected, rates)
-        shrinks &= (change > 0.0) & (change < before)
-        if not shrinks.any():
-            break
-        before = change
-    return [*rates]
 
 
 @dataclass(frozen=True)
@@ -172,8 +122,8 @@ class FreeRotationStability:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
             return (NO_STEP,)
-        known = rate_step(scheme.integrator, factors(self.body), np.zeros(0))
-        return () if known is None or scheme.position_first else self._limits(scheme.integrator)
+        known = scheme.integrator in ORDERS and not scheme.position_first
+        return self._limits(scheme.integrator) if known else ()
 
     @cached_property
     def _limits(self) -> Callable[[str], tuple[StepLimit, ...]]:
@@ -220,7 +170,7 @@ class FreeRotationStability:
         whose rates are half the angular velocity."""
         begin = self._motion(integrator).begin
         largest = largest_step(
-            lambda sizes: jacobians(begin(sizes)[0], begin(sizes)[1][:3], len(sizes)),
+            lambda sizes: jacobians(*begin(sizes), len(sizes))[:, :3, :3],
             eigenvalues(self.motion, self._states[:, :1], 3)[0],
             self.rate,
         )
@@ -238,10 +188,9 @@ class FreeRotationStability:
         """The motion in steps; with the attitude where the scheme steps its four numbers, too."""
         start = [*self.body.angular_velocity, *(REST if integrator in TABLEAUX else ())]
 
-        def begin(sizes: Array) -> tuple[Step, Parts]:
-            advance = rate_step(integrator, factors(self.body), sizes)
-            assert advance is not None
-            return advance, start
+        def begin(sizes: Array) -> tuple[Advance, Parts]:
+            complexes = sizes.astype(complex)  # numpy converts a real array in each operation
+            return stepped(self.body, Scheme(integrator), complexes), start
 
         return SteppedMotion(
             begin,

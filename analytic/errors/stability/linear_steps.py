@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.tableau import Tableau
 
@@ -24,13 +24,13 @@ def stability_function(tableau: Tableau, z: Complex) -> Complex:
     return np.asarray(1.0 + change)
 
 
-def jacobians(advance: Callable[..., Sequence[Any]], state: Sequence[Any], count: int) -> Array:
+def jacobians(advance: Advance, state: Parts, count: int) -> Array:
     """The derivative of a step of `count` sizes at once, at a state of d numbers or arrays of shape
     (count,), by imaginary parts: shape (count, d, d)."""
     columns = []
     for varied in range(len(state)):
         nudges = (TINY * 1j * (varied == i) for i in range(len(state)))
         nudged = [np.zeros(count) + x + nudge for x, nudge in zip(state, nudges, strict=True)]
-        after = [np.imag(part) / TINY for part in advance(0.0, *nudged)]
+        after = [np.imag(part) / TINY for part in advance(0.0, nudged)]
         columns.append(np.stack(after, axis=-1))
     return np.stack(columns, axis=-1)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
 
 import numpy as np
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.errors.smooth_motion.stepped_system import advance_of
 from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
@@ -81,19 +81,14 @@ class SmoothStability:
         if scheme.integrator == ADAPTIVE:
             return (NO_STEP,)
         system = self.motion.system
-        advance = advance_of(scheme, system)
         soft = scheme.loop is not None or scheme.contact is not None
-        if advance is None or soft or scheme.integrator == LEAPFROG:
+        if soft or scheme.integrator == LEAPFROG or advance_of(scheme, system, 1.0) is None:
             return ()
 
-        def begin(steps: Array) -> tuple[Callable[..., Any], Any]:
-            sizes: Any = steps
-
-            def stepped(time: Any, *state: Any) -> Any:
-                # time has no part in these forces, and one for each step size
-                return advance(system.slope, 0.0, np.array(state), sizes)
-
-            return stepped, system.start
+        def begin(steps: Array) -> tuple[Advance, Parts]:
+            advance = advance_of(scheme, system, steps)
+            assert advance is not None
+            return advance, system.start.tolist()
 
         motion = SteppedMotion(
             begin,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.errors.stability.flow_growth import LOST
 from plumbob.analytic.errors.stability.largest_step import (
     FACTOR,
@@ -28,14 +28,13 @@ SHORT = 1000  # steps of the first
 BELOW = 140  # exponents of RATIO, a factor of 4: below what fails first the second looks, too
 RANGE = (0.02 / math.tau, AWAY)  # in fastest periods
 Counts = npt.NDArray[np.int64]
-Complexes = Sequence[npt.NDArray[np.complex128]]
 
 
 @dataclass(frozen=True)
 class SteppedMotion:
     """One exact motion, and a scheme's steps on it."""
 
-    begin: Callable[[Array], tuple[Callable[..., Complexes], Sequence[Any]]]
+    begin: Callable[[Array], tuple[Advance, Parts]]
     """Of steps [s], shape (n,): the step, of a time and of the parts of a state, shape (n,) each,
     and the state that it begins with."""
     names: Sequence[str]  # of a state's first parts, which are observed
@@ -45,10 +44,10 @@ class SteppedMotion:
     kind_of: Callable[[Mapping[str, Array]], str]
     kind: str  # of the exact motion
     window: float  # [s] the shortest time in which it shows
-    lost: Callable[[Complexes], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
+    lost: Callable[[Parts], Marks] = lambda state: np.zeros(len(state[0]), dtype=bool)
     """Which steps have left all that the motion conserves."""
 
-    def nudged(self, steps: Array) -> tuple[Callable[..., Complexes], Complexes]:
+    def nudged(self, steps: Array) -> tuple[Advance, Parts]:
         """The step and the start for steps [s], shape (n,), with the nudge, TINY of the scales, in
         imaginary parts."""
         advance, start = self.begin(steps)
@@ -58,13 +57,13 @@ class SteppedMotion:
             for part, nudge in zip(start, nudges, strict=True)
         ]
 
-    def size(self, state: Complexes) -> Array:
+    def size(self, state: Parts) -> Array:
         """Size of the nudge in a state over that at the start, infinite where it is lost."""
         parts = zip(self.names, state, self.scales, strict=False)
         squares = sum((part.imag / TINY / scale) ** 2 for _, part, scale in parts)
         return np.where(self.lost(state), np.inf, np.sqrt(squares / len(self.names)))
 
-    def observed(self, state: Complexes) -> Mapping[str, Array]:
+    def observed(self, state: Parts) -> Mapping[str, Array]:
         """Its first parts."""
         return {name: part.real for name, part in zip(self.names, state, strict=False)}
 
@@ -80,7 +79,7 @@ def tried(motion: SteppedMotion, steps: Array, counts: Counts) -> tuple[Marks, M
             if not stable.any():
                 break
             for n in range(taken[-1], sampled):
-                state = advance(n * steps, *state)
+                state = advance(n * steps, state)
             taken.append(sampled)
             over = motion.size(state) / motion.growth(np.minimum(sampled, counts) * steps)
             stable &= (over <= FACTOR) | (sampled > counts)

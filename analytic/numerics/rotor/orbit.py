@@ -16,24 +16,32 @@ from plumbob.analytic.reference import Array, Reference
 ANGLE = ("theta", "theta_dot")
 
 
-def smooth_system(rotor: DrivenRotor, theta: float, theta_dot: float) -> SmoothSystem:
-    """The equation of `rotor` from `theta` [rad] and `theta_dot` [rad/s]."""
+def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
+    """The acceleration of `rotor`, of its coefficients, a time, an angle and a rate, in any
+    arithmetic in which `library` has a sine and a cosine."""
 
-    def forces(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
-        sine = np.sin(q[0])
-        total = (2.0 * p.sin2 * sine + p.cos) * np.cos(q[0]) - p.sin * sine
-        total = total - p.stiffness * q[0] - p.damping_rate * v[0]
+    def acceleration(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
+        (theta,), (rate,), total = q, v, 0.0
+        if not rotor.linear:
+            sine = library.sin(theta)
+            total = (2.0 * p.sin2 * sine + p.cos) * library.cos(theta) - p.sin * sine
+        total = total - p.stiffness * theta - p.damping_rate * rate
         if not rotor.autonomous:
-            push = np.sin(p.forcing_frequency * t + p.forcing_phase)
+            push = library.sin(p.forcing_frequency * t + p.forcing_phase)
             total = total + p.forcing_amplitude * push
         return (total,)
 
+    return acceleration
+
+
+def smooth_system(rotor: DrivenRotor, theta: float, theta_dot: float) -> SmoothSystem:
+    """The equation of `rotor` from `theta` [rad] and `theta_dot` [rad/s]."""
     names = [field.name for field in fields(rotor)]
     return SmoothSystem(
         ("theta",),
         ("theta_dot",),
         lambda p, q: ((1.0 + 0.0 * q[0],),),
-        forces,
+        forces(rotor),
         dict(zip(names, astuple(rotor), strict=True)),
         (theta,),
         (theta_dot,),

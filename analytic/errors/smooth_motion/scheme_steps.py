@@ -1,0 +1,109 @@
+"""One step of each scheme on q'' = f(t, q, q'), of numbers, arrays or power series in the step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from plumbob.analytic.numerics.power_series import Series
+from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
+from plumbob.analytic.tableau import along
+
+MOST_CORRECTIONS = 100  # of an implicit half kick
+READ_AT = MappingProxyType(
+    {"start": 0.0, "midpoint": 0.5, "mean": 0.5}
+)  # where in a step a held control is read
+Parts = Sequence[Any]
+Advance = Callable[[Any, Parts], Parts]
+"""The time at a step's start [s] and the state there, q and then q' -> the state after it."""
+
+
+def moved(parts: Parts, rates: Parts, step: Any) -> Parts:
+    """Parts of a state that change at these rates for a step."""
+    return [x + step * rate for x, rate in zip(parts, rates, strict=True)]
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Equations of motion as a step reads them."""
+
+    acceleration: Callable[[Any, Parts, Parts], Parts]  # of a time, q and q'
+    count: int  # of the rates q'
+    implicit: Callable[[Parts], tuple[Any, Any]] | None = None
+    """Of a state, the damping [1/s] and the stiffness [1/s^2] that act on the state after a step:
+    all damping in a half kick of leapfrog, which iterates where none is known."""
+    drifted: Callable[[Parts, Parts, Any], Parts] = moved
+    """q after a step at a constant q'."""
+
+
+def advance(scheme: Scheme, equations: Equations, step: Any) -> Advance:
+    """The step of a `scheme` of STEPPED."""
+    count, drifted, move = equations.count, equations.drifted, along(step)
+    lag = READ_AT.get(scheme.control)
+
+    def pulled(time: Any, fraction: float, q: Parts, v: Parts) -> Parts:
+        return equations.acceleration(time + step * (fraction if lag is None else lag), q, v)
+
+    def stepped(time: Any, state: Parts) -> Parts:
+        q, v = state[:-count], state[-count:]
+        if scheme.integrator in TABLEAUX:
+            return TABLEAUX[scheme.integrator].advanced(
+                lambda part, z: [*z[-count:], *pulled(time, part, z[:-count], z[-count:])],
+                state,
+                move,
+            )
+        if scheme.position_first:
+            q = drifted(q, v, step)
+            return [*q, *moved(v, pulled(time, 0.0, q, v), step)]
+        push, length = pulled(time, 0.0, q, v), step
+        damping, spring = (0.0, 0.0) if equations.implicit is None else equations.implicit(state)
+        if scheme.integrator == EULER:
+            if equations.implicit is not None:
+                push = moved(push, v, -step * spring)
+                length = step / (1.0 + step * (damping + step * spring))
+            v = moved(v, push, length)
+            return [*drifted(q, v, step), *v]
+        # Half a kick, a drift, and half a kick by the rates after it.
+        half = step / 2
+        v = moved(v, push, half)
+        q = drifted(q, v, step)
+        if equations.implicit is not None:
+            kicked = moved(v, pulled(time, 1.0, q, [0.0] * count), half)
+            return [*q, *(x / (1.0 + half * damping) for x in kicked)]
+        return [*q, *_corrected(lambda rates: moved(v, pulled(time, 1.0, q, rates), half), v)]
+
+    return stepped
+
+
+def _corrected(kick: Callable[[Parts], Parts], start: Parts) -> Parts:
+    """The rates r = `kick`(r), by a fixed-point iteration that goes on while its
+    changes shrink; of series for as many degrees as they have."""
+    if isinstance(start[0], Series):
+        return reduce(lambda rates, _: kick(rates), start[0].terms, start)
+    now: Any = np.array(start)
+    before, shrinks = np.inf, np.ones(now.shape[1:], dtype=bool)
+    for _ in range(MOST_CORRECTIONS):
+        after = np.array(kick(now))
+        change = np.abs(after - now).max(axis=0)
+        now = np.where(shrinks, after, now)
+        shrinks &= (change > 0.0) & (change < before)
+        if not shrinks.any():
+            break
+        before = change
+    return [*now]
+
+
+def states_after(advance: Advance, state: Parts, step: float, marks: Sequence[int]) -> list[Parts]:
+    """The states after the increasing numbers of steps `marks` of `step` [s]."""
+    states, done = [], 0
+    for mark in marks:
+        for n in range(done, mark):
+            state = advance(n * step, state)
+        states.append(state)
+        done = mark
+    return states
