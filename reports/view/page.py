@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from plumbob.reports.view import compiled_templates
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import Drawing, drawing
+from plumbob.reports.view.tables import environment
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -122,10 +122,10 @@ def filled(
 @cache
 def _environment() -> Environment:
     """The environment that reads the templates and caches them."""
-    environment = compiled_templates.environment(TEMPLATES, autoescape=True)
-    environment.filters["kept"] = _kept
-    environment.filters["numbers"] = lambda values: _json(dict(values))
-    return environment
+    pages = environment(TEMPLATES, autoescape=True)
+    pages.filters["kept"] = _kept
+    pages.filters["numbers"] = lambda values: _json(dict(values))
+    return pages
 
 
 def _kept(text: str) -> Markup:

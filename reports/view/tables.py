@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from plumbob.reports.view import compiled_templates, notation, palette, plotly_figure
+from plumbob.reports.view import notation, palette, plotly_figure
 from plumbob.reports.view.content import Cell, Figure, Statement, Table, value
 from plumbob.reports.view.records import PairVerdict
 from plumbob.reports.view.sources import as_printed
@@ -72,7 +72,7 @@ def lines(template: str, **values: Any) -> list[str]:
 
 def filled_text(template: str, parts: Parts, values: dict[str, Any]) -> str:
     """A template's text, filled with values, and with the places of `parts` that it makes."""
-    return environment().get_template(f"{template}.md").render(_functions(parts) | values)
+    return _texts().get_template(f"{template}.md").render(_functions(parts) | values)
 
 
 def paragraphs(template: str, **values: Any) -> tuple[str, ...]:
@@ -106,11 +106,24 @@ def _cells(line: str, made: Mapping[str, Cell | Figure | Statement]) -> tuple[Ce
     )
 
 
+def environment(templates: Path, **options: Any) -> Environment:
+    """An environment that reads the templates of a folder, with further options of jinja2's."""
+    import jinja2
+
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader(templates),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        **options,
+    )
+
+
 @cache
-def environment() -> Environment:
-    """The environment that reads the templates, with the filters for numbers and names."""
-    environment = compiled_templates.environment(TEMPLATES, extensions=("jinja2.ext.do",))
-    environment.filters |= {
+def _texts() -> Environment:
+    """The environment of the texts, with the filters for numbers and names."""
+    texts = environment(TEMPLATES, extensions=("jinja2.ext.do",))
+    texts.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %
         "percent": notation.percent,  # 12 %: a whole number of them
@@ -127,7 +140,7 @@ def environment() -> Environment:
         "engine": lambda name: name.partition("/")[0],
         "anchor": lambda name: name.replace("/", "-"),  # the id of a scene's place
     }
-    return environment
+    return texts
 
 
 def in_unit(amount: float, unit: str, digits: int = 3) -> str:
