@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.reports.advice.work_precision import front
 from plumbob.reports.view.axis import Axis, Ticks
 from plumbob.reports.view.content import Figure, Layout, Trace
 from plumbob.reports.view.plotly_figure import FRONT
@@ -49,72 +48,52 @@ class Path:
     opacity: float | None = None
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """A picture of a size [px] with its axes, their ticks, paths in tenths of a pixel, the shades
-    of a map with ticks beside them, and the names, colours and dashes of its curves."""
-
-    width: int
-    height: int
-    layout: Layout
-    x: Axis
-    y: Axis
-    across: Ticks
-    up: Ticks
-    paths: tuple[Path, ...]
-    shades: tuple[str, ...]
-    scale: Ticks
-    names: tuple[tuple[str, str, str], ...]
+Drawing = SimpleNamespace
+"""A picture of a size [px] with its axes, their ticks, paths in tenths of a pixel, the shades of a
+map with ticks beside them, and the names, colours and dashes of its curves."""
 
 
 def drawing(figure: Figure, chosen: Sequence[str] = ()) -> Drawing | None:
     """A figure, of curves that belong to methods with those of the `chosen` ones, if there are any;
     None where nothing has a place on its axes."""
     traces, layout = shown(figure, chosen), figure.layout
-    width = WIDE if figure.wide else WIDTH
-    height = SQUARE if "scaleanchor" in layout["yaxis"] else figure.height
-    first = traces[0] if traces[0]["type"] == "heatmap" else None
+    width, square = WIDE if figure.wide else WIDTH, "scaleanchor" in layout["yaxis"]
+    height = SQUARE if square else figure.height
+    first = traces[0] if "z" in traces[0] else None
     longest = max(map(len, layout["yaxis"].get("ticktext", ())), default=0)
     right = width - (SCALE if first else RIGHT)
     x = _axis(layout["xaxis"], traces, "x", max(LEFT, 24 + LETTER * longest), right)
     y = _axis(layout["yaxis"], traces, "y", height - BOTTOM, TOP)
     if x is None or y is None:
         return None
-    if "scaleanchor" in layout["yaxis"]:
+    if square:
         x, y = (a.scaled(max(abs(b.scale) for b in (x, y))) for a in (x, y))
-    paths = (p for t in traces for p in (_map if "z" in t else _marks)(t, x, y))
     named = layout.get("showlegend") or any("meta" in t for t in traces)
     legend = {t["name"]: t for t in traces if named and t["name"] and t.get("showlegend", True)}
-    return Drawing(
-        width,
-        height,
-        layout,
-        x,
-        y,
-        _ticks(layout["xaxis"], x),
-        _ticks(layout["yaxis"], y),
-        tuple(paths),
-        tuple(_shade(first, (k + 0.5) / SHADES) for k in range(SHADES)) if first else (),
-        _ticks(first["colorbar"], Axis(first["zmin"], first["zmax"], y.start, y.end, False))
-        if first
-        else [],
-        tuple((name, t["line"]["color"], dashes(t)) for name, t in legend.items()),
+    drawn = Drawing(
+        width=width,
+        height=height,
+        layout=layout,
+        x=x,
+        y=y,
+        across=_ticks(layout["xaxis"], x),
+        up=_ticks(layout["yaxis"], y),
+        paths=[p for t in traces for p in (_map if "z" in t else _marks)(t, x, y)],
+        shades=[],
+        scale=[],
+        names=[(name, t["line"]["color"], dashes(t)) for name, t in legend.items()],
     )
+    if first:
+        scale = Axis(first["zmin"], first["zmax"], y.start, y.end, False)
+        drawn.scale = _ticks(first["colorbar"], scale)
+        drawn.shades = [_shade(first, (k + 0.5) / SHADES) for k in range(SHADES)]
+    return drawn
 
 
 def shown(figure: Figure, chosen: Sequence[str]) -> Sequence[Trace]:
-    """The traces of a figure that a picture has: of the `chosen` methods, where one has any, with
-    the Pareto front of these."""
+    """The traces of a figure that a picture has: of the `chosen` methods, where one has any."""
     kept = [t for t in figure.traces if t.get("meta", FRONT) in (*chosen, FRONT)]
-    runs = [t for t in kept if t.get("meta") != FRONT]
-    if not runs:
-        return figure.traces
-    points = [
-        (x, y) for t in runs if "meta" in t for x, y in zip(t["x"], t["y"], strict=True) if x and y
-    ]
-    best = front(points, lambda point: (1.0 / point[0], point[1]))
-    x, y = zip(*best, strict=True) if best else ((), ())
-    return [{**t, "x": x, "y": y} if t.get("meta") == FRONT else t for t in kept]
+    return kept if any(t.get("meta") != FRONT for t in kept) else figure.traces
 
 
 def _axis(
@@ -140,16 +119,13 @@ def _ticks(layout: Layout, axis: Axis) -> Ticks:
 
 def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
     """The line of a trace and its marks."""
-    places, colour = (
-        10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])]),
-        trace["line"]["color"],
-    )
-    there = np.isfinite(places).all(axis=1)
+    places = 10.0 * np.column_stack([x.along(trace["x"]), y.along(trace["y"])])
+    there, colour = np.isfinite(places.sum(axis=1)), trace["line"]["color"]
     if "lines" in trace["mode"]:
-        runs = np.split(places, np.flatnonzero(~there))
-        parts = (run[np.isfinite(run).all(axis=1)] for run in runs)
+        follows = np.append(False, there[:-1])[there]
+        points = zip(follows, places[there], strict=True)
         yield Path(
-            "".join(_path(part) for part in parts if len(part) > 1),
+            "".join(f"{' ' if after else 'M'}{a:.0f} {b:.0f}" for after, (a, b) in points),
             "",
             colour,
             10.0 * trace["line"]["width"],
@@ -166,13 +142,6 @@ def _marks(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:
             yield Path(dots, "", colour, 13.0)
         else:
             yield Path(dots, colour, colour, 5.0 * size - 24.0)
-
-
-def _path(places: Array) -> str:
-    """A path through points, in whole numbers and by differences, which are short."""
-    numbers = np.rint(places).astype(int)
-    steps = " ".join(map(str, np.diff(numbers, axis=0).ravel().tolist())).replace(" -", "-")
-    return f"M{numbers[0, 0]} {numbers[0, 1]}l{steps}"
 
 
 def _map(trace: Trace, x: Axis, y: Axis) -> Iterator[Path]:

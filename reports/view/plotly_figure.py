@@ -77,8 +77,7 @@ def figure(
     wide: bool = False,
 ) -> Figure:
     """A figure with one pair of axes; `legend` names the traces below it."""
-    layout: dict[str, Any] = {"xaxis": _fitted(x, traces, "x"), "yaxis": _fitted(y, traces, "y")}
-    layout["showlegend"] = legend
+    layout = {"xaxis": x, "yaxis": y, "showlegend": legend}
     return Figure(title, caption, tuple(traces), layout, height, wide)
 
 
@@ -122,8 +121,8 @@ def linear(title: str, **more: Any) -> Layout:
 
 
 def logarithmic(title: str, **more: Any) -> Layout:
-    """A logarithmic axis, labelled at powers of ten."""
-    look = {"type": "log", "exponentformat": "power", "tickfont": {"size": 10.5}}
+    """A logarithmic axis, labelled at powers of ten where it is long."""
+    look = {"type": "log", "exponentformat": "power", "nticks": 6, "tickfont": {"size": 10.5}}
     return linear(title, **look, **more)
 
 
@@ -136,13 +135,3 @@ def rounded(values: npt.ArrayLike) -> list[float | None]:
     """Values with as many digits as can be seen; what is not finite leaves a gap."""
     numbers = np.ravel(np.asarray(values, dtype=float)).tolist()
     return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in numbers]
-
-
-def _fitted(axis: Layout, traces: Sequence[Trace], letter: str) -> Layout:
-    """A logarithmic axis with one label in so many decades that seven fit; on a short one at 1, 2
-    and 5."""
-    if axis.get("type") != "log":
-        return axis
-    shown = [v for trace in traces for v in trace[letter] if v is not None and v > 0.0]
-    decades = math.log10(max(shown) / min(shown)) if shown else 1.0
-    return {**axis, "dtick": max(1, math.ceil(decades / 7)) if decades > 1.5 else "D2"}

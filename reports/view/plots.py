@@ -35,9 +35,11 @@ def scene_figures(
     styles: Mapping[str, Style],
     motion: Motion,
     points: Sequence[Point],
+    chosen: Sequence[str],
 ) -> tuple[Figure, ...]:
-    """All figures of one scene by the results of its methods, that of errors against cost first;
-    what was not measured leaves its figure out."""
+    """All figures of one scene by the results of its methods, of which the `chosen` ones are drawn
+    first, that of errors against cost before others; what was not measured leaves its figure out.
+    """
     stepped = [of for of in results if of.method.control == "step"]
     limits = finite_limits(results)
     written = figures(
@@ -60,7 +62,8 @@ def scene_figures(
             if limits and of.limit
         ],
     )
-    speed = error_against_cost(points, {of.name: of.method for of in results}, styles, limits)
+    methods = {of.name: of.method for of in results}
+    speed = error_against_cost(points, methods, styles, limits, chosen)
     return tuple(f for f in (speed, *written) if f.traces)
 
 
@@ -94,22 +97,28 @@ def error_against_cost(
     methods: Mapping[str, Method],
     styles: Mapping[str, Style],
     limits: Mapping[str, float],
+    chosen: Sequence[str],
 ) -> Figure:
-    """Relative error against speed, with the Pareto front; `limits` are the largest steps [s]
-    before a method is lost: its speed there is marked at the error of its largest step that is
-    stable. A closed form, which simulates nothing, is left out."""
+    """Relative error against speed, with the Pareto front of the `chosen` methods, or of all where
+    none of these was timed; `limits` are the largest steps [s] before a method is lost: its speed
+    there is marked at the error of its largest step that is stable. A closed form, which simulates
+    nothing, is left out."""
     lines: dict[str, list[Point]] = {}
     for p in points:
         if np.isfinite(p.error) and methods[p.method].scheme.integrator != EXACT:
             lines.setdefault(p.method, []).append(p)
     stable = {n: [p for p in lines.get(n, ()) if p.step <= limit] for n, limit in limits.items()}
     last = {name: max(of, key=lambda p: p.step) for name, of in stable.items() if of}
+    every = [p for of in lines.values() for p in of]
+    band = [p for p in every if p.method in chosen] or every
+    best, shown = (front(of, lambda p: (-p.speed, p.error)) for of in (every, band))
     (drawn,) = figures(
         "work_precision",
         methods=methods,
         styles=styles,
         lines=lines,
-        front=front((p for of in lines.values() for p in of), lambda p: (-p.speed, p.error)),
+        front=best,
+        band=shown,
         ends=[(limits[name], p, p.speed * limits[name] / p.step) for name, p in last.items()],
     )
     return drawn

@@ -84,6 +84,7 @@ def scene_view(
         table("every_run", leading=observables[0], rows=rows),
         table("parameters", parameters=scene.parameters, facts=exact.facts, source=scene.source),
     )
+    timed = points(study, scene.name)
     typical = reference_run(ran[at_first[-1]].done, ran[at_first[-1]].method) if at_first else None
     return View(
         scene=scene,
@@ -96,7 +97,7 @@ def scene_view(
         at_first=at_first,  # methods whose curves are drawn before a reader chooses others
         sentences=sentences(rows, record.recommendations),
         first=table("scene_errors", rows=rows),
-        figures=scene_figures(rows, observables, looks, exact.motion, points(study, scene.name)),
+        figures=scene_figures(rows, observables, looks, exact.motion, timed, at_first),
         replay=exact.replay,
         hard=hard_cases.table([rows]) if scene.hard or any(of.limit for of in rows) else None,
         results=rows,

@@ -57,9 +57,9 @@
 
   const shown = (trace) => !hidden.has(trace.meta);
 
-  // The runs that no other one shown beats in both speed and error.
+  // The runs, which have texts, that no other one shown beats in both speed and error.
   const front = (traces) => {
-    const points = traces.filter((one) => one.meta && one.meta !== "front" && one.visible)
+    const points = traces.filter((one) => one.text && one.visible)
       .flatMap((one) => one.x.map((x, i) => [x, one.y[i]]))
       .sort((a, b) => b[0] - a[0] || a[1] - b[1]);
     let best = Infinity;
