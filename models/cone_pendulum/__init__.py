@@ -325,9 +325,9 @@ SYSTEMS = (
         default="rotating-base",
         problem=problem,
         reference=lambda problem: problem.reference,
-        errors=lambda problem: from_analytic(
-            "errors.smooth_motion.pendulum_errors.pendulum_errors"
-        )(problem.motion),
+        errors=lambda problem: from_analytic("errors.smooth_motion.rotor_errors.pendulum_errors")(
+            problem.motion
+        ),
         stability=stability,
         start=("theta", "theta_dot"),
         invariants=invariants,

@@ -125,7 +125,7 @@ def stability(problem: SimplePendulum) -> StabilityTheory:
     return theory
 
 
-errors = from_analytic("errors.smooth_motion.pendulum_errors.simple_pendulum_errors")
+errors = from_analytic("errors.smooth_motion.rotor_errors.simple_pendulum_errors")
 """Theory of the errors of fixed steps on the motion of a problem."""
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.pendulum_errors import pendulum_errors
+from plumbob.analytic.errors.smooth_motion.rotor_errors import pendulum_errors
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import measure
 from plumbob.models.registry import case_of, system_of

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from plumbob.analytic.errors.smooth_motion.pendulum_errors import RodErrors
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.engines.registry import method as find_method
@@ -21,11 +21,11 @@ def early(case, time):
     problem = case.problem
     rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)
     start = (problem.theta, problem.theta_dot)
-    angle, errors = DrivenMotion(rotor, *start), RotorErrors(rotor, *start)
+    angle, rod = DrivenMotion(rotor, *start), Rod(problem.length, problem.gravity, problem.mass)
     if problem.linear:
-        return replace(case, reference=angle, errors=errors)
-    rod = RodMotion(angle, rotor, problem.length, problem.gravity)
-    return replace(case, reference=rod, errors=RodErrors(problem, errors))
+        return replace(case, reference=angle, errors=RotorErrors(rotor, *start))
+    motion = RodMotion(angle, rotor, problem.length, problem.gravity)
+    return replace(case, reference=motion, errors=RotorErrors(rotor, *start, rod=rod))
 
 
 @pytest.mark.long(keep=3)

@@ -18,7 +18,8 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     simplest,
 )
 from plumbob.analytic.errors.smooth_motion.scheme_steps import advance
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import stepped_errors
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
+from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
@@ -26,6 +27,8 @@ from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
+from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 from plumbob.analytic.theory import Coefficients, SteppedErrors
 
 SAMPLES = 65  # of a period, for the size of the errors there
@@ -35,13 +38,14 @@ NEGLIGIBLE = 1e-10  # of an energy error's size in a period: what collocation an
 @dataclass(frozen=True, eq=False)
 class RotorErrors:
     """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
-    is `known` exactly or else integrated; an `ErrorTheory`."""
+    is `known` exactly or else integrated, and of the tension of a `rod`; an `ErrorTheory`."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
     known: Reference | None = None
     terms: int = 4
+    rod: Rod | None = None
 
     @cached_property
     def exact(self) -> Reference:
@@ -72,13 +76,23 @@ class RotorErrors:
         return step, orders(scheme, self.rotor, self.terms)
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
-        """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`."""
-        return self._series.at(simplest(scheme, self.rotor), times)
+        """The first `terms` coefficients at `times` [s], shape (n,), see `ErrorSeries`; of the
+        tension [N] by its power series in those of theta and theta_dot."""
+        terms = self._series.at(simplest(scheme, self.rotor), times)
+        if self.rod is None or not terms:
+            return terms
+        observed = self.exact.observe(times)
+        state = {name: constant(observed[name], max(terms)) for name in ANGLE}
+        for power, coefficients in terms.items():
+            for name, part in state.items():
+                part.terms[power] = coefficients[name]
+        pull = self.rod.tension(*state.values()).terms
+        return {power: {**errors, "tension": pull[power]} for power, errors in terms.items()}
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """The scheme stepped, less the exact motion, see `stepped_errors`."""
         start = self.theta, self.theta_dot
-        return stepped_errors(self.rotor, start, scheme, step, times, self.exact)
+        return stepped_errors(self.rotor, start, scheme, step, times, self.exact, self.rod)
 
     def energy_drift_rate(self, period: float, scheme: Scheme) -> Mapping[int, float]:
         """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy
@@ -97,3 +111,16 @@ class RotorErrors:
             if power < 2 * (scheme.order or 0):
                 rates[power] = gained / period if abs(gained) > NEGLIGIBLE * fastest * size else 0.0
         return rates
+
+
+def pendulum_errors(motion: PendulumMotion) -> RotorErrors:
+    """The theory of an undamped pendulum's `motion`."""
+    theta, theta_dot = motion.closed_form.state(np.zeros(1))
+    return RotorErrors(motion.rotor, float(theta[0]), float(theta_dot[0]), motion)
+
+
+def simple_pendulum_errors(pendulum: SimplePendulum) -> RotorErrors:
+    """The theory of a simple pendulum, with its rod's tension, or of its linear companion."""
+    start = pendulum.started
+    rod = None if pendulum.linear else Rod(pendulum.length, pendulum.gravity, pendulum.mass)
+    return RotorErrors(pendulum.rotor, start.theta, start.theta_dot, pendulum.motion, rod=rod)

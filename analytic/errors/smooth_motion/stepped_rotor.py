@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -41,8 +41,10 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.orbit import ANGLE
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import STEPPED, Scheme
+from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.analytic.theory import SteppedErrors
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
@@ -62,6 +64,10 @@ class Rod:
     length: float
     gravity: float
     mass: float
+
+    def tension(self, theta: Any, theta_dot: Any) -> Any:
+        """The tension [N], of arrays or power series."""
+        return tension(self.length, self.gravity, theta, theta_dot, self.mass)
 
 
 def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
@@ -91,13 +97,24 @@ def stepped_errors(
     if marks is None:
         return SteppedErrors({})
     truth = exact.observe(times)
-    sizes = tuple(float(np.abs(truth[name]).max()) for name in ("theta", "theta_dot"))
-    scheme = simplest(scheme, rotor)
-    orbit = _orbit(rotor, start, scheme, step, marks.tobytes(), rod, sizes)
-    if orbit is None:
+    sizes = tuple(float(np.abs(truth[name]).max()) for name in ANGLE)
+    states = _orbit(rotor, start, simplest(scheme, rotor), step, marks.tobytes(), sizes)
+    if states is None:
         return SteppedErrors({})
-    errors = {name: values - truth[name] for name, values in orbit[0].items()}
-    return SteppedErrors(errors, orbit[1])
+    observed, parts = dict(zip(ANGLE, states, strict=False)), 0.0
+    if rod is not None:
+        x, v = states[:2]
+        joint = len(states) > 2
+        observed["tension"] = rod.mass * (rod.length * states[-1]) if joint else rod.tension(x, v)
+        parts = rod.length * v.real**2 + rod.gravity * np.abs(np.cos(x.real))
+        parts = 3 * rod.mass * ULP * parts
+    doubts = {
+        name: np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real)) + (name == "tension") * parts
+        for name, x in observed.items()
+    }
+    if not np.isfinite([*doubts.values()]).all():
+        return SteppedErrors({})
+    return SteppedErrors({name: x.real - truth[name] for name, x in observed.items()}, doubts)
 
 
 @lru_cache(maxsize=16)  # the same for all methods of one scene
@@ -107,69 +124,29 @@ def _orbit(
     scheme: Scheme,
     step: float,
     marks: bytes,
-    rod: Rod | None,
-    sizes: tuple[float, float],
-) -> tuple[Mapping[str, Array], Mapping[str, Array]] | None:
-    """Observables after these numbers of steps, shape (n,) each, of a motion of these `sizes`, and
-    their uncertainty: the response to a unit in the last place of every input. None where doubles
-    do not hold them."""
-    wanted = np.frombuffer(marks, dtype=np.int64)
-    states = _followed(rotor, start, scheme, step, wanted.tolist(), sizes)
-    if states is None:
-        return None
-    observed = _observed(states, rod)
-    if wanted[0] == 0:  # no step has been taken: a joint's pull is not read
-        observed[:, :1] = _observed(states[:2, :1], rod)
-    values, doubts = observed.real, np.abs(observed.imag) / TINY
-    doubts += ULP * (1.0 + np.abs(values))
-    if rod is not None:
-        parts = rod.length * values[1] ** 2 + rod.gravity * np.abs(np.cos(values[0]))
-        doubts[2] += 3 * rod.mass * ULP * parts
-    names = ("theta", "theta_dot", "tension")
-    if not np.isfinite(doubts).all():
-        return None
-    return dict(zip(names, values, strict=False)), dict(zip(names, doubts, strict=False))
-
-
-def _observed(states: Complex, rod: Rod | None) -> Complex:
-    """Observables of states (d, n), the last of a joint's the pull, shape (observables, n)."""
-    x, v = states[:2]
-    if rod is None:
-        return np.array([x, v])
-    pull = states[-1] if len(states) > 2 else v**2 + rod.gravity / rod.length * np.cos(x)
-    return np.array([x, v, rod.mass * rod.length * pull])
-
-
-def _followed(
-    rotor: DrivenRotor,
-    start: tuple[float, float],
-    scheme: Scheme,
-    step: float,
-    marks: list[int],
-    sizes: tuple[float, float],
+    sizes: tuple[float, ...],
 ) -> Complex | None:
-    """States after the increasing numbers of steps `marks`, shape (d, n), and in the imaginary
-    parts TINY times their response to a unit in the last place of each coefficient, and to the
-    roundings of a step; None where they exceed the range of doubles."""
-    by = 1.0 + 1j * TINY * ULP
-    take, state = _stepper(rotor, by, start, scheme, step, cmath)
+    """States after these increasing numbers of steps, shape (d, n), and in the imaginary parts TINY
+    times their response to a unit in the last place of each coefficient, and to the roundings of a
+    step of a motion of these `sizes`; None where they exceed the range of the sine."""
+    take, state = _stepper(rotor, 1.0 + 1j * TINY * ULP, start, scheme, step, cmath)
     # Towards rest, since a stronger pull and a smaller swing both make a pendulum faster.
-    nudges = zip(state, _rounded(rotor, scheme, step, sizes), strict=False)
+    nudges = zip(state, _rounded(rotor, scheme, step, *sizes), strict=False)
     state = [x - 1j * TINY * math.copysign(size, x.real) for x, size in nudges]
     try:
-        states = states_after(take, state, step, marks)
+        return np.array(
+            states_after(take, state, step, np.frombuffer(marks, dtype=np.int64).tolist())
+        ).T
     except (ValueError, OverflowError, ZeroDivisionError):  # the sine of infinity
         return None
-    reached: Complex = np.array(states).T
-    return reached if np.isfinite(reached).all() else None
 
 
 def _rounded(
-    rotor: DrivenRotor, scheme: Scheme, step: float, sizes: tuple[float, float]
+    rotor: DrivenRotor, scheme: Scheme, step: float, theta: float, rate: float
 ) -> list[float]:
-    """Roundings of the largest state, theta [rad] and theta_dot [rad/s] up to `sizes`, and of a
-    step: of each number of a state."""
-    (theta, rate), force = sizes, sum(abs(astuple(rotor)[i]) for i in FORCES)
+    """Roundings of the largest state, up to `theta` [rad] and `rate` [rad/s], and of a step: of
+    each number of a state."""
+    force = sum(abs(astuple(rotor)[i]) for i in FORCES)
     angle, speed = ROUNDOFF * theta + ULP * step * rate, ROUNDOFF * rate
     speed += FORCE_ROUNDINGS * ULP * step * force
     turned = 0.0
@@ -218,7 +195,8 @@ def _stepper(
         before = step * (theta_dot - step * float(rotor.acceleration(0.0, theta, theta_dot)))
         a, b = joint.turned(before, 1.0, before)
         a = a - 1.0
-    return joint, (theta, theta_dot, theta_dot - joint.rate * b, a, b, 0.0 * step)
+    pull = theta_dot**2 + joint.weight * math.cos(theta)
+    return joint, (theta, theta_dot, theta_dot - joint.rate * b, a, b, pull)
 
 
 @dataclass(frozen=True)
