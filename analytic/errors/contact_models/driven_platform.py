@@ -8,12 +8,13 @@ J(theta) and the coupling K(theta) = M X S cos theta of the two rotations,
     J = J0 + 2 M Y S sin theta + (I_y - I_z) sin^2 theta + I_yz sin 2 theta,
 
 where A -> infinity gives Sudakov 2015, eq. 7. The rate is w0 + u/A and theta leaves the ideal
-motion by d/A, to first order in 1/A:
+motion by d/A, to first order in 1/A, where
 
-    u'     = -g u - d/dt (J w0 + K theta'),                                u(0) = 0
-    I_x d'' = (J'' w0^2/2 - c cos theta) d + J' w0 u - K u',               d(0) = d'(0) = 0
+    u'         = -g u - d/dt (J w0 + K theta'),                            u(0) = 0
+    I_x theta'' = J' w^2/2 - c sin theta - K u'/A
 
-g = 0 is the platform that nothing drives; g -> infinity is the ideal drive. The next order is
+and an imaginary 1/A makes d the imaginary part of theta (Squire and Trapp 1998, SIAM Review 40,
+110). g = 0 is the platform that nothing drives; g -> infinity is the ideal drive. The next order is
 smaller by J/A.
 """
 
@@ -30,47 +31,7 @@ from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
 TOLERANCE = 1e-11  # relative, of the integration
 POINTS = 2000  # of a motion, for the largest error
-
-
-@dataclass(frozen=True)
-class PlatformLoad:
-    """J(theta) - J0, K(theta) and their slopes [kg m^2]."""
-
-    lever: float  # 2 M Y S
-    skew: float  # I_y - I_z
-    product: float  # I_yz
-    reach: float  # M X S
-
-    @classmethod
-    def of(cls, pendulum: Any) -> PlatformLoad:
-        """That of a pendulum on a platform."""
-        body = pendulum.body
-        arm = body.mass * body.com_distance
-        skew = body.inertia_y - body.inertia_z
-        return cls(2 * arm * pendulum.pivot_y, skew, body.inertia_yz, arm * pendulum.pivot_x)
-
-    def inertia(self, angle: Any) -> Any:
-        """J - J0."""
-        level = self.lever * np.sin(angle) + self.skew * np.sin(angle) ** 2
-        return level + self.product * np.sin(2 * angle)
-
-    def inertia_slope(self, angle: Any) -> Any:
-        """J'."""
-        level = self.lever * np.cos(angle) + self.skew * np.sin(2 * angle)
-        return level + 2 * self.product * np.cos(2 * angle)
-
-    def inertia_bend(self, angle: Any) -> Any:
-        """J''."""
-        level = -self.lever * np.sin(angle) + 2 * self.skew * np.cos(2 * angle)
-        return level - 4 * self.product * np.sin(2 * angle)
-
-    def coupling(self, angle: Any) -> Any:
-        """K."""
-        return self.reach * np.cos(angle)
-
-    def coupling_slope(self, angle: Any) -> Any:
-        """K'."""
-        return -self.reach * np.sin(angle)
+TINY = 1e-30  # [1/(kg m^2)] 1/A, imaginary
 
 
 @dataclass(frozen=True)
@@ -90,30 +51,30 @@ def drive_error(
     from scipy.integrate import solve_ivp
 
     pendulum = pendulum.started
-    load, w = PlatformLoad.of(pendulum), pendulum.platform_rate
-    weight = pendulum.body.mass * pendulum.body.com_distance * pendulum.gravity
+    body, arm = pendulum.body, pendulum.body.mass * pendulum.body.com_distance
 
-    def slopes(time: float, state: Array) -> list[float]:
-        theta, rate, u, d, d_rate = state
-        j_slope, k = load.inertia_slope(theta), load.coupling(theta)
-        bend = (j_slope * w**2 / 2 - weight * np.sin(theta)) / pendulum.body.inertia_x
-        u_rate = -drive_rate * u - j_slope * rate * w
-        u_rate = u_rate - load.coupling_slope(theta) * rate**2 - k * bend
-        pull = (load.inertia_bend(theta) * w**2 / 2 - weight * np.cos(theta)) * d
-        pull = pull + j_slope * w * u - k * u_rate
-        return [rate, bend, u_rate, d_rate, pull / pendulum.body.inertia_x]
+    def slopes(time: float, state: Any) -> list[Any]:
+        theta, rate, u = state
+        sine, cosine = np.sin(theta), np.cos(theta)
+        w, k = pendulum.platform_rate + 1j * TINY * u, arm * pendulum.pivot_x * cosine
+        j_slope = 2.0 * cosine * (arm * pendulum.pivot_y + (body.inertia_y - body.inertia_z) * sine)
+        j_slope += 2.0 * body.inertia_yz * np.cos(2.0 * theta)
+        bend = (j_slope * w**2 / 2 - arm * pendulum.gravity * sine) / body.inertia_x
+        turned = arm * pendulum.pivot_x * sine * rate**2 - k * bend
+        u_rate = turned - drive_rate * u - j_slope * rate * w
+        return [rate, bend - 1j * TINY * k * u_rate / body.inertia_x, u_rate]
 
     solution = solve_ivp(
         slopes,
         (0.0, float(times[-1])),
-        [pendulum.theta, pendulum.theta_dot, 0.0, 0.0, 0.0],
+        np.array([pendulum.theta, pendulum.theta_dot, 0.0], dtype=complex),
         "DOP853",
         times,
         rtol=TOLERANCE,
         atol=TOLERANCE,
     )
-    u, d, d_rate = solution.y[2:]
-    return PlatformError(d / inertia, d_rate / inertia, u / inertia)
+    theta, rate, u = solution.y / inertia
+    return PlatformError(theta.imag / TINY, rate.imag / TINY, u.real)
 
 
 @lru_cache(maxsize=64)  # the same for every method and step of a scene
