@@ -16,7 +16,7 @@ forces are those of statics. Derived in THEORY.md, section 7.
 from __future__ import annotations
 
 from cmath import exp
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -29,7 +29,7 @@ from plumbob.analytic.schemes import EULER as EULER
 from plumbob.analytic.schemes import RK4 as RK4
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.slider_path import SliderPath
-from plumbob.analytic.systems.three_points.equations import Mechanics, mechanics
+from plumbob.analytic.systems.three_points.equations import mechanics
 from plumbob.analytic.systems.three_points.friction import Start
 from plumbob.analytic.systems.three_points.implicit_friction import (
     FrictionProblem,
@@ -41,10 +41,12 @@ from plumbob.analytic.tableau import CLASSICAL, along
 FRICTION_LEADS: Mapping[str, float] = MappingProxyType({EULER: 1.0, RK4: 0.5})  # of a step
 COLUMNS = ("x", "y", "heading", "velocity_x", "velocity_y", "heading_rate")
 State = tuple[complex, float, complex, float, complex, complex]  # z, psi, z', omega, r, v
+Stepped = Callable[[State, complex, Slip], tuple[State, Slip]]
+"""A state, what drives the slider in a step, and the slip before -> the state and slip after it."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Body:
+class Body:
     """The constants of a capsule as plain numbers, of which a step takes many."""
 
     mass: float  # M + m [kg]
@@ -56,8 +58,9 @@ class _Body:
     """f N_i with Q at C [N], and its change along x and y [N/m], of each support."""
 
     @classmethod
-    def of(cls, equations: Mechanics) -> _Body:
-        """Those of a capsule's equations."""
+    def of(cls, capsule: Capsule) -> Body:
+        """Those of a capsule."""
+        equations = mechanics(capsule)
         limits = np.column_stack([equations.centre_limits, *equations.limit_slopes]).tolist()
         return cls(
             equations.mass,
@@ -75,35 +78,42 @@ class _Body:
         later."""
         _, psi, speed, omega, r, v = state
         turn, arm = exp(1j * psi), self.mass_ratio * r
-        inertia = self.inertia + self.reduced_mass * abs(r) ** 2
+        inertia = self.inertia_with(r)
         carried = w + 2j * omega * v - omega * omega * r
         pushed = -self.mass_ratio * carried
         spun = -self.reduced_mass * (r.conjugate() * carried).imag / inertia
         begun = speed / turn + 1j * omega * arm
         free = (begun + lead * pushed, omega + lead * spun)
-        slip = self._after_friction(r, inertia, lead, free, near)
+        slip = self.after_friction(r, lead, free, near)
         pushed, spun = (slip[0] - begun) / lead, (slip[1] - omega) / lead
         return (speed, omega, (pushed - 1j * spun * arm) * turn, spun, v, w), slip
 
-    def _after_friction(
-        self, r: complex, inertia: float, lead: float, free: Slip, near: Slip
+    def inertia_with(self, r: complex) -> float:
+        """About the combined centre, with the slider at r [kg m^2]."""
+        return self.inertia + self.reduced_mass * abs(r) ** 2
+
+    def after_friction(
+        self, r: complex, lead: float, free: Slip, near: Slip, opened: complex = 0j
     ) -> Slip:
-        x, y, arm = r.real, r.imag, self.mass_ratio * r
-        limits = [lead * (c + x * a + y * b) for c, a, b in self.limits]
+        """The slip that friction for a time `lead` [s] makes of a `free` one; supports slip by
+        their place times `opened` [1/s], too."""
+        limits = [lead * max(c + r.real * a + r.imag * b, 0.0) for c, a, b in self.limits]
         if not any(limits):
             return free
-        arms = [support - arm for support in self.supports]
-        return after_friction(FrictionProblem(self.mass, inertia, limits, arms), free, near)
+        arms = [support - self.mass_ratio * r for support in self.supports]
+        offsets = [opened * support for support in self.supports]
+        problem = FrictionProblem(self.mass, self.inertia_with(r), limits, arms, offsets)
+        return after_friction(problem, free, near)
 
 
-def _euler(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
+def _euler(body: Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
     (_, _, push, spun, _, _), slip = body.rates(state, w, FRICTION_LEADS[EULER] * step, near)
     z, psi, speed, omega, r, v = state
     speed, omega, v = speed + step * push, omega + step * spun, v + step * w
     return (z + step * speed, psi + step * omega, speed, omega, r + step * v, v), slip
 
 
-def _rk4(body: _Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
+def _rk4(body: Body, state: State, w: complex, step: float, near: Slip) -> tuple[State, Slip]:
     slips = [near]
 
     def slopes(_: float, stage: Sequence[Any]) -> State:
@@ -121,23 +131,26 @@ def trajectory(
 ) -> Array:
     """COLUMNS at the start and after each of `steps` steps of `step` [s], shape (steps + 1, 6), in
     the ground's axes; `integrator` is EULER or RK4."""
-    body = _Body.of(mechanics(capsule))
+    body = Body.of(capsule)
     places, speeds, _ = path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
     pushes = (np.diff(speeds @ [1.0, 1j]) / step).tolist()
-    advance = _rk4 if integrator == RK4 else _euler
-    state: State = (
-        0j,
-        0.0,
-        complex(*start.velocity),
-        start.angular_velocity,
-        complex(*places[0]),
-        complex(*speeds[0]),
+    advance, speed = _rk4 if integrator == RK4 else _euler, complex(*start.velocity)
+    inside, moving = complex(*places[0]), complex(*speeds[0])
+    state: State = 0j, 0.0, speed, start.angular_velocity, inside, moving
+    return rows_of(
+        lambda state, push, near: advance(body, state, push, step, near),
+        state,
+        (speed, start.angular_velocity),
+        pushes,
     )
-    slip: Slip = (state[2], state[3])
-    rows = np.empty((steps + 1, 6))
-    for k in range(steps + 1):
-        z, psi, speed, omega, _, _ = state
-        rows[k] = z.real, z.imag, psi, speed.real, speed.imag, omega
-        if k < steps:
-            state, slip = advance(body, state, pushes[k], step, slip)
-    return rows
+
+
+def rows_of(stepped: Stepped, state: State, slip: Slip, driven: Sequence[complex]) -> Array:
+    """COLUMNS at the start and after each step, shape (n + 1, 6), of what drives n steps."""
+    rows = [state[:4]]
+    for drive in driven:
+        state, slip = stepped(state, drive, slip)
+        rows.append(state[:4])
+    z, psi, speed, omega = np.array(rows).T
+    columns = [z.real, z.imag, psi.real, speed.real, speed.imag, omega.real]
+    return np.ascontiguousarray(np.transpose(columns))
