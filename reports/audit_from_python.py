@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.audit import Audit, audited, with_gradient
-from plumbob.engines.audit.contacts import SPEED, contacts_audited, rests
+from plumbob.engines.audit.contacts import SPEED, contacts_audited
 from plumbob.engines.audit.controls import DURATION, script
 from plumbob.engines.audit.engines import with_engines
 from plumbob.engines.audit.environments import rollout, start_and_period
@@ -83,8 +82,7 @@ def audit(
         answer = audited(user_model, moved, named, beside, begun)
     if gradient:
         answer = with_gradient(answer, Allowance(budget, progress=progress))
-    answer = with_engines(answer, model, engines, budget, progress)
-    return MotionResult(**vars(replace(answer, slides=_slides(model, start))))
+    return MotionResult(**vars(with_engines(answer, model, engines, budget, progress)))
 
 
 def _known(engines: Sequence[str], model: Any) -> None:
@@ -140,15 +138,6 @@ def start_of(
         except (TypeError, ValueError):
             raise ParameterError(name, state, "a list of numbers") from None
     return Start(keyframe, **numbers)
-
-
-def _slides(model: Any, start: Start) -> str:
-    """The free body of `model` that a contact audit can slide; empty where there is none."""
-    try:
-        standing = _user_models().contacts(model, start, None, None).standing
-    except NotCertifiable:
-        return ""
-    return standing.body if rests(standing) else ""
 
 
 def audit_contacts(

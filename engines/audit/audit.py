@@ -57,7 +57,6 @@ class Audit:
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
     changes: tuple[Moved, ...] | None = None  # since another audit; None where it is held to none
     engines: tuple[EngineError, ...] = ()  # others, that are asked for
-    slides: str = ""  # a free body that rests on a plane, of which a contact audit can tell more
 
     @property
     def error(self) -> float:

@@ -227,8 +227,7 @@ class Course:
 
     def rate(self, integrator: str, step: float, duration: float | None = None) -> float:
         """At the end of a run from the start with a step [s], see `rate_after`."""
-        count = MOST if duration is None else math.ceil(duration / step)
-        return self.model.rate_after(self.script, integrator, step, count)
+        return self.model.rate_after(self.script, integrator, step, duration or MOST * step)
 
 
 def limited(course: Course, integrator: str) -> Limit:

@@ -53,7 +53,6 @@ def _motion(audit: Audit) -> dict[str, Any]:
         if audit.trims is None
         else [trim(t) for t in (*audit.trims.each, *filter(None, [audit.trims.together]))],
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
-        "slides": audit.slides or None,
         "start": audit.script.start,
         "pose": audit.pose,
         "fields": audit.model.fields if audit.model else {},

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model.readings import name_of
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged
 from plumbob.engines.adapters.mujoco.terms import put
 from plumbob.engines.adapters.mujoco.transition import advanced, difference
@@ -25,10 +26,10 @@ def names(model: Any) -> Mapping[str, tuple[str, ...]]:
     """Of positions, velocities, activations and controls: {kind: a name for each}."""
     freedoms = []
     for number in range(model.njnt):
-        joint = model.joint(number).name or f"joint {number}"
+        joint = name_of(model, "joint", number)
         several = FREEDOMS.get(int(np.count_nonzero(model.dof_jntid == number)), ("",))
         freedoms += [f"{joint} {freedom}".rstrip() for freedom in several]
-    actuators = tuple(model.actuator(i).name or f"actuator {i}" for i in range(model.nu))
+    actuators = tuple(name_of(model, "actuator", i) for i in range(model.nu))
     return {
         "position": tuple(freedoms),
         "velocity": tuple(freedoms),

@@ -20,16 +20,15 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
-from plumbob.engines.adapters.mujoco.own_model.readings import readings, unlikely
+from plumbob.engines.adapters.mujoco.own_model.readings import name_of, readings, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
 from plumbob.engines.adapters.mujoco.own_model.tangent import (
     TangentMaps,
     diverged,
+    followed,
     for_maps,
-    growth,
     kind,
-    rate_after,
 )
 from plumbob.engines.adapters.mujoco.terms import MujocoTerms, apart, put, shifted, state_of
 from plumbob.engines.adapters.mujoco.timed import TimedPeriods
@@ -49,17 +48,20 @@ from plumbob.engines.peer_model import Joint, Layout
 INTEGRATORS = ("euler", "rk4", "implicit", "implicitfast")
 OFFERED = ("euler", "implicitfast", "rk4")  # those that a user would try
 WRITTEN = MappingProxyType({"euler": "Euler", "rk4": "RK4"})  # in a file; the others as they are
-# Every array of time constants that refsafe raises to two steps.
-TIME_CONSTANTS = (
-    "geom_solref",
-    "jnt_solref",
-    "dof_solref",
-    "eq_solref",
-    "pair_solref",
-    "pair_solreffriction",
-    "tendon_solref_lim",
-    "tendon_solref_fri",
-    "flex_solref",
+# Every array of time constants that refsafe raises to two steps, and the fields one of which is not
+# 0 where they act; no field: always.
+TIME_CONSTANTS = MappingProxyType(
+    {
+        "geom_solref": ("geom_contype", "geom_conaffinity"),
+        "jnt_solref": ("jnt_limited",),
+        "dof_solref": ("dof_frictionloss",),
+        "eq_solref": (),
+        "pair_solref": (),
+        "pair_solreffriction": (),
+        "tendon_solref_lim": ("tendon_limited",),
+        "tendon_solref_fri": ("tendon_frictionloss",),
+        "flex_solref": (),
+    }
 )
 REFSAFE = int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
 SAFE = 2.0  # steps: the shortest time constant that refsafe leaves
@@ -85,8 +87,7 @@ class MujocoModel:
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies, numbers where they have none."""
-        model = self.effective
-        return tuple(model.body(i).name or f"body {i}" for i in range(model.nbody))
+        return tuple(name_of(self.effective, "body", i) for i in range(self.effective.nbody))
 
     @property
     def state(self) -> Array:
@@ -137,10 +138,6 @@ class MujocoModel:
         model, _ = self._neighbours
         return TangentMaps(model, self._begun(model), state, control)
 
-    def _nudged_model(self, integrator: str, step: float) -> Any:
-        """That of nudged runs, for an integrator and a step [s]."""
-        return _set(self._neighbours[1], integrator, step)
-
     def nudged(
         self,
         script: Script,
@@ -154,17 +151,27 @@ class MujocoModel:
         for a duration [s], with the controls from the period `begin` on, the last one held for as
         long as need be; infinite where a run diverges. The nudge is one of `script.start`, or of
         where a run from there is `after` a time [s]."""
-        model = self._nudged_model(integrator, step)
-        with collected():
-            pair = self._begun(model), self._begun(model)
-            return growth(model, pair, script, begin, duration, after)
+        return self._followed(2, script, begin, integrator, step, duration, after)[0]
 
-    def rate_after(self, script: Script, integrator: str, step: float, count: int) -> float:
-        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many
-        steps [s], the last control held for as long as need be; infinite where it diverges."""
-        model = self._nudged_model(integrator, step)
+    def rate_after(self, script: Script, integrator: str, step: float, duration: float) -> float:
+        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of a duration
+        [s] of such a run; infinite where it diverges."""
+        return self._followed(1, script, 0, integrator, step, duration)[1]
+
+    def _followed(
+        self,
+        runs: int,
+        script: Script,
+        begin: int,
+        integrator: str,
+        step: float,
+        duration: float,
+        after: float = 0.0,
+    ) -> tuple[float, float]:
+        model = _set(self._neighbours[1], integrator, step)
         with collected():
-            return rate_after(model, self._begun(model), script, count)
+            several = [self._begun(model) for _ in range(runs)]
+            return followed(model, several, script, begin, duration, after)
 
     def field(self, width: float = 0.0) -> ContinuousField:
         """Its continuous motion; contacts that begin over a layer of `width` [m], if given."""
@@ -422,29 +429,18 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
     if model.opt.disableflags & REFSAFE:
         return model, changed
     least = SAFE * step
-    for name in TIME_CONSTANTS:
+    for name, switches in TIME_CONSTANTS.items():
         values = getattr(model, name, np.zeros((0, 2)))
-        if values.size:
-            short = (values[:, 0] > 0.0) & (values[:, 0] < least)
-            values[short, 0] = least
-            if (used := short & _in_use(model, name)).any():
-                changed[name] = int(used.sum())
+        short = (values[:, 0] > 0.0) & (values[:, 0] < least)
+        values[short, 0] = least
+        acting = [getattr(model, switch) != 0 for switch in switches] or [short]
+        if used := int((short & np.any(acting, axis=0)).sum()):
+            changed[name] = used
     overriding = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
     if overriding and 0.0 < model.opt.o_solref[0] < least:
         model.opt.o_solref[0], changed["o_solref"] = least, 1
     model.opt.disableflags |= REFSAFE
     return model, changed
-
-
-def _in_use(model: Any, name: str) -> Any:
-    """Which of the time constants of a field act on anything."""
-    return {
-        "geom_solref": lambda: (model.geom_contype | model.geom_conaffinity) != 0,
-        "jnt_solref": lambda: model.jnt_limited != 0,
-        "dof_solref": lambda: model.dof_frictionloss > 0.0,
-        "tendon_solref_lim": lambda: model.tendon_limited != 0,
-        "tendon_solref_fri": lambda: model.tendon_frictionloss > 0.0,
-    }.get(name, lambda: np.ones(len(getattr(model, name)), bool))()
 
 
 def _keyframe(model: Any, keyframe: int | str) -> int:

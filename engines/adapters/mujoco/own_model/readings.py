@@ -17,9 +17,14 @@ LIMITS = (int(KINDS.mjCNSTR_LIMIT_JOINT), int(KINDS.mjCNSTR_LIMIT_TENDON))
 DEEP = 0.01  # [m or rad] of contacts, and beyond limits, that a start is hardly meant to have
 
 
+def name_of(model: Any, kind: str, number: int) -> str:
+    """The name of a body, geom, joint, ...; its number where it has none."""
+    return getattr(model, kind)(int(number)).name or f"{kind} {number}"
+
+
 def pair_name(model: Any, pair: Any) -> str:
     """The two geoms of a contact by their names."""
-    return " – ".join(model.geom(int(i)).name or f"geom {i}" for i in pair if i >= 0)
+    return " – ".join(name_of(model, "geom", i) for i in pair if i >= 0)
 
 
 def readings(model: Any, data: Any, states: Array) -> Mapping[str, Array]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.adapters.mujoco.own_model.readings import name_of
 from plumbob.engines.own_motion import NotCertifiable
 
 LEVEL = 1e-9  # sine of the angle between gravity and the plane's normal; [m/s^2] of forces
@@ -79,9 +80,9 @@ def rigid_piece(
     return RigidPiece(
         compiled,
         spec,
-        tuple(_geom(model, geom) for geom in geoms),
-        _body(model, root),
-        _geom(model, plane),
+        tuple(name_of(model, "geom", geom) for geom in geoms),
+        name_of(model, "body", root),
+        name_of(model, "geom", plane),
         plane,
         int(model.body_jntnum[inside].sum()) - 1,
         float(inertia[2, 2]),
@@ -94,7 +95,7 @@ def _normal_gravity(model: Any, plane: int, turn: Array) -> float:
     gravity = turn.T @ model.opt.gravity
     if not gravity[2] < 0.0 or np.hypot(*gravity[:2]) > -LEVEL * gravity[2]:
         what = "no gravity" if not gravity.any() else "gravity that is not normal to its plane"
-        raise NotCertifiable(f"the model has {what} ({_geom(model, plane)})")
+        raise NotCertifiable(f"the model has {what} ({name_of(model, 'geom', plane)})")
     return float(gravity[2])
 
 
@@ -136,7 +137,7 @@ def _free_body(model: Any, name: str | None) -> int:
     free: list[int] = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE].tolist()
     if not free:
         raise NotCertifiable("the model has no free body: nothing in it slides on a plane")
-    names = {_body(model, b): b for b in free}
+    names = {name_of(model, "body", b): b for b in free}
     if name is not None and name not in names:
         raise ParameterError("body", name, f"a free body: {', '.join(names)}")
     return names[name] if name is not None else max(free, key=lambda b: model.body_subtreemass[b])
@@ -160,7 +161,7 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
     plane = min(reachable, key=lowest)
     for geom in reachable[plane]:
         if mujoco.mjtGeom(model.geom_type[geom]) not in _SHAPES:
-            raise NotCertifiable(f"the shape of {_geom(model, geom)} cannot be copied")
+            raise NotCertifiable(f"the shape of {name_of(model, 'geom', geom)} cannot be copied")
     return plane, reachable[plane]
 
 
@@ -254,11 +255,3 @@ def _quaternion(axes: Array) -> Array:
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
     return quaternion
-
-
-def _body(model: Any, body: int) -> str:
-    return model.body(body).name or f"body {body}"
-
-
-def _geom(model: Any, geom: int) -> str:
-    return model.geom(geom).name or f"geom {geom}"

@@ -122,48 +122,32 @@ def for_maps(model: Any) -> Any:
     return model
 
 
-def growth(
-    model: Any, pair: tuple[Any, Any], script: Script, begin: int, duration: float, after: float
-) -> float:
-    """How many times as far apart as a nudge are positions, at most, when `model` has stepped for a
-    `duration` [s] from it; a run from the start of `script` is nudged `after` a time [s], its
-    controls are those from the period `begin` on, then the last one. `pair` are the two mjData;
-    infinite where one diverges."""
+def followed(
+    model: Any, several: Sequence[Any], script: Script, begin: int, duration: float, after: float
+) -> tuple[float, float]:
+    """How many times as far apart as a nudge positions of the first and the last of `several`
+    mjData are, at most, when `model` has stepped for a `duration` [s] from the nudge of the last
+    one; and the largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of its
+    steps. Runs from the start of `script` are nudged `after` a time [s], their controls are those
+    from the period `begin` on, then the last one. Both are infinite where a run diverges."""
     nudge = np.random.default_rng(0).standard_normal(2 * model.nv + model.na)
     nudge *= NUDGE / np.abs(nudge).max()
-    for data in pair:
-        put(data, script.start)
-    largest, step = 0.0, model.opt.timestep
-    nudged = math.ceil(after / step)
-    for k in range(nudged + math.ceil(duration / step)):
-        if k == nudged:
-            put(pair[1], shifted(model, state_of(pair[1]), nudge))
-        if not _advanced(model, pair, script, begin * script.period + k * step):
-            return math.inf
-        between = apart(model, *map(state_of, pair))[: model.nv]
-        largest = max(largest, float(np.abs(between).max()))
-    return largest / NUDGE
-
-
-def rate_after(model: Any, data: Any, script: Script, count: int) -> float:
-    """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of so many steps
-    [s], the last control held for as long as need be; infinite where it diverges; of `model`, which
-    has the step and the integrator, and its mjData."""
-    put(data, script.start)
-    rate = 0.0
-    for k in range(count):
-        if not _advanced(model, (data,), script, k * model.opt.timestep):
-            return math.inf
-        if k >= count - count // LAST:
-            rate = max(rate, float(np.abs(data.qvel).max()))
-    return rate
-
-
-def _advanced(model: Any, several: Sequence[Any], script: Script, time: float) -> bool:
-    """Take a step of several mjData under the control that `script` has at a time [s]; whether none
-    diverges."""
-    period = int((time + 1e-6 * model.opt.timestep) / script.period)
     for data in several:
-        data.ctrl[:] = script.controls[min(period, len(script.controls) - 1)]
-        mujoco.mj_step(model, data)
-    return not any(map(diverged, several))
+        put(data, script.start)
+    furthest, rate, step = 0.0, 0.0, model.opt.timestep
+    nudged = math.ceil(after / step)
+    count = nudged + math.ceil(duration / step)
+    for k in range(count):
+        if k == nudged:
+            put(several[-1], shifted(model, state_of(several[-1]), nudge))
+        period = int(begin + (k + 1e-6) * step / script.period)
+        for data in several:
+            data.ctrl[:] = script.controls[min(period, len(script.controls) - 1)]
+            mujoco.mj_step(model, data)
+        if any(map(diverged, several)):
+            return math.inf, math.inf
+        between = apart(model, state_of(several[0]), state_of(several[-1]))[: model.nv]
+        furthest = max(furthest, float(np.abs(between).max()))
+        if k >= count - count // LAST:
+            rate = max(rate, float(np.abs(several[0].qvel).max()))
+    return furthest / NUDGE, rate

@@ -11,6 +11,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Settings
@@ -107,43 +108,40 @@ class SettledFloor:
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:] = self.begun
 
+    def _run(self, duration: float, parts: int, still: float) -> tuple[Array, float]:
+        """Positions at the beginning and the ends of `parts` of a `duration` [s], shape (n, 7), up
+        to where the body has been slower than `still` [m/s] for a while, and its last speed."""
+        count = math.ceil(duration / parts / self.model.opt.timestep)
+        places, speeds = [np.array(self.data.qpos)], [math.inf] * QUIET
+        with collected():
+            while len(places) <= parts and max(speeds[-QUIET:]) >= still:
+                mujoco.mj_step(self.model, self.data, count)
+                places.append(np.array(self.data.qpos))
+                speeds.append(self._speed())
+        return np.array(places), speeds[-1]
+
     def slide(self, heading: float, speed: float, spin: float, duration: float) -> Slide:
         """Let it go at `speed` [m/s] along `heading` [rad], turning at `spin` [rad/s], for
         `duration` [s]."""
         self._begin()
-        data, way = self.data, np.array([math.cos(heading), math.sin(heading)])
-        data.qvel[:2], data.qvel[5] = speed * way, spin
-        count = math.ceil(duration / PARTS / self.model.opt.timestep)
-        yaws, fast, speeds = [self._yaw], speed + self.gyration * abs(spin), [math.inf] * QUIET
-        with collected():
-            while len(yaws) <= PARTS and max(speeds[-QUIET:]) >= STILL * fast:
-                mujoco.mj_step(self.model, data, count)
-                yaws.append(self._yaw)
-                speeds.append(self._speed())
-        turns = np.unwrap(yaws)
-        turn, rests = float(turns[-1] - turns[0]), bool(speeds[-1] < RESTS * fast)
-        return Slide(float(data.qpos[:2] @ way), turn, rests)
-
-    @property
-    def _yaw(self) -> float:
-        w, x, y, z = self.data.qpos[3:7]
-        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        way = np.array([math.cos(heading), math.sin(heading)])
+        self.data.qvel[:2], self.data.qvel[5] = speed * way, spin
+        fast = speed + self.gyration * abs(spin)
+        places, slow = self._run(duration, PARTS, STILL * fast)
+        axes = Rotation.from_quat(places[:, 3:], scalar_first=True).as_matrix()
+        yaws = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
+        return Slide(float(places[-1, :2] @ way), float(yaws[-1] - yaws[0]), slow < RESTS * fast)
 
     def drift(self, heading: float, acceleration: float, duration: float) -> float:
         """Speed [m/s] over the second half of `duration` [s] under a horizontal force through the
         centre of mass, of `acceleration` [m/s^2] times the mass."""
         self._begin()
-        model, half = self.model, max(1, round(duration / 2 / self.model.opt.timestep))
-        weight = float(model.body_mass[1])
+        weight = float(self.model.body_mass[1])
         way = np.array([math.cos(heading), math.sin(heading)])
         self.data.xfrc_applied[1, :2] = weight * acceleration * way
-        with collected():
-            mujoco.mj_step(model, self.data, half)
-            before = np.array(self.data.qpos[:2])
-            mujoco.mj_step(model, self.data, half)
-        self.data.xfrc_applied[1] = 0.0
-        apart = self.data.qpos[:2] - before
-        return float(np.linalg.norm(apart) / (half * model.opt.timestep))
+        places, _ = self._run(duration, 2, 0.0)
+        apart = places[2, :2] - places[1, :2]
+        return float(np.linalg.norm(apart) / (self.data.time / 2.0))
 
 
 def own_contacts(
