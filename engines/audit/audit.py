@@ -49,10 +49,10 @@ class Audit:
     clamped: Mapping[str, int]
     notes: tuple[str, ...]
     seconds: float  # wall time
+    model: OwnModel
     trims: Trims | None = None  # None where no error is known
     balances: tuple[Balance, ...] = ()
     stability: Stability | None = None  # the largest steps that hold
-    model: OwnModel | None = None
     written: tuple[str, Trim] | None = None  # the trimmed file, and what it does, read back
     gradient: Gradients | str | None = None  # why there is none; None where it is not asked for
     changes: tuple[Moved, ...] | None = None  # since another audit; None where it is held to none
@@ -67,7 +67,7 @@ class Audit:
     @property
     def pose(self) -> Mapping[str, Array]:
         """{body: centre of mass [m]} of the reference at `until`; empty where there is none."""
-        if self.found is None or self.model is None:
+        if self.found is None:
             return {}
         last = self.reference.positions[self.found.index]
         return dict(zip(self.model.bodies, last, strict=True))
@@ -77,7 +77,6 @@ class Audit:
         """States of the reference, and of the model's own steps from where it starts, at the ends
         of the periods up to `until`, shape (n, ...) each."""
         assert self.found is not None
-        assert self.model is not None
         stepped = self.model.stepped(self.script, self.integrator, self.found.own.parts)
         last = self.found.index + 1
         return self.reference.course.states[:last], stepped.states[:last]
@@ -166,7 +165,7 @@ def audited(
         model.clamped,
         model.notes,
         0.0,
-        model=model,
+        model,
     )
     begun(audit)
     progress("the continuous motion, by two methods")
@@ -206,7 +205,6 @@ def audited(
 
 def with_gradient(audit: Audit, allowance: Allowance) -> Audit:
     """An audit with the derivatives of the end, or why there are none."""
-    assert audit.model is not None
     began, index = time.perf_counter(), audit.found.index if audit.found else 0
     derivatives: Gradients | str
     try:

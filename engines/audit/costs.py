@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.own_motion import OwnModel, Script
-from plumbob.engines.study.cost import Cost, Key, TimedSteps, in_turns
+from plumbob.engines.study.cost import Cost, TimedSteps, in_turns
 from plumbob.engines.trajectory import Timed
 
 PIECE = 5e-3  # [s] of processor time, about, that is timed at once
@@ -63,7 +63,7 @@ def timed_periods(
     return model.timed(some, begun, integrator, parts, steps)
 
 
-def costs_in_turns(timed: Mapping[Key, Timed]) -> Mapping[Key, Cost]:
+def costs_in_turns(timed: Sequence[Timed]) -> tuple[Cost, ...]:
     """The cost of a step of each."""
-    pieces = {key: TimedSteps(run, 1.0) for key, run in timed.items()}
-    return in_turns(pieces, TURNS)[0]
+    pieces = {(str(k), ""): TimedSteps(run, 1.0) for k, run in enumerate(timed)}
+    return tuple(in_turns(pieces, TURNS)[0].values())

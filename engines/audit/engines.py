@@ -110,7 +110,6 @@ def with_engines(
     some crash on what they do not know; a run is given so many `seconds`."""
     if not names:
         return audit
-    assert audit.model is not None
     count = audit.found.index if audit.found else 0
     held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
     rows = {name: _refusal(find_engine(name), audit) for name in names}

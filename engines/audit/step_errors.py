@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,14 @@ class StepError:
     cost: Cost | None = None  # of a step; None where it ended early
 
     @property
+    def pace(self) -> Cost | None:
+        """Processor time over simulated time; None where it ended early."""
+        return self.cost and self.cost.scaled(1e-9 / self.step)
+
+    @property
     def ns_per_second(self) -> float | None:
         """[ns] of processor time per simulated second; None where it ended early."""
-        return self.cost.ns_per_step / self.step if self.cost else None
+        return 1e9 * self.pace.ns_per_step if self.pace else None
 
     def at(self, index: int) -> float:
         """Error [m] at the end of a period; infinite where the run had ended."""
@@ -160,15 +166,13 @@ def priced(
 ) -> list[StepError]:
     """The same with the costs of those that did not end early, along the reference."""
     states = reference.course.states[: known(reference) + 1]
-    timed = {
-        (s.integrator, str(s.parts)): timed_periods(
-            model, script, states, s.integrator, s.parts, s.seconds
-        )
+    timed = [
+        timed_periods(model, script, states, s.integrator, s.parts, s.seconds)
         for s in steps
         if not s.why
-    }
-    costs = costs_in_turns(timed)
-    return [replace(s, cost=costs.get((s.integrator, str(s.parts)))) for s in steps]
+    ]
+    costs = iter(costs_in_turns(timed))
+    return [s if s.why else replace(s, cost=next(costs)) for s in steps]
 
 
 def known(reference: Certificate) -> int:
@@ -238,17 +242,18 @@ def cheapest(
     doubt = float(reference.uncertainty[index])
     if doubt > TRUSTED * target:
         return None
-    reaching: list[tuple[float, StepError]] = []
-    for name in {s.integrator for s in steps}:
-        fine_first = sorted((s for s in steps if s.integrator == name), key=lambda s: s.step)
-        for candidate in fine_first:
-            if candidate.cost is None or not candidate.at(index) + doubt <= target:
-                break
-            reaching.append((candidate.cost.ns_per_step / candidate.step, candidate))
+    reaching = [
+        step
+        for name in {s.integrator for s in steps}
+        for step in takewhile(
+            lambda s: s.cost is not None and s.at(index) + doubt <= target,
+            sorted((s for s in steps if s.integrator == name), key=lambda s: s.step),
+        )
+    ]
     if not reaching:
         return None
-    most = ALIKE * min(ns for ns, _ in reaching)
-    alike = [candidate for ns, candidate in reaching if ns <= most]
+    most = ALIKE * min(s.ns_per_second or math.inf for s in reaching)
+    alike = [s for s in reaching if (s.ns_per_second or math.inf) <= most]
     best = min(alike, key=lambda s: (s.integrator != as_is.integrator, s.integrator, -s.step))
     cost = None
     if best is as_is:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -69,14 +70,13 @@ def trims(
 
 
 def strictest(changes: Sequence[Change]) -> tuple[Change, ...]:
-    """These changes without those that a later one undoes: the same number, set to another value.
+    """These changes without those that a later one undoes: the same numbers, set to another value.
     Flags add up."""
-    last = {(name, at): k for k, c in enumerate(changes) for name, at, _ in c.sets}
-    return tuple(
-        change
-        for k, change in enumerate(changes)
-        if any(name == "disableflags" or last[name, at] == k for name, at, _ in change.sets)
-    )
+
+    def numbers(change: Change) -> tuple[Any, ...]:
+        return tuple((n, at, value if n == "disableflags" else 0) for n, at, value in change.sets)
+
+    return tuple({numbers(change): change for change in changes}.values())
 
 
 def tried(
@@ -98,11 +98,11 @@ def tried(
     if len(runs) < 2:
         return ()
     states = runs[0].states[np.isfinite(runs[0].states).all(axis=1)]
-    timed = {
-        (str(k), ""): timed_periods(variant, script, states, variant.integrator, parts, run.seconds)
-        for k, (variant, run) in enumerate(zip(models, runs, strict=False))
-    }
-    full, *costs = costs_in_turns(timed).values()
+    timed = [
+        timed_periods(variant, script, states, variant.integrator, parts, run.seconds)
+        for variant, run in zip(models, runs, strict=False)
+    ]
+    full, *costs = costs_in_turns(timed)
     return tuple(
         Trim(
             changes,

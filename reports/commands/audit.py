@@ -341,7 +341,7 @@ def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_
     together = audit.trims.together if audit.trims else None
     models = find_engine("mujoco").ability(UserModels)
     assert models is not None
-    if together is None or audit.found is None or audit.model is None:
+    if together is None or audit.found is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
     left_out = models.write_trimmed(source, together.changes, target)
     offered = [(left_out, models.model(target, start))]

@@ -25,7 +25,7 @@ MARGIN = 0.05  # of the reach below the picture, for the ruler
 
 def audited(audit: Audit) -> Replay | None:
     """The replay of an audit, as far as its error is known; None where nothing is known to move."""
-    if audit.model is None or audit.found is None or audit.still:
+    if audit.found is None or audit.still:
         return None
     exact, own = (_channels(audit, poses) for poses in map(audit.model.poses, audit.states))
     times = audit.script.times[: audit.found.index + 1]
@@ -45,7 +45,6 @@ def audited(audit: Audit) -> Replay | None:
 def _channels(audit: Audit, poses: Array) -> Channels:
     """Poses of the bodies that have a solid and move, shape (n, bodies, 7), by body and axis; a
     quaternion has the sign of the one before."""
-    assert audit.model is not None
     bodies = sorted({solid.body for solid in audit.model.solids} - {0})
     turned = np.sum(poses[1:, :, 3:] * poses[:-1, :, 3:], axis=2) < 0.0
     poses[1:, :, 3:] *= np.where(np.cumsum(turned, axis=0) % 2, -1.0, 1.0)[..., None]
@@ -54,7 +53,6 @@ def _channels(audit: Audit, poses: Array) -> Channels:
 
 def _picture(audit: Audit, times: Array, exact: Channels) -> Picture:
     """How the model is drawn, seen as in its picture: from the side of -y, from above."""
-    assert audit.model is not None
     assert audit.found is not None
     view, solids, names = camera(-math.pi / 2.0, ELEVATION), audit.model.solids, audit.model.bodies
     bodies = [int(name[:-1]) for name in exact if name.endswith("x") and "q" not in name]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -20,14 +19,6 @@ from plumbob.reports.advice.work_precision import front
 
 SHOWN = 5  # errors of a halving
 COURSES = 4  # steps of the own integrator in the figure over time
-
-
-@dataclass(frozen=True)
-class Choice:
-    """An integrator and a step to choose, and the file's options that set them."""
-
-    best: Cheapest
-    options: Mapping[str, tuple[str, str]]  # what each is, and what to put in its place
 
 
 @dataclass(frozen=True)
@@ -99,23 +90,18 @@ class Motion:
         return len(course.events) / max(course.until, self.audit.script.period)
 
     @property
-    def better(self) -> Choice | None:
+    def better(self) -> Cheapest | None:
         """The cheapest choice for an error that is smaller than the own step's."""
-        return self._choice([c for c in self.steps.cheapest if c.target < self.audit.error][:1])
+        return next((c for c in self.steps.cheapest if c.target < self.audit.error), None)
 
     @property
-    def enough(self) -> Choice | None:
+    def enough(self) -> Cheapest | None:
         """The choice that saves most where the own step's error is enough."""
         audit = self.audit
         least = audit.error + audit.uncertainty
         enough = [c for c in self.steps.cheapest if c.target >= least][-1:]
-        saves = any(c.cost is not None and c.cost.saves for c in enough)
-        return self._choice(enough) if saves and audit.complete else None
-
-    def _choice(self, cheapest: Sequence[Cheapest]) -> Choice | None:
-        assert self.audit.model is not None
-        option = self.audit.model.option
-        return next((Choice(best, option(best.integrator, best.step)) for best in cheapest), None)
+        saving = (c for c in enough if c.cost is not None and c.cost.saves and audit.complete)
+        return next(saving, None)
 
     @property
     def nearer(self) -> bool:
@@ -151,16 +137,6 @@ class Motion:
         index = self.steps.index
         rows = ((of, [(r.step, r.ns_per_second, r.at(index)) for r in runs]) for of, runs in timed)
         return tuple((of, *zip(*points, strict=True)) for of, points in rows)
-
-    @property
-    def paces(self) -> tuple[tuple[float, ...], ...]:
-        """Processor time over simulated time of each run, with its quartiles; none where it
-        ended early."""
-        costs = [(run.cost, run.step) for run in self.steps.steps]
-        return tuple(
-            tuple(1e-9 * ns / step for ns in (c.ns_per_step, c.low, c.high)) if c else ()
-            for c, step in costs
-        )
 
 
 def _drawn(errors: Array) -> Array:

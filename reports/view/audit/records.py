@@ -55,7 +55,7 @@ def _motion(audit: Audit) -> dict[str, Any]:
         "trimmed_file": None if audit.written is None else trim(audit.written[1]),
         "start": audit.script.start,
         "pose": audit.pose,
-        "fields": audit.model.fields if audit.model else {},
+        "fields": audit.model.fields,
         "versions": versions(),
         **_stability(audit),
         **_gradient(audit.gradient),
