@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.sliding_body import Stance, stopping_distance
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.engines.audit.moving_joints import FreeSlide, free_slide
-from plumbob.engines.own_contacts import ContactModel, Floor, Slide, Standing
+from plumbob.engines.own_contacts import ContactModel, Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable
 
 SPEED = 0.5  # [m/s]
@@ -146,8 +145,8 @@ def contacts_audited(
     stand."""
     begin, standing = time.perf_counter(), model.standing
     stance = Stance(standing.points, standing.height)
-    fits = tuple(h for h in HEADINGS[::2] if stance.slides(PUSH * max(standing.friction), h))
-    if not rests(standing):
+    centred = stance.inside(np.zeros(2))
+    if not centred > 0.0:
         raise NotCertifiable(
             f"{standing.body} rests on fewer than three points that are not on one line "
             f"({', '.join(standing.feet)}): it tips or rolls"
@@ -155,11 +154,11 @@ def contacts_audited(
     spin = speed / float(np.hypot(*standing.points.T).mean())
     determined = tuple(stance.slides(max(standing.friction), h) for h in HEADINGS)
     why = undetermined(standing, determined)
-    why_turn = why or undetermined_turn(standing, stance.inside(np.zeros(2)))
+    why_turn = why or undetermined_turn(standing, centred)
     exact = None if why else stopping_distance(speed, standing.coefficient, standing.gravity)
     exact_turn = None if why_turn else turn(standing, speed, spin)
-    as_written, why_not = _halvings(model, "own", speed, spin, fits)
-    as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin, fits)
+    as_written, why_not = _halvings(model, "own", speed, spin)
+    as_pasted, why_not_pasted = _halvings(model, "pasted", speed, spin)
     return ContactAudit(
         model.name,
         standing,
@@ -185,62 +184,40 @@ def contacts_audited(
 
 
 def _halvings(
-    model: ContactModel,
-    kind: Literal["own", "pasted"],
-    speed: float,
-    spin: float,
-    fits: tuple[float, ...],
+    model: ContactModel, kind: str, speed: float, spin: float
 ) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
-    """Slides on contacts of a kind at the model's step and its halvings, and why they end early."""
-    settled = model.own if kind == "own" else model.pasted
+    """Slides on contacts of a kind at the model's step and its halvings, with pushes at the step
+    itself along headings at which the body does not tip, and why they end early."""
     standing, runs = model.standing, list[Measured]()
-    duration = _lasting(standing, speed)
+    duration, most = _lasting(standing, speed), max(standing.friction)
+    push = PUSH * float(np.mean(standing.friction)) * standing.gravity
+    upright = Stance(standing.points, standing.height)
     for k in range(HALVINGS + 1):
         step = model.step / 2**k
         try:
-            floor = settled(step)
+            floor = getattr(model, kind)(step)
         except NotCertifiable as reason:
             return tuple(runs), (f"{kind} contacts: {reason}",)
-        if set(floor.feet) != set(standing.feet):
-            more = ", ".join(sorted(set(floor.feet) ^ set(standing.feet)))
-            return tuple(runs), (f"{kind} contacts: at {step:g} s other geoms touch ({more})",)
-        judged = () if k else fits
-        runs.append(measured(floor, standing, step, speed, spin, duration, judged, model.overshoot))
+        if more := set(floor.feet) ^ set(standing.feet):
+            touching = ", ".join(sorted(more))
+            return tuple(runs), (f"{kind} contacts: at {step:g} s other geoms touch ({touching})",)
+        stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
+        pushed = [h for h in HEADINGS[::2] if not k and upright.slides(PUSH * most, h)]
+        run = Measured(
+            step,
+            tuple(floor.slide(h, speed, 0.0, duration) for h in HEADINGS),
+            floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
+            max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
+            np.array([stance.tilt(h) for h in HEADINGS]),
+            np.array([stance.slides(model.overshoot * most, h) for h in HEADINGS]),
+        )
+        runs.append(run)
     return tuple(runs), ()
 
 
 def _lasting(standing: Standing, speed: float) -> float:
     """[s] of a run: several times that in which Coulomb friction stops the body."""
     return LONGER * speed / (min(standing.friction) * standing.gravity)
-
-
-def rests(standing: Standing) -> bool:
-    """Whether the centre of mass is above the inside of the feet."""
-    return Stance(standing.points, standing.height).inside(np.zeros(2)) > 0.0
-
-
-def measured(
-    floor: Floor,
-    standing: Standing,
-    step: float,
-    speed: float,
-    spin: float,
-    duration: float,
-    pushed: tuple[float, ...],
-    overshoot: float,
-) -> Measured:
-    """Slide and turn the body on a floor on which it has settled, and push it along the headings
-    `pushed` [rad]; loads change by up to `overshoot` times what they settle at."""
-    stance = Stance(floor.points[:, :2], -float(floor.points[:, 2].mean()))
-    push = PUSH * float(np.mean(standing.friction)) * standing.gravity
-    return Measured(
-        step,
-        tuple(floor.slide(h, speed, 0.0, duration) for h in HEADINGS),
-        floor.slide(TURN_HEADING, speed, spin, LONGER * duration),
-        max((floor.drift(h, push, PUSHED) for h in pushed), default=None),
-        np.array([stance.tilt(h) for h in HEADINGS]),
-        np.array([stance.slides(overshoot * max(standing.friction), h) for h in HEADINGS]),
-    )
 
 
 def undetermined(standing: Standing, determined: tuple[bool, ...]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -82,23 +83,17 @@ class Kind:
         return float((self.halving[-1] / self.halving[0]) ** (1 / (len(self.halving) - 1)))
 
 
-@dataclass(frozen=True)
-class Contacts:
-    """A contact audit, and what follows from it."""
-
-    audit: ContactAudit
-    push: float = PUSH
-    headings: tuple[float, ...] = DEGREES
-    degree: float = math.degrees(1.0)
-
-    @property
-    def kinds(self) -> tuple[Kind, Kind]:
-        """The model's own contacts, and the pasted ones."""
-        audit = self.audit
-        return Kind("your contacts", audit, audit.own), Kind("pasted contacts", audit, audit.pasted)
-
-    @property
-    def tends(self) -> tuple[float, ...]:
-        """The distances [m] to compare with, from the least on; none where none is known."""
-        distances = self.audit.distances
-        return tuple(sorted(distances[~np.isnan(distances)].tolist()))
+def answer_of(audit: ContactAudit) -> dict[str, Any]:
+    """A contact audit, and what follows from it: runs on the model's own contacts and on the pasted
+    ones, and the distances [m] to compare with, from the least on, none where none is known."""
+    known = audit.distances[~np.isnan(audit.distances)]
+    return {
+        "kinds": (
+            Kind("your contacts", audit, audit.own),
+            Kind("pasted contacts", audit, audit.pasted),
+        ),
+        "tends": sorted(known.tolist()),
+        "push": PUSH,
+        "headings": DEGREES,
+        "degree": math.degrees(1.0),
+    }

@@ -10,7 +10,7 @@ from typing import Any
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.contacts import ContactAudit
 from plumbob.reports.view import notation
-from plumbob.reports.view.audit.contacts import Contacts
+from plumbob.reports.view.audit.contacts import answer_of
 from plumbob.reports.view.audit.motion import Motion
 from plumbob.reports.view.content import Cell, Finding
 from plumbob.reports.view.finding_text import written as worded
@@ -23,7 +23,7 @@ def answered(audit: Audit | ContactAudit) -> Finding:
     """The answer of an audit, its first table, with what its page shows beside."""
     numbers = {"audit": audit, "file": Path(audit.name).name}
     if isinstance(audit, ContactAudit):
-        (finding,) = worded("audit/contacts", {**numbers, "contacts": Contacts(audit)})
+        (finding,) = worded("audit/contacts", numbers | answer_of(audit))
     else:
         (finding,) = worded("audit/motion", {**numbers, "motion": Motion(audit)})
     return finding
