@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from plumbob.reports.view import notation
 from plumbob.reports.view.content import Figure
 from plumbob.reports.view.drawing import Drawing, drawing
 from plumbob.reports.view.tables import environment
@@ -72,8 +73,12 @@ class Plots:
         return len(self.tables) - 1
 
     def script(self) -> str:
-        """The data compressed: its text, or the address of the script that has it."""
-        return self.beside(self.page, _json({"figures": self.data, "tables": self.tables}))
+        """The data compressed: its text, or the address of the script that will have it."""
+        return packed(self.text()) if self.folder is None else f"{self.folder}{self.page}.js"
+
+    def text(self) -> str:
+        """The data as JSON."""
+        return _json({"figures": self.data, "tables": self.tables})
 
     def beside(self, name: str, text: str) -> str:
         """A text compressed, or the address of the script of a name that has it."""
@@ -107,7 +112,7 @@ def filled(
     defaults: dict[str, Any] = {
         "styles": {},
         "frame": "frame.html.jinja",
-        "href": _same_page,
+        "single": shared is None,
         "preview": None,
         "search": None,
         "plots": plots or Plots(),
@@ -125,6 +130,8 @@ def _environment() -> Environment:
     pages = environment(TEMPLATES, autoescape=True)
     pages.filters["kept"] = _kept
     pages.filters["numbers"] = lambda values: _json(dict(values))
+    for write in (notation.number, notation.short, notation.seconds, notation.plural):
+        pages.globals[write.__name__] = write
     return pages
 
 
@@ -166,8 +173,3 @@ def written(text: str | bytes, folder: Path, name: str) -> Path:
 
 def _json(values: Any) -> str:
     return json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-
-
-def _same_page(place: str) -> str:
-    """The address of a place on a page that stands alone."""
-    return f"#{place}"

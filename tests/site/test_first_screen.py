@@ -3,6 +3,7 @@ the stored study."""
 
 import html
 import re
+from collections import Counter
 from dataclasses import replace
 from functools import cache
 
@@ -14,7 +15,7 @@ from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.analyses.page_numbers import study_record
 from plumbob.reports.view import notation
-from plumbob.reports.view.method_results import MethodResult, results_of
+from plumbob.reports.view.method_results import SIGNS, MethodResult, results_of
 from plumbob.reports.view.records import (
     PairVerdict,
     Records,
@@ -107,8 +108,9 @@ def test_settings_costs_and_results_stand_on_the_index(study, index):
         assert settings in words
     for said in ("a step costs", "plumbob settings", "runs."):
         assert said in words
-    for count in first_screen.counts(_results(study)):
-        assert f"{count.sign} {count.count} {count.name}" in words
+    counts = sum(first_screen.by_engine(_results(study)).values(), Counter())
+    for meaning, count in counts.items():
+        assert f"{SIGNS[meaning][0]} {count} {SIGNS[meaning][1]}" in words
 
 
 def test_the_answer_is_computed_from_the_study(study):

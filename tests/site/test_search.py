@@ -25,7 +25,7 @@ def test_every_scene_method_finding_and_term_is_found(entries, study, shown):
     assert names["method"] == {method.name for method in study.methods}
     assert names["finding"] == {finding.title for finding in shown.common["findings"]}
     assert {"known limit", "not-converging", "real-time factor"} <= names["term"]
-    assert len(names["system"]) == len(shown.views)
+    assert len(names["system"]) == len(shown.common["views"])
 
 
 @pytest.mark.long

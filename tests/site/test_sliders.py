@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from plumbob.models.registry import case_of, scene
-from plumbob.reports.view.site.links import page_file
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.page_document import site_files
 
@@ -36,7 +35,7 @@ def visit(index, browser):
 
 def moved(visit, index, system, values):
     """The figure of a system with sliders moved."""
-    visit.page.goto((site_files(index)[1].parent / page_file(system)).as_uri())
+    visit.page.goto((site_files(index)[1].parent / f"{system}.html").as_uri())
     shown = visit.ask(SET, values)
     return shown
 

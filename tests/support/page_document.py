@@ -133,10 +133,9 @@ def resolve(command, folder):
         assert found, command
         assert find_methods(chosen.methods or "*"), command
     elif "scene" in given:
+        changed = given.get("changes", {})
         pattern = chosen.scene if any(c in chosen.scene for c in "*?[") else ""
-        assert find_scenes(pattern) if pattern else find_scene(chosen.scene, chosen.changes), (
-            command
-        )
+        assert find_scenes(pattern) if pattern else find_scene(chosen.scene, changed), command
     if given.get("method"):
         several = isinstance(chosen.method, list)
         assert find_methods(",".join(chosen.method)) if several else find_method(chosen.method)

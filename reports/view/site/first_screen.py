@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
 from statistics import median_high
-from typing import Any
 
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD
 from plumbob.reports.view import notation
 from plumbob.reports.view.content import Finding
-from plumbob.reports.view.method_results import SIGNS, Results, Shown
+from plumbob.reports.view.method_results import Results, Shown
 from plumbob.reports.view.records import StudyRecord
 from plumbob.reports.view.settings import to_copy
 from plumbob.reports.view.site.claims import NOT_SHOWN
@@ -21,7 +20,6 @@ from plumbob.reports.view.site.matrix import ordered
 from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs
 
-SMOOTH = "cone-pendulum/rotating-base"
 KEY_FINDINGS = (
     "capsule-isotropy",
     "capsule-displacement",
@@ -53,7 +51,8 @@ Ran = tuple[Scene, Mapping[str, Shown]]  # errors at the reference step, by meth
 
 
 def by_engine(every: Results) -> Mapping[str, Counter[str]]:
-    """For each engine that ran how many of its pairs of a scene and a method have a meaning."""
+    """For each engine that ran how many of its pairs of a scene and a method are as predicted,
+    converge, and so on."""
     engines: dict[str, Counter[str]] = {}
     for of in every.values():
         if of.meaning != "not-run":
@@ -61,38 +60,19 @@ def by_engine(every: Results) -> Mapping[str, Counter[str]]:
     return engines
 
 
-def counts(every: Results) -> Sequence[View]:
-    """How many pairs of a scene and a method are as predicted, converge, and so on."""
-    numbers = Counter(of.meaning for of in every.values())
-    return [
-        View(meaning=name, sign=sign, name=words, count=numbers[name])
-        for name, (sign, words, _) in SIGNS.items()
-        if numbers[name] or name != "unclaimed"
-    ]
-
-
-def made(study: Study) -> tuple[int, int, int]:
+def made(every: Results) -> tuple[int, int, int]:
     """How many runs were made, on how many scenes, and with how many methods."""
-    runs = [
-        m for c in study.convergence for m in c.measurements if m.status in ("done", "diverged")
-    ]
-    return len(runs), len({m.scene for m in runs}), len({m.method for m in runs})
+    ran = [of for of in every.values() if of.errors]
+    scenes, methods = {of.scene.name for of in ran}, {of.name for of in ran}
+    return sum(len(of.errors) for of in ran), len(scenes), len(methods)
 
 
-def cards(findings: Sequence[Finding]) -> Sequence[View]:
+def cards(findings: Sequence[Finding]) -> Sequence[Finding]:
     """The findings that matter most, each with a figure; where a study lacks one, or does not show
     it, others that have one."""
     known = {f.name: f for f in findings if f.judgement != NOT_SHOWN and f.figures}
     names = dict.fromkeys((*(name for name in KEY_FINDINGS if name in known), *known))
-    chosen = [known[name] for name in names][:MOST_FINDINGS]
-    return [View(finding=finding, figure=finding.figures[0]) for finding in chosen]
-
-
-def work_precision(views: Sequence[View]) -> Mapping[str, Any]:
-    """The figure of error against cost where nothing is in contact, and the methods that its page
-    shows first; empty where that was not run."""
-    scenes = (scene for view in views for scene in view.scenes if scene.scene.name == SMOOTH)
-    return next(({"figure": of.figures[0], "chosen": of.at_first} for of in scenes), {})
+    return [known[name] for name in names][:MOST_FINDINGS]
 
 
 def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]:

@@ -1,31 +1,35 @@
-"""Which page of a site has a place, and its address as seen from another page."""
+"""Links of a site: templates lead to ids, and each id to the page that has it."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from plumbob.reports.view.page import NAME
 
-
-@dataclass(frozen=True)
-class Links:
-    """The addresses of places as the page `here` links to them."""
-
-    places: Mapping[str, str]  # by id: the file of the page that has it, "" for the index
-    here: str  # file of the page, "" for the index
-    folder: str  # of all other pages, as the index sees it: "pages/"
-    single: bool  # all pages are in one file, which finds them by their ids
-
-    def __call__(self, place: str) -> str:
-        """The address of a place by its id; the id of a page's beginning is its name."""
-        file = self.places.get(place, self.here)
-        if self.single or file == self.here:
-            return f"#{place}"
-        to = f"../{NAME}" if not file else f"{'' if self.here else self.folder}{file}"
-        return to if file == page_file(place) else f"{to}#{place}"
+ID = re.compile(r' id="([^"]+)"')
+LINK = re.compile(r'href="#(?!main")([^"]*)"')  # every page has a main part
+INDEX = "index"
+PAGES = "pages"  # the folder of all pages but the index
+Places = Mapping[str, str]  # names of pages by the ids in them
 
 
-def page_file(name: str) -> str:
-    """The file of the page of that name."""
-    return f"{name}.html"
+def places_of(pages: Mapping[str, str]) -> Places:
+    """The places in the texts of pages by name."""
+    return {place: name for name, text in pages.items() for place in ID.findall(text)}
+
+
+def address(places: Places, place: str, here: str = "") -> str:
+    """The address of a place by its id, as seen from the page `here`, by default one that has none;
+    the id of a page's beginning is its name."""
+    page = places.get(place, here)
+    if page == here:
+        return f"#{place}"
+    folder = f"{PAGES}/" if here == INDEX else ""
+    file = f"../{NAME}" if page == INDEX else f"{folder}{page}.html"
+    return file if page == place else f"{file}#{place}"
+
+
+def linked(places: Places, text: str, here: str) -> str:
+    """A text of the page `here` whose links lead to the files of other pages."""
+    return LINK.sub(lambda link: f'href="{address(places, link[1], here)}"', text)

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from plumbob.reports.view.site.views import View
 from plumbob.reports.view.tables import paragraphs
 
 Terms = Sequence[tuple[str, str]]  # each with its meaning
@@ -18,11 +17,9 @@ def defined(template: str) -> Terms:
     return [(term, meaning) for term, _, meaning in parted]
 
 
-def entries_text(
-    views: Sequence[View], common: Mapping[str, Any], href: Callable[[str], str]
-) -> str:
+def entries_text(common: Mapping[str, Any], href: Callable[[str], str]) -> str:
     """Kind, name, text and address of each entry as JSON."""
-    return json.dumps(list(_entries(views, common, href)), ensure_ascii=False)
+    return json.dumps(list(_entries(common, href)), ensure_ascii=False)
 
 
 def place_of(term: str) -> str:
@@ -31,9 +28,9 @@ def place_of(term: str) -> str:
 
 
 def _entries(
-    views: Sequence[View], common: Mapping[str, Any], href: Callable[[str], str]
+    common: Mapping[str, Any], href: Callable[[str], str]
 ) -> Iterator[tuple[str, str, str, str]]:
-    for view in views:
+    for view in common["views"]:
         yield "system", view.system.title, view.system.name, href(view.system.name)
         for of in view.scenes:
             yield "scene", of.scene.name, of.scene.summary, href(of.anchor)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import base64
 import tempfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from plumbob.engines.study.results import Study
-from plumbob.reports.view import notation, top_tables
+from plumbob.reports.view import top_tables
 from plumbob.reports.view.drawing import DASHES
 from plumbob.reports.view.method_results import SIGNS, Results, results_of
 from plumbob.reports.view.page import (
@@ -29,11 +31,12 @@ from plumbob.reports.view.settings import pasted
 from plumbob.reports.view.site import first_screen, matrix, search
 from plumbob.reports.view.site.claims import formed
 from plumbob.reports.view.site.largest_step import largest_step
-from plumbob.reports.view.site.links import Links, page_file
+from plumbob.reports.view.site.links import INDEX, PAGES, address, linked, places_of
 from plumbob.reports.view.site.phenomena import phenomena
 from plumbob.reports.view.site.views import OF_ENGINES, View, system_view
 from plumbob.reports.view.user_settings import table as own_table
 
+SMOOTH = "cone-pendulum/rotating-base"  # the scene without contacts of whose costs it has one
 GRADIENTS = "gradients-through-contact"  # the finding that the index has a picture of
 BESIDE = MappingProxyType(
     {
@@ -44,7 +47,6 @@ BESIDE = MappingProxyType(
     }
 )  # pages that belong to no system, by name, with what they are there for
 SEARCH = "search.js"
-PAGES = "pages"  # the folder of all pages but the index
 BARE, FRAME = "bare.html.jinja", "frame.html.jinja"
 Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills that
 
@@ -53,8 +55,7 @@ Page = tuple[str, str, dict[str, Any]]  # its name, its template and what fills 
 class Content:
     """The content of a study's pages."""
 
-    views: Sequence[View]
-    common: Mapping[str, Any]  # what every page may show
+    common: dict[str, Any]  # what every page may show
     pages: Sequence[Page]  # beside the index
 
 
@@ -96,46 +97,38 @@ def render(study: Study) -> str:
 
 def one_file(content: Content) -> str:
     """The same of a content that is there already."""
-    links = Links(_places(content), "", "", single=True)
+    common = content.common
     inside = [
-        (name, filled(template, shared="", frame=BARE, href=links, **content.common, **values))
+        (name, filled(template, shared="", single=True, frame=BARE, **common, **values))
         for name, template, values in content.pages
     ]
-    entries = packed(search.entries_text(content.views, content.common, links))
-    return filled(
-        "index.html.jinja", href=links, inside_pages=inside, search=entries, **content.common
-    )
+    entries = packed(search.entries_text(common, "#{}".format))
+    return filled("index.html.jinja", inside_pages=inside, search=entries, **common)
 
 
 def _files(content: Content) -> tuple[Mapping[str, str | bytes], str]:
     """The files of the folder of a site's pages by name, and its index."""
-    places, common = _places(content), content.common
+    common, texts = content.common, dict[str, str]()
     files: dict[str, str | bytes] = dict(shared_files())
-    for name in {view.system.picture for view in content.views} - {""}:
+    for name in {view.system.picture for view in common["views"]} - {""}:
         files[name] = base64.b64decode(common["pictures"][name])
-    links = Links(places, SEARCH, "", single=False)
-    files[SEARCH] = carried(search.entries_text(content.views, common, links))
-    for page in content.pages:
-        files |= _page(content, places, page, "")
-    index = _page(content, places, ("index", "index.html.jinja", {"inside_pages": ()}), f"{PAGES}/")
-    text = index.pop(NAME)
-    return {**files, **index}, text
-
-
-def _page(content: Content, places: Mapping[str, str], page: Page, folder: str) -> dict[str, str]:
-    """A page and the files of its plots by name, where those of all pages are in `folder`."""
-    name, template, values = page
-    here, plots = "" if folder else page_file(name), Plots(folder, name)
-    text = filled(
-        template,
-        shared=folder,
-        href=Links(places, here, folder, single=False),
-        plots=plots,
-        search="",
-        **content.common,
-        **values,
-    )
-    return {**plots.files, page_file(name): text}
+    plots = {INDEX: Plots(f"{PAGES}/", INDEX)}
+    for name, template, values in (
+        (INDEX, "index.html.jinja", {"inside_pages": ()}),
+        *content.pages,
+    ):
+        drawn = plots.setdefault(name, Plots("", name))
+        more = common | values
+        texts[name] = filled(template, shared=drawn.folder, plots=drawn, search="", **more)
+    places = places_of(texts)
+    files[SEARCH] = carried(search.entries_text(common, partial(address, places)))
+    for name, text in texts.items():
+        files[f"{name}.html"] = linked(places, text, name)
+        files |= plots[name].files
+        if plots[name].data or plots[name].tables:
+            files[f"{name}.js"] = carried(linked(places, plots[name].text(), name))
+    index = files.pop(NAME)
+    return files, str(index)
 
 
 def content(study: Study) -> Content:
@@ -144,7 +137,7 @@ def content(study: Study) -> Content:
     every = results_of(study, records)
     views = _views(study, records, every)
     common = _common(study, records, views, every)
-    return Content(views, common, _pages(views, common))
+    return Content(common, _pages(views, common))
 
 
 def _views(study: Study, records: Records, every: Results) -> list[View]:
@@ -164,6 +157,7 @@ def _common(
     on_engines = formed(study, OF_ENGINES)
     findings = [*(finding for view in views for finding in view.findings), *on_engines]
     answers = first_screen.answers(study, records.study, every)
+    by_engine = first_screen.by_engine(every)
     shown = {answer.pasted.settings.method for answer in answers}
     advice = {name: record.recommendations for name, record in records.scenes.items()}
     settings = [s for s in pasted(records.study.settings) if s.settings.method not in shown]
@@ -174,13 +168,15 @@ def _common(
         "findings": findings,
         "on_engines": on_engines,
         "cards": first_screen.cards(findings),
-        "gradients": first_screen.cards([f for f in findings if f.name == GRADIENTS])[:1],
+        "gradients": first_screen.cards([f for f in findings if f.name == GRADIENTS]),
         "preview": next((view.system.picture for view in views if view.system.picture), ""),
-        "counts": first_screen.counts(every),
-        "by_engine": first_screen.by_engine(every),
-        "made": first_screen.made(study),
+        "counts": sum(by_engine.values(), Counter()),
+        "by_engine": by_engine,
+        "made": first_screen.made(every),
         "answers": answers,
-        "work_precision": first_screen.work_precision(views),
+        "smooth": next(
+            (of for view in views for of in view.scenes if of.scene.name == SMOOTH), None
+        ),
         "largest_step": largest_step(every),
         "settings": settings,
         "advice": recommendations or settings,
@@ -195,10 +191,6 @@ def _common(
         "styles": styles(m.name for m in study.methods),
         "dashes": dict(DASHES),
         "provenance": study.provenance,
-        "number": notation.number,
-        "short": notation.short,
-        "seconds": notation.seconds,
-        "plural": notation.plural,
         "pictures": records.study.pictures,
         "terms": search.defined("glossary"),
         "labels": search.defined("labels"),
@@ -218,19 +210,3 @@ def _pages(views: Sequence[View], common: Mapping[str, Any]) -> list[Page]:
     ]
     there = [name for name, needed in BESIDE.items() if common[needed]]
     return [*pages, *((name, f"{name}.html.jinja", {}) for name in there)]
-
-
-def _places(content: Content) -> dict[str, str]:
-    """The page of every place that a link may lead to, by its id."""
-    common = content.common
-    places = {"top": "", "findings": "", "matrix": "", "systems": ""}
-    places |= {finding.name: page_file(OF_ENGINES) for finding in common["on_engines"]}
-    places |= {name: page_file(name) for name, needed in BESIDE.items() if common[needed]}
-    terms = [search.place_of(term) for term, _ in (*common["terms"], *common["labels"])]
-    places |= dict.fromkeys(terms, page_file("glossary"))
-    for view in content.views:
-        file = page_file(view.system.name)
-        places |= {view.system.name: file}
-        places |= {finding.name: file for finding in view.findings}
-        places |= {scene.anchor: page_file(scene.anchor) for scene in view.scenes}
-    return places

@@ -17,7 +17,6 @@ from plumbob.engines.sweep.sweep import Swept
 from plumbob.reports.view import tables
 from plumbob.reports.view.axis import Axis
 from plumbob.reports.view.content import Figure, Layout
-from plumbob.reports.view.notation import plural
 from plumbob.reports.view.page import filled, written
 from plumbob.reports.view.plotly_figure import ZERO, linear, logarithmic
 from plumbob.reports.view.sweep.text import place, rows, sides, size
@@ -46,7 +45,6 @@ def render(swept: Swept, provenance: Provenance) -> str:
         figures=figures(swept),
         worst=[tables.table("sweep_worst", of=row, **words) for row in every if row["worst"]],
         reasons=swept.reasons,
-        plural=plural,
         provenance=provenance,
     )
 
