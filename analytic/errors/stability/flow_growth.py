@@ -14,6 +14,7 @@ from plumbob.analytic.reference import Array
 
 EXPONENTIAL = 3.0  # e-folds in the second half of a motion that make its growth one
 LOST = 1e6  # growth in a run beyond which a nudge of 1e-6 makes another motion of it in any case
+PARTS = 40  # of a fastest period, at which it is sampled
 PERIODS = 30  # of the fastest mode, for which a motion without a period of its own is followed
 
 
@@ -40,16 +41,28 @@ def eigenvalues(motion: SmoothMotion, states: Array, parts: int) -> npt.NDArray[
     return np.linalg.eigvals(np.moveaxis(matrices, -1, 0)).astype(np.complex128)
 
 
-def flow_growth(times: Array, tangents: Array, repeats: bool) -> FlowGrowth:
-    """The growth of `tangents`, derivatives of the state by the start over their scales, shape (n,
-    d, d), at `times` [s], shape (n,), from 0 to a period where the motion `repeats`.
+def fastest_rate(rates: npt.NDArray[np.complex128], orbit: Array) -> float:
+    """The fastest rate [rad/s] of the linearised motion, or of an angle that turns on an `orbit`,
+    angles and then their rates, shape (2 n, m)."""
+    angles, speeds = np.split(orbit, 2)
+    turned = np.abs(speeds[np.ptp(angles, axis=1) > math.tau]).max(initial=0.0)
+    return float(max(np.abs(rates).max(), turned)) or 1.0
+
+
+def growth_along(
+    motion: SmoothMotion, scales: Array, until: float, rate: float, repeats: bool
+) -> FlowGrowth:
+    """The growth of nudges of a motion's first numbers, over their `scales`, shape (d,), which is
+    followed `until` a time [s], its period where it `repeats`; `rate` is the fastest [rad/s].
 
     After n periods S(t) M^n = S(t) (1 + n (M - 1)) on a motion whose neighbours have other periods
     and keep to them (eq. 13.5); elsewhere growth that lasts to the end goes on."""
-    norms, until = np.linalg.norm(tangents, ord=2, axis=(1, 2)), times[-1]
+    times, d = np.linspace(0.0, until, 1 + math.ceil(PARTS * until * rate / math.tau)), len(scales)
+    tangents = motion.tangents(times)[:, :d, :d] * scales / scales[:, None]
+    norms = np.linalg.norm(tangents, ord=2, axis=(1, 2))
     largest = np.maximum.accumulate(np.maximum(norms, 1.0))
     if repeats:
-        sheared = tangents @ (tangents[-1] - np.eye(tangents.shape[1]))
+        sheared = tangents @ (tangents[-1] - np.eye(d))
         most = float(np.linalg.norm(sheared, ord=2, axis=(1, 2)).max())
         return FlowGrowth(times, largest, most / until)
     folds = math.log(norms[-1] / norms[len(norms) // 2])

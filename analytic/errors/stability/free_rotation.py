@@ -7,7 +7,7 @@ nudge of which stays what it is (THEORY.md, 12 and 13).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import Any
@@ -24,11 +24,11 @@ from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
     eigenvalues,
-    flow_growth,
+    growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
 from plumbob.analytic.errors.stability.largest_step import Marks, largest_step
-from plumbob.analytic.errors.stability.linear_steps import jacobians, stability_function
+from plumbob.analytic.errors.stability.linear_steps import jacobians
 from plumbob.analytic.errors.stability.stepped_growth import (
     SHORT,
     SteppedMotion,
@@ -51,7 +51,6 @@ from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import RATES
 
 SAMPLES = 257
-PARTS = 40  # of a turn
 ANY = 1e300  # growth that no nudge exceeds of a motion that is not lost
 DIVERGED = 10.0  # times the largest angular velocity of the angular momentum: beyond, a run is lost
 REST = (1.0, 0.0, 0.0, 0.0)  # the attitude at time 0
@@ -90,10 +89,9 @@ class FreeRotationStability:
     def growth(self) -> FlowGrowth:
         """See `StabilityTheory`: of the angular velocity."""
         period = 2.0 * self.body.half_period
-        until = period if math.isfinite(period) else PERIODS * math.tau / self.rate
-        times = np.linspace(0.0, until, 1 + math.ceil(PARTS * until * self.rate / math.tau))
-        tangents = self.motion.tangents(times)[:, :3, :3]
-        return flow_growth(times, tangents, math.isfinite(period))
+        repeats = math.isfinite(period)
+        until = period if repeats else PERIODS * math.tau / self.rate
+        return growth_along(self.motion, np.ones(3), until, self.rate, repeats)
 
     def grown(self, duration: Any) -> Any:
         """The growth of angular velocity and attitude together within a `duration` [s]: as much
@@ -122,26 +120,16 @@ class FreeRotationStability:
         """See `StabilityTheory`."""
         if scheme.integrator in (ADAPTIVE, CLOSED_FORM):
             return (NO_STEP,)
-        known = scheme.integrator in ORDERS and not scheme.position_first
-        return self._limits(scheme.integrator) if known else ()
-
-    @cached_property
-    def _limits(self) -> Callable[[str], tuple[StepLimit, ...]]:
-        return cache(self._limits_of)
-
-    def _limits_of(self, integrator: str) -> tuple[StepLimit, ...]:
-        if integrator == LEAPFROG:
+        if scheme.integrator not in ORDERS or scheme.position_first:
+            return ()
+        if scheme.integrator == LEAPFROG:
             return self._by_iteration()
-        if self.equilibrium:
-            return self._by_eigenvalues(integrator)
-        return limits_by_steps(self._motion(integrator))
+        motion = self._motion(scheme.integrator)
+        return self._by_eigenvalues(motion) if self.equilibrium else limits_by_steps(motion)
 
     def energy(self, observed: Mapping[str, Array]) -> Array:
         """See `StabilityTheory`: over that of the exact motion."""
-        parts = zip(self.body.inertia, (observed[name] for name in RATES), strict=True)
-        start = zip(self.body.inertia, self.body.angular_velocity, strict=True)
-        scale = sum(moment * rate**2 for moment, rate in start) or 1.0
-        return np.asarray(sum(moment * rates**2 for moment, rates in parts) / scale)
+        return self.body.invariants(observed).get("energy", np.zeros_like(observed[RATES[0]]))
 
     def long_run(self, scheme: Scheme, step: float, scales: Mapping[str, float]) -> LongRun | None:
         """See `StabilityTheory`."""
@@ -165,23 +153,13 @@ class FreeRotationStability:
         why = "the implicit half step's fixed-point iteration no longer contracts at"
         return (step_limit("unstable", largest, why, self.rate),)
 
-    def _by_eigenvalues(self, integrator: str) -> tuple[StepLimit, ...]:
+    def _by_eigenvalues(self, motion: SteppedMotion) -> tuple[StepLimit, ...]:
         """Limits of a steady rotation; where the scheme steps the attitude, too, of that as well,
         whose rates are half the angular velocity."""
-        begin = self._motion(integrator).begin
+        rates = eigenvalues(self.motion, self._states[:, :1], len(motion.begin(np.ones(1))[1]))[0]
         largest = largest_step(
-            lambda sizes: jacobians(*begin(sizes), len(sizes))[:, :3, :3],
-            eigenvalues(self.motion, self._states[:, :1], 3)[0],
-            self.rate,
+            lambda sizes: jacobians(*motion.begin(sizes), len(sizes)), rates, self.rate
         )
-        if (tableau := TABLEAUX.get(integrator)) is not None:
-            half = np.array([0.5j * self.body.speed])
-            attitude = largest_step(
-                lambda sizes: stability_function(tableau, sizes[:, None, None] * half),
-                half,
-                self.rate,
-            )
-            largest = min(largest, attitude)
         return (step_limit("unstable", largest, "the axis leaves its place at", self.rate),)
 
     def _motion(self, integrator: str) -> SteppedMotion:
@@ -219,7 +197,7 @@ def free_rotation_stability(body: FreeBody) -> StabilityTheory:
     return StabilityTheory(
         math.tau / theory.rate,
         theory.equilibrium,
-        theory.limits,
+        cache(theory.limits),
         theory.grown,
         theory.kind_of,
         theory.long_run,

@@ -16,7 +16,8 @@ from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
     eigenvalues,
-    flow_growth,
+    fastest_rate,
+    growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
 from plumbob.analytic.errors.stability.largest_step import largest_lasting_step, largest_step
@@ -64,22 +65,19 @@ class PendulumStability:
         return PERIODS * math.tau / (self.rotor.rate() or 1.0)
 
     @cached_property
-    def _orbit(self) -> tuple[Array, Array]:
-        observed = self.exact.observe(np.linspace(0.0, self._span, SAMPLES))
-        return observed["theta"], observed["theta_dot"]
+    def _orbit(self) -> Array:
+        return self.errors.motion.state(np.linspace(0.0, self._span, SAMPLES))
 
     @cached_property
     def _rates(self) -> Complex:
         """Eigenvalues of the linearised motion along the orbit [1/s], shape (n, 2)."""
-        return eigenvalues(self.errors.motion, np.array(self._orbit), 2)
+        return eigenvalues(self.errors.motion, self._orbit, 2)
 
     @cached_property
     def rate(self) -> float:
         """The fastest angular frequency or rate [rad/s] of the linearised motion."""
-        theta, theta_dot = self._orbit
-        turning = np.abs(theta_dot).max() if np.ptp(theta) > 2.0 * np.pi else 0.0
-        fastest = float(max(np.abs(self._rates).max(), 0.0 if self.rotor.linear else turning))
-        return fastest or 1.0
+        # without a potential no angle is another
+        return fastest_rate(self._rates, self._orbit * (not self.rotor.linear))
 
     @cached_property
     def equilibrium(self) -> bool:
@@ -92,10 +90,8 @@ class PendulumStability:
     @cached_property
     def growth(self) -> FlowGrowth:
         """See `StabilityTheory`."""
-        repeats = math.isfinite(self.period) and not self.rotor.linear
-        times = np.linspace(0.0, self._span, SAMPLES)
-        scales = np.array([[1.0, self.rate], [1.0 / self.rate, 1.0]])
-        return flow_growth(times, scales * self.errors.motion.tangents(times), repeats)
+        scales, repeats = np.array([1.0, self.rate]), math.isfinite(self.period)
+        return growth_along(self.errors.motion, scales, self._span, self.rate, repeats)
 
     @cached_property
     def kinds(self) -> PendulumKinds:
@@ -119,10 +115,10 @@ class PendulumStability:
         jointed = scheme.joint_closing_rate is not None
         if scheme.integrator not in STEPPED or (jointed and not self.rotor.sin):
             return ()
-        return self._limits(simplest(scheme, self.rotor))
+        return self._found(simplest(scheme, self.rotor))
 
     @cached_property
-    def _limits(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
+    def _found(self) -> Callable[[Scheme], tuple[StepLimit, ...]]:
         return cache(self._by_eigenvalues if self.equilibrium else self._by_steps)
 
     @cached_property

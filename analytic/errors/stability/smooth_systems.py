@@ -15,11 +15,12 @@ from plumbob.analytic.errors.stability.flow_growth import (
     PERIODS,
     FlowGrowth,
     eigenvalues,
-    flow_growth,
+    fastest_rate,
+    growth_along,
 )
 from plumbob.analytic.errors.stability.stepped_growth import SteppedMotion, limits_by_steps
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
-from plumbob.analytic.numerics.smooth.smooth_motion import certified
+from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion, certified
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import ADAPTIVE, LEAPFROG, Scheme
 from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
@@ -27,7 +28,6 @@ from plumbob.analytic.stability import NO_STEP, StabilityTheory, StepLimit
 SAMPLES = 257  # along the exact motion, for its rates
 FIRST = 2.0  # [s] of the motion, by which its rates are known
 FASTER, STILL = 4.0, 1e-3  # chosen: times, and of the fastest rate: less is at rest
-PARTS = 16  # of a fastest period
 
 
 @dataclass(frozen=True)
@@ -37,19 +37,19 @@ class SmoothStability:
     motion: CertifiedMotion
 
     @cached_property
+    def exact(self) -> SmoothMotion:
+        """The motion with its linearisation."""
+        return certified(self.motion)
+
+    @cached_property
     def orbit(self) -> Array:
         """States of the exact motion, shape (2 n, SAMPLES)."""
-        system, known = self.motion.system, self.motion.known_until(FIRST)
-        observed = self.motion.observe(np.linspace(0.0, known, SAMPLES))
-        return np.stack([observed[name] for name in (*system.coordinates, *system.rates)])
+        return self.exact.state(np.linspace(0.0, self.motion.known_until(FIRST), SAMPLES))
 
     @cached_property
     def rate(self) -> float:
         """The fastest rate [rad/s] of the linearised motion, or of an angle that turns."""
-        fastest = np.abs(eigenvalues(certified(self.motion), self.orbit, len(self.orbit))).max()
-        angles, speeds = np.split(self.orbit, 2)
-        turned = np.abs(speeds[np.ptp(angles, axis=1) > math.tau]).max(initial=0.0)
-        return float(max(fastest, turned)) or 1.0
+        return fastest_rate(eigenvalues(self.exact, self.orbit, len(self.orbit)), self.orbit)
 
     @property
     def scales(self) -> Array:
@@ -71,9 +71,7 @@ class SmoothStability:
     def growth(self) -> FlowGrowth:
         """See `StabilityTheory`."""
         until = self.motion.known_until(PERIODS * math.tau / self.rate)
-        times = np.linspace(0.0, until, PERIODS * PARTS + 1)
-        tangents = certified(self.motion).tangents(times) * self.scales / self.scales[:, None]
-        return flow_growth(times, tangents, repeats=False)
+        return growth_along(self.exact, self.scales, until, self.rate, repeats=False)
 
     def limits(self, scheme: Scheme) -> tuple[StepLimit, ...]:
         """See `StabilityTheory`; empty where the motion is chaotic, a loop or a contact soft, and
