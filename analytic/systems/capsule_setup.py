@@ -93,3 +93,11 @@ class CapsuleProblem:
             return np.array([self.setup.slider] * 2)
         segment = self.motion.single.segment
         return np.array([segment.start, segment.end])
+
+    def slider_places(self, count: int) -> Array:
+        """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out:
+        the ends of its line, or `count` on its way in the plane."""
+        if self.setup.plane_velocity is None:
+            return self.slider_ends
+        path = self.motion.single.path
+        return np.asarray(path.kinematics(np.linspace(0.0, path.duration, count))[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class Link:
     or [kg]; 0 of others."""
 
 
-def by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[list[float]]:
+def by_step(rows: Callable[[Array, float], Array], step: float) -> Iterator[Any]:
     """The rows of steps of `step` [s], given their indices, one by one, without end."""
     steps = np.arange(float(BLOCK))
     while True:

@@ -158,6 +158,19 @@ def observed(setup: CapsuleSetup, pose: Pose) -> dict[str, Any]:
     }
 
 
+def observed_on_a_line(
+    setup: CapsuleSetup, place: Any, velocity: Any, slid: Any, slid_rate: Any
+) -> dict[str, Any]:
+    """The same of a model that keeps to the line, by the place of C on it [m], its velocity [m/s],
+    and those of the slider from its start: heading and way across are the model's own."""
+    if not setup.in_plane:
+        names = ("displacement", "velocity", "stroke", "stroke_rate")
+        return dict(zip(names, (place, velocity, slid, slid_rate), strict=True))
+    x, y = math.cos(setup.direction), math.sin(setup.direction)
+    places = {"x": x * place, "y": y * place}
+    return {**places, "velocity_x": x * velocity, "velocity_y": y * velocity}
+
+
 def scheme(case: Case, method: Method) -> Scheme:
     """The method's own where there are no contacts."""
     return CONTACTS if case.system.family == CAPSULE else method.scheme

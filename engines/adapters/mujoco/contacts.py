@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -272,18 +271,9 @@ def tilt_inertia(problem: CapsuleProblem) -> float:
     body could exist.
     """
     capsule = problem.setup.capsule
-    centres = capsule.mass_ratio * slider_places(problem)
+    centres = capsule.mass_ratio * problem.slider_places(PLACES)
     arms = np.asarray(capsule.supports)[None] - centres[:, None]
     spread = float(np.square(arms).sum(axis=(1, 2)).max())
     least = max((capsule.body_mass + capsule.slider_mass) / 3 * spread, capsule.inertia / 2)
     unit = 10.0 ** (math.floor(math.log10(least)) - 1)
     return float(f"{math.ceil(least / unit * (1 - 1e-12)) * unit:.1e}")
-
-
-def slider_places(problem: CapsuleProblem) -> Any:
-    """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out: the
-    ends of its line, or many on its way in the plane."""
-    if problem.setup.plane_velocity is None:
-        return problem.slider_ends
-    path = problem.motion.single.path
-    return path.kinematics(np.linspace(0.0, path.duration, PLACES))[0]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import cmath
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+import numpy as np
 import pymunk
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.three_feet import Pose
+from plumbob.engines.trajectory import ByName
 
 SETTLING_ITERATIONS = 1000  # of the solver, which starts without impulses of a step before
 NO_TURNING = float("inf")  # moment of inertia of a body that does not turn
@@ -16,25 +19,20 @@ NO_TURNING = float("inf")  # moment of inertia of a body that does not turn
 
 @dataclass(frozen=True)
 class Assembly:
-    """Bodies and joints of a capsule; complex numbers are x + iy."""
+    """Bodies and the slider's joint of a capsule; complex numbers are x + iy."""
 
     space: pymunk.Space
     body: pymunk.Body  # its origin is its own centre of mass, not C
-    centre: complex  # C in axes of `body` [m]
     slider: pymunk.Body
     joint: pymunk.PivotJoint  # of `body` and `slider`
-    friction_joints: tuple[pymunk.PivotJoint, ...] = ()  # to the ground, one per support
-    pins: tuple[pymunk.PivotJoint, ...] = ()  # of `body` and its feet
-
-    @property
-    def parts(self) -> tuple[pymunk.Body, ...]:
-        """Every body that moves."""
-        return (self.body, self.slider, *(pin.b for pin in self.pins))
+    start: complex  # of the slider, from C in axes of `body` [m]
+    line: complex = 1.0 + 0.0j  # direction of the slider's line, in these axes
+    centre: complex = 0j  # C in these axes [m]
 
     @property
     def momentum(self) -> complex:
         """Of all that moves [kg m/s]."""
-        return sum((part.mass * complex(*part.velocity) for part in self.parts), 0j)
+        return sum((part.mass * complex(*part.velocity) for part in self.space.bodies), 0j)
 
     @property
     def half_step_turn(self) -> complex:
@@ -59,13 +57,31 @@ class Assembly:
         carried = velocity + 1j * self.body.angular_velocity * later * arm
         return arm / turned, (complex(*self.slider.velocity) - carried) / (turned * later)
 
-    def pose(self, setup: CapsuleSetup) -> Pose:
+    @property
+    def pose(self) -> Pose:
         """As rigid-body engines tell it."""
         inside, sliding = self.motion_of_slider
-        unit = cmath.rect(1.0, setup.direction)
-        slid, pace = (inside - complex(*setup.slider)) / unit, sliding / unit
+        slid, pace = (inside - self.start) / self.line, sliding / self.line
         heading, rate = self.body.angle, self.body.angular_velocity
         return Pose(*self.motion_of_centre, heading, rate, slid.real, pace.real)
+
+
+@dataclass(frozen=True)
+class View:
+    """A capsule as seen from above or from the side."""
+
+    assembly: Assembly
+    shown: Callable[[], ByName]  # the observables that its pose shows
+    loads: Callable[[], Iterable[float]]  # N_i [N]
+    set_limits: Callable[[complex], None] = lambda place: None
+    """Sets the friction limits for a slider at x + iy from C [m, axes of the body]; contacts have
+    their own normal forces."""
+
+
+def begun(setup: CapsuleSetup) -> float:
+    """Speed of the slider on its line at the start [m/s]."""
+    velocity = setup.relative_velocity
+    return 0.0 if velocity is None else float(velocity(np.zeros(1))[0])
 
 
 def vector(value: complex) -> tuple[float, float]:

@@ -3,6 +3,7 @@ the side."""
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Callable
 from functools import lru_cache
 
@@ -18,37 +19,48 @@ from plumbob.analytic.errors.contact_models.sequential_impulse import (
     pivots_factor,
     slipping_feet_factor,
 )
-from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, Capsule
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.engines.adapters.pymunk import capsule_above, capsule_side, slider_drive
-from plumbob.engines.adapters.pymunk.assembly import SETTLING_ITERATIONS, Assembly
-from plumbob.engines.adapters.pymunk.capsule_above import (
-    foot_mass,
-    friction_limits,
-    on_feet,
-    on_pivots,
+from plumbob.engines.adapters.pymunk.assembly import SETTLING_ITERATIONS, View
+from plumbob.engines.adapters.pymunk.capsule_above import foot_mass, from_above
+from plumbob.engines.adapters.pymunk.capsule_side import (
+    DEPTH,
+    along,
+    foot_reach,
+    from_the_side,
+    side_moment,
 )
-from plumbob.engines.adapters.pymunk.capsule_side import along, foot_reach, side_moment, standing
 from plumbob.engines.adapters.pymunk.simulation import Translation, settle
-from plumbob.engines.adapters.three_feet import limits
+from plumbob.engines.adapters.pymunk.slider_drive import driven, targets
+from plumbob.engines.adapters.three_feet import limits, on_three_feet
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 
 PLACES = 65  # of a slider that does not keep to one line, to find its largest factor
 Read = Callable[[], ByName]
-Readings = tuple[Read, Read | None]  # at a sample, and once the step that begins there is done
 
 
 def build(problem: CapsuleProblem, method: Method, step: float) -> Translation:
     """Translate a capsule's problem in the model that the method's settings name: seen from above
     on `feet` or on bare `pivots`, or seen from the `side`; raises Unsupported."""
-    model = method.settings.get("model")
+    setup, model = problem.setup, method.settings.get("model")
+    turning, act = bool(setup.heading_rate) or setup.plane_velocity is not None, None
     if model == "side":
-        return _beside(problem, method, step)
-    if model in ("feet", "pivots"):
-        return _above(problem, method, step)
-    raise Unsupported(f"{method.name} has no model of the capsule")
+        if turning:
+            raise Unsupported("the side view has one line, and here the body turns")
+        view = from_the_side(setup)
+    elif model in ("feet", "pivots"):
+        view = from_above(setup, step, model == "feet", turning)
+    else:
+        raise Unsupported(f"{method.name} has no model of the capsule")
+    parts = view.assembly
+    parts.space.iterations = described(problem, method, step).iterations
+    if on_three_feet(setup).tracks:
+        places = targets(problem, parts.line, parts.start, step)
+        act = driven(view, places, step, setup.plane_velocity is not None)
+    settle(parts.space, step, SETTLING_ITERATIONS)
+    read, following = _readings(setup, view)
+    return Translation(parts.space, read, act, limits(setup), following)
 
 
 def model_error(
@@ -62,21 +74,21 @@ def model_error(
 def described(problem: CapsuleProblem, method: Method, step: float) -> SequentialImpulse:
     """The method's model and solver as theory needs them: the iterations are the method's, or as
     many more as the capsule needs where more of them help."""
-    capsule, reach = problem.setup.capsule, foot_reach(problem.setup)
-    model, least = method.settings["model"], int(method.settings["iterations"])
+    setup, capsule, depth = problem.setup, problem.setup.capsule, 0.0
+    model, iterations = method.settings["model"], int(method.settings["iterations"])
+    reach, one_foot = foot_reach(setup), 1.0
     if model == "pivots":
-        slowest = pivots_factor(capsule, np.asarray(problem.setup.slider))
-        return SequentialImpulse(model, step, least, reach, slowest, slowest)
+        factor = one_foot = pivots_factor(capsule, np.asarray(setup.slider))
+        return SequentialImpulse(model, step, iterations, reach, factor, one_foot)
     if model == "side":
-        moment = side_moment(problem.setup)
-        ends = [along(problem.setup, (x, y)) for x, y in problem.slider_ends]
-        factor = max(contacts_factor(capsule, moment, reach, end) for end in ends)
-        iterations = iterations_needed(factor, least)
-        return SequentialImpulse(model, step, iterations, reach, factor, depth=capsule_side.DEPTH)
-    mass = foot_mass(capsule)
-    factor = _largest_feet_factor(capsule, mass, _slider_places(problem).tobytes())
-    one_foot = slipping_feet_factor(capsule, mass, 1)
-    return SequentialImpulse(model, step, iterations_needed(factor, least), reach, factor, one_foot)
+        ends, moment, depth = problem.slider_ends, side_moment(setup), DEPTH
+        factor = max(contacts_factor(capsule, moment, reach, along(setup, (x, y))) for x, y in ends)
+    else:
+        mass = foot_mass(capsule)
+        factor = _largest_feet_factor(capsule, mass, problem.slider_places(PLACES).tobytes())
+        one_foot = slipping_feet_factor(capsule, mass, 1)
+    iterations = iterations_needed(factor, iterations)
+    return SequentialImpulse(model, step, iterations, reach, factor, one_foot, depth)
 
 
 @lru_cache(maxsize=32)  # the same for every step of a scene
@@ -85,57 +97,30 @@ def _largest_feet_factor(capsule: Capsule, mass: float, places: bytes) -> float:
     return max(feet_factor(capsule, mass, place) for place in np.frombuffer(places).reshape(-1, 2))
 
 
-def _slider_places(problem: CapsuleProblem) -> Array:
-    """Places of the slider on its way from C [m], shape (n, 2)."""
-    if (place := problem.setup.plane_place) is not None:
-        return place(np.linspace(0.0, problem.motion.duration, PLACES))
-    if problem.setup.in_plane:
-        return np.array([problem.setup.slider])
-    return problem.slider_ends
+def _readings(setup: CapsuleSetup, view: View) -> tuple[Read, Read | None]:
+    """The observables that a pose shows; along a line the N_i too, and, once the step that follows
+    is done, the friction in it and the force on the slider.
 
+    pymunk gives the magnitude of a joint's impulse and not its direction: friction is what the
+    momentum gains beyond gravity, and the driving force what the slider's gains.
+    """
+    if setup.in_plane:
+        return view.shown, None
+    parts, before, slid = view.assembly, 0j, 0j
+    slider, line = parts.slider, cmath.exp(1j * parts.body.angle) * parts.line
+    pulled = sum(part.mass for part in parts.space.bodies) * setup.pull
 
-def _turns(setup: CapsuleSetup) -> bool:
-    """Whether the body turns."""
-    return bool(setup.heading_rate) or setup.plane_velocity is not None
+    def read() -> ByName:
+        nonlocal before, slid
+        before, slid = parts.momentum, complex(*slider.velocity)
+        return {**view.shown(), **dict(zip(NORMAL_FORCES, map(float, view.loads()), strict=True))}
 
+    def following() -> ByName:
+        step, gained = parts.space.current_time_step, (parts.momentum - before) / line
+        pushed = slider.mass * (complex(*slider.velocity) - slid) / line
+        return {
+            "friction_force": gained.real / step - pulled,
+            "driving_force": pushed.real / step - slider.mass * setup.pull,
+        }
 
-def _above(problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    setup = problem.setup
-    if method.settings["model"] == "feet":
-        assembly = on_feet(setup, step, turning=_turns(setup))
-    else:
-        assembly = on_pivots(setup, step)
-    assembly.space.iterations = described(problem, method, step).iterations
-    set_limits, act = friction_limits(setup, assembly.friction_joints), None
-    if (velocity := slider_drive.on_the_line(setup)) is not None:
-        targets = slider_drive.velocity_targets(velocity, setup.slider, step)
-        act = slider_drive.driven_along(assembly, targets, setup.heading, set_limits)
-    elif problem.motion.kind == "plane" and setup.plane_velocity is not None:
-        targets = slider_drive.plane_targets(problem.motion.path, setup, step)
-        act = slider_drive.driven(assembly, targets, step, set_limits)
-    settle(assembly.space, step, SETTLING_ITERATIONS)
-    readings = capsule_above.readings(setup, assembly)
-    return _translated(setup, assembly, act, readings)
-
-
-def _beside(problem: CapsuleProblem, method: Method, step: float) -> Translation:
-    setup = problem.setup
-    if _turns(setup):
-        raise Unsupported("the side view has one line, and here the body turns")
-    stand, act = standing(setup), None
-    stand.assembly.space.iterations = described(problem, method, step).iterations
-    if (velocity := setup.relative_velocity) is not None:
-        targets = slider_drive.velocity_targets(
-            slider_drive.on_an_axis(velocity), (along(setup, setup.slider), 0.0), step
-        )
-        act = slider_drive.driven_along(stand.assembly, targets, 0.0, slider_drive.no_limits)
-    settle(stand.assembly.space, step, SETTLING_ITERATIONS)
-    readings = capsule_side.readings(setup, stand)
-    return _translated(setup, stand.assembly, act, readings)
-
-
-def _translated(
-    setup: CapsuleSetup, assembly: Assembly, act: slider_drive.Act | None, readings: Readings
-) -> Translation:
-    read, following = readings
-    return Translation(assembly.space, read, act, limits(setup), following)
+    return read, following

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.engines.adapters.mujoco.capsule.readings import control, set_slider
 from plumbob.engines.adapters.mujoco.contacts import JOINT_HARDENING, JOINT_IMPEDANCE
 from plumbob.engines.adapters.mujoco.translation import Observed, Translation, read
+from plumbob.engines.adapters.three_feet import observed_on_a_line
 from plumbob.engines.method import Unsupported
 
 
@@ -38,39 +38,23 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     def tune(model: mujoco.MjModel) -> None:
         model.dof_invweight0[0] *= JOINT_HARDENING
 
+    def observe(qpos: Array, qvel: Array) -> Observed:
+        slid, rate = (qpos[:, 1], qvel[:, 1]) if qpos.shape[1] > 1 else np.zeros((2, len(qpos)))
+        return observed_on_a_line(setup, qpos[:, 0], qvel[:, 0], slid, rate), {}
+
     speed = float(np.hypot(*setup.velocity))
     start = np.array([speed] if setup.relative_velocity is None else [speed, 0.0])
     return Translation(
         spec,
         qpos=np.zeros(len(start)),
         qvel=start,
-        observe=_plane(setup) if coasting else _along,
+        observe=observe,
         control=control(setup, step),
         sensors=None if coasting else _forces,
         probe=partial(_friction, setup),
         whole=spec.copy(),
         tune=tune,
     )
-
-
-def _along(qpos: Array, qvel: Array) -> Observed:
-    slid, rate = np.zeros((2, len(qpos))) if qpos.shape[1] == 1 else (qpos[:, 1], qvel[:, 1])
-    return {
-        "displacement": qpos[:, 0],
-        "velocity": qvel[:, 0],
-        "stroke": slid,
-        "stroke_rate": rate,
-    }, {}
-
-
-def _plane(setup: CapsuleSetup) -> Callable[[Array, Array], Observed]:
-    line = np.array([np.cos(setup.direction), np.sin(setup.direction)])
-
-    def observe(qpos: Array, qvel: Array) -> Observed:
-        (x, y), (vx, vy) = np.outer(line, qpos[:, 0]), np.outer(line, qvel[:, 0])
-        return {"x": x, "y": y, "velocity_x": vx, "velocity_y": vy}, {}
-
-    return observe
 
 
 def _friction(setup: CapsuleSetup, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
