@@ -12,6 +12,9 @@ from plumbob.analytic.schemes import Scheme
 Coefficients = Mapping[int, Mapping[str, Array]]
 """{p: {observable: C_p(t), shape (n,)}} of an error sum_p C_p step^p, simulated minus exact."""
 
+Errors = Mapping[str, Array]
+"""{observable: simulated minus exact, shape (n,)}."""
+
 TRUST = 0.1  # chosen: how much of a series its last two terms may be
 # Calibrated: how nonlinear the motion's response may be, for those terms to hold what follows. At
 # 0.09 (RK4 next to a separatrix) they hold two thirds of it; up to 0.03, more than all.
@@ -30,10 +33,15 @@ def reaches(terms: Mapping[int, float], largest: float, nonlinearity: float) -> 
 class SteppedErrors:
     """Error of each observable for one step size, simulated minus exact, shape (n,)."""
 
-    errors: Mapping[str, Array]
-    uncertainty: Mapping[str, Array] | None = None
+    errors: Errors
+    uncertainty: Errors | None = None
     """Response of the stepped motion to a unit in the last place of every input and of every step,
     shape (n,); None where that of the exact motion applies."""
+
+
+def apart(stepped: Errors, exact: Errors) -> Errors:
+    """Observables that steps reach less the `exact` ones, of those that are in both."""
+    return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
 
 
 class ErrorTheory(Protocol):
@@ -53,24 +61,25 @@ class ErrorTheory(Protocol):
         ...
 
 
-class WithoutSeries:
-    """An `ErrorTheory` of single step sizes, whose errors have no series in the step: where in its
-    step something stops or strikes decides, or nothing moves."""
+Predicted = Errors | SteppedErrors
+
+
+@dataclass(frozen=True)
+class StepErrors:
+    """An `ErrorTheory` of single step sizes, by an `error`, empty for schemes and steps that are
+    not covered: where in its step something stops or strikes decides, or nothing moves, so that
+    there is no series in the step."""
+
+    error: Callable[[Scheme, float, Array], Predicted]
 
     def series(self, scheme: Scheme, times: Array) -> Coefficients:
         """Empty."""
         return {}
 
-
-@dataclass(frozen=True)
-class StepErrors(WithoutSeries):
-    """An `ErrorTheory` that gives the error for one step size."""
-
-    error: Callable[[Scheme, float, Array], Mapping[str, Array]]
-
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
         """See `ErrorTheory`."""
-        return SteppedErrors(self.error(scheme, step, times))
+        known = self.error(scheme, step, times)
+        return known if isinstance(known, SteppedErrors) else SteppedErrors(known)
 
 
 def no_theory(problem: Any) -> ErrorTheory:

@@ -64,7 +64,7 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
 
 def contact_system(model: type[Any], mjcf: Path, theory: str, **about: Any) -> System:
     """The same for a dataclass that is its own reference, of bodies in contact, which conserve
-    nothing; `theory`, MODULE.CLASS below `plumbob.analytic`, is that of its steps' errors."""
+    nothing; `theory`, MODULE.FUNCTION below `plumbob.analytic`, is that of its steps' errors."""
     return field_system(
         model,
         mjcf,

@@ -36,7 +36,7 @@ _scene = partial(
 SYSTEM = contact_system(
     BouncingBall,
     Path(__file__).parent / "bouncing_ball.xml",
-    "errors.contact_models.impacts.BouncingErrors",
+    "errors.contact_models.impacts.bouncing_errors",
     name="bouncing-ball",
     title="Bouncing ball",
     observables=(Observable("z", "m"),),

@@ -56,7 +56,7 @@ def _scene(
 SYSTEM = contact_system(
     Incline,
     Path(__file__).parent / "incline.xml",
-    "errors.contact_models.inclined_steps.InclineErrors",
+    "errors.contact_models.inclined_steps.incline_errors",
     name="incline",
     title="Cube on an incline",
     observables=(Observable("x", "m"), Observable("speed", "m/s")),

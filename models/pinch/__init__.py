@@ -41,7 +41,7 @@ _HARD = "friction used up but for a thousandth of it"
 SYSTEM = contact_system(
     Pinch,
     Path(__file__).parent / "pinch.xml",
-    "errors.contact_models.pinch_steps.PinchErrors",
+    "errors.contact_models.pinch_steps.pinch_errors",
     name="pinch",
     title="Cube between two fingers",
     observables=(Observable("slip", "m"), Observable("speed", "m/s")),

@@ -46,7 +46,7 @@ _scene = partial(
 SYSTEM = contact_system(
     RodImpact,
     Path(__file__).parent / "rod_impact.xml",
-    "errors.contact_models.rod_steps.RodErrors",
+    "errors.contact_models.rod_steps.rod_errors",
     name="rod-impact",
     title="Rod that strikes the floor",
     observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),

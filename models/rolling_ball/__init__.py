@@ -37,7 +37,7 @@ _scene = partial(
 SYSTEM = contact_system(
     RollingBall,
     Path(__file__).parent / "rolling_ball.xml",
-    "errors.contact_models.slide_to_roll.RollingErrors",
+    "errors.contact_models.slide_to_roll.rolling_errors",
     name="rolling-ball",
     title="Rolling ball",
     observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),

@@ -65,7 +65,7 @@ SYSTEM = smooth_system(
         ),
     ),
     default="wobbling",
-    errors=from_analytic("errors.contact_models.disc_steps.DiscErrors"),
+    errors=from_analytic("errors.contact_models.disc_steps.disc_errors"),
     facts=facts,
     interest=interest,
     start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),

@@ -31,7 +31,7 @@ _two = partial(_scene, count=2)
 SYSTEM = contact_system(
     Stack,
     Path(__file__).parent / "stack.xml",
-    "errors.contact_models.stack_steps.StackErrors",
+    "errors.contact_models.stack_steps.stack_errors",
     name="stack",
     title="Stack of cubes",
     observables=(Observable("top", "m"),),

@@ -147,7 +147,7 @@ def test_a_slightly_different_contact_is_noticed(name, constant, monkeypatch):
         monkeypatch.setattr(impacts, "RATE", 0.2001)
         changed = case.errors
     else:
-        changed = rod_steps.RodErrors(replace(case.problem, restitution=0.5001))
+        changed = rod_steps.rod_errors(replace(case.problem, restitution=0.5001))
     stepped = changed.at_step(scheme_of(case, how), 1e-3, run.times)
     differs = run.observables["angle"] - case.reference.observe(run.times)["angle"]
     assert np.abs(differs - stepped.errors["angle"]).max() > 1e-7

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, DiscErrors
+from plumbob.analytic.errors.contact_models.disc_steps import ROLLS, disc_errors
 from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
 from plumbob.engines.registry import method
 from plumbob.engines.study.measurement import measure
@@ -62,8 +62,8 @@ def test_rounding_uses_a_part_of_its_bound():
 
 def test_nothing_is_predicted_of_a_disc_that_slips_or_of_soft_contacts():
     times, scheme = np.array([0.1]), Scheme(EULER, contact=ROLLS)
-    assert DiscErrors(DISC).at_step(scheme, 1e-3, times).errors
+    assert disc_errors(DISC).at_step(scheme, 1e-3, times).errors
     steep = replace(CIRCLE, precession_rate=12.0, spin_rate=30.0)
-    assert not DiscErrors(steep).at_step(scheme, 1e-3, times).errors
+    assert not disc_errors(steep).at_step(scheme, 1e-3, times).errors
     soft = Scheme(EULER, contact=SoftPoint())
-    assert not DiscErrors(DISC).at_step(soft, 1e-3, times).errors
+    assert not disc_errors(DISC).at_step(soft, 1e-3, times).errors

@@ -3,8 +3,6 @@ with six coordinates on a contact that is a spring and damper, whose friction en
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.stepped_system import smooth_errors
@@ -12,7 +10,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme, SoftPoint
 from plumbob.analytic.systems.rolling_disc import RollingDisc, masses, moments
-from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 ROLLS = SoftPoint(time_constant=0.0, ratio=np.inf, pyramidal=False)
 """Stands for a contact of a spring and damper, with friction that ends a slip within its step."""
@@ -65,24 +63,21 @@ def stepped(disc: RollingDisc, step: float, marks: Array) -> Array:
     return np.asarray(np.array(states)[marks].T)
 
 
-@dataclass(frozen=True)
-class DiscErrors(WithoutSeries):
+def disc_errors(disc: RollingDisc) -> StepErrors:
     """The errors of steps on a disc; empty for schemes and contacts that are not stepped here."""
 
-    disc: RollingDisc
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `plumbob.analytic.theory.ErrorTheory`."""
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.contact is None:
-            return smooth_errors(self.disc.motion).at_step(scheme, step, times)
+            return smooth_errors(disc.motion).at_step(scheme, step, times)
         if scheme.contact != ROLLS or scheme.integrator != EULER:
-            return SteppedErrors({})
-        exact = self.disc.motion.observe(times)
-        states = stepped(self.disc, step, np.rint(times / step).astype(int))
+            return {}
+        states = stepped(disc, step, np.rint(times / step).astype(int))
         if not states.size:
-            return SteppedErrors({})
-        errors = {name: state - exact[name] for name, state in zip(exact, states, strict=True)}
-        doubt = self.disc.motion.uncertainty(times)
+            return {}
+        exact, doubt = disc.motion.observe(times), disc.motion.uncertainty(times)
         return SteppedErrors(
-            errors, {n: ROUNDED * (x + ULP * abs(exact[n])) for n, x in doubt.items()}
+            apart(dict(zip(exact, states, strict=True)), exact),
+            {name: ROUNDED * (x + ULP * abs(exact[name])) for name, x in doubt.items()},
         )
+
+    return StepErrors(error)

@@ -25,7 +25,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, TABLEAUX, Scheme
 from plumbob.analytic.systems.bouncing_ball import BouncingBall
-from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors
 
 IMPEDANCE = 0.99  # d: the solver loses two digits, and gravity acts by 1 %
 RATE = 0.2  # chosen: of the spring, per step: a contact lasts for 16 steps
@@ -129,19 +129,16 @@ def hard_heights(ball: BouncingBall, step: float, marks: list[int]) -> Array:
     return np.array([z for z, *_ in states_after(take, start, step, marks)])
 
 
-@dataclass(frozen=True)
-class BouncingErrors(WithoutSeries):
-    """The errors of contacts on a ball; empty for schemes that are not stepped here."""
+def bouncing_errors(ball: BouncingBall) -> StepErrors:
+    """The errors of contacts on a ball; empty for schemes that are not stepped here. A rebound
+    depends on where in its step the impact is, and each impact amplifies what rounding does to
+    that: neighbours are stepped too, that differ by rounding, which in a solver for soft contacts
+    is 1/(1 - d) times as much."""
 
-    ball: BouncingBall
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `plumbob.analytic.theory.ErrorTheory`. A rebound depends on where in its step the
-        impact is, and each impact amplifies what rounding does to that: neighbours are stepped too,
-        that differ by rounding, which in a solver for soft contacts is 1/(1 - d) times as much."""
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         marks = np.rint(times / step).astype(int).tolist()
         if scheme.integrator not in (EULER, *TABLEAUX):
-            return SteppedErrors({})
+            return {}
 
         def heights(ball: BouncingBall) -> Array:
             if scheme.position_first:
@@ -149,9 +146,11 @@ class BouncingErrors(WithoutSeries):
             return soft_heights(ball, scheme, step, marks)
 
         rounding = NEARBY if scheme.position_first else NEARBY / (1.0 - IMPEDANCE)
-        ball, z = self.ball, heights(self.ball)
+        z = heights(ball)
         doubt = np.full(len(z), rounding * ball.height)
         for name in ("height", "gravity"):
             changed = replace(ball, **{name: getattr(ball, name) * (1.0 + rounding)})
             doubt += np.abs(heights(changed) - z)
         return SteppedErrors({"z": z - ball.observe(times)["z"]}, {"z": doubt})
+
+    return StepErrors(error)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_friction import Held, drifted
@@ -12,7 +10,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.incline import Incline
-from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 CORNERS = 4  # of the cube's face, which carry the same loads where it does not turn
 
@@ -24,24 +22,23 @@ def corner(cube: Incline) -> Held:
     return Held(part * cube.press, cube.friction, part * pull, 1.0 / cube.mass, part)
 
 
-@dataclass(frozen=True)
-class InclineErrors(WithoutSeries):
+def incline_errors(cube: Incline) -> StepErrors:
     """The errors of steps on a cube; empty for schemes that are not stepped here, and of soft
     contacts on a cube that slides, whose contacts chatter."""
 
-    cube: Incline
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `plumbob.analytic.theory.ErrorTheory`."""
-        cube, marks = self.cube, np.rint(times / step).astype(int)
-        exact = cube.observe(times)
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        exact, marks = cube.observe(times), np.rint(times / step).astype(int)
         if scheme.contact is None and scheme.integrator == EULER:
             pulls, limit = [cube.pull] * int(marks[-1]), cube.friction * cube.press
-            way, speed, _ = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
-            errors = {"x": way - exact["x"], "speed": speed - exact["speed"]}
+            reached = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
             rounded = ULP * (abs(cube.speed) + cube.gravity * times)
-            return SteppedErrors(errors, {"x": rounded * (step + times), "speed": rounded})
+            return SteppedErrors(
+                apart(dict(zip(("x", "speed"), reached, strict=False)), exact),
+                {"x": rounded * (step + times), "speed": rounded},
+            )
         drift = drifted(scheme, corner(cube), step, marks)
         if cube.speed or not len(drift):
-            return SteppedErrors({})
+            return {}
         return SteppedErrors(dict(zip(exact, drift, strict=True)), cube.uncertainty(times))
+
+    return StepErrors(error)

@@ -3,8 +3,6 @@ friction that ends a slip within its step, or impulses that are solved in turns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.impacts import hard_impulses, held_impulses, soft_impact
@@ -12,7 +10,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rod_impact import RodImpact
-from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 TIP = 1e-12  # of the length: radius of an end in pymunk, where contacts begin
 ROUNDED = 1e3  # calibrated: units in the last place that an impact makes of one; a fifth is used
@@ -45,19 +43,17 @@ def stepped(rod: RodImpact, scheme: Scheme, step: float, marks: Array) -> Array:
     return np.asarray(np.array(places)[marks].T)
 
 
-@dataclass(frozen=True)
-class RodErrors(WithoutSeries):
+def rod_errors(rod: RodImpact) -> StepErrors:
     """The errors of steps on a rod; empty for schemes that are not stepped here, friction that does
     not end a slip within its step, and impulses kept from step to step, where a rod jams."""
 
-    rod: RodImpact
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `plumbob.analytic.theory.ErrorTheory`."""
-        kept = scheme.position_first and self.rod.impact.jams
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        kept = scheme.position_first and rod.impact.jams
         if scheme.integrator != EULER or scheme.contact is not None or kept:
-            return SteppedErrors({})
-        exact = self.rod.observe(times)
-        places = stepped(self.rod, scheme, step, np.rint(times / step).astype(int))
-        errors = {name: place - exact[name] for name, place in zip(exact, places, strict=True)}
+            return {}
+        exact = rod.observe(times)
+        places = stepped(rod, scheme, step, np.rint(times / step).astype(int))
+        errors = apart(dict(zip(exact, places, strict=True)), exact)
         return SteppedErrors(errors, {n: ROUNDED * ULP * (1 + abs(x)) for n, x in exact.items()})
+
+    return StepErrors(error)

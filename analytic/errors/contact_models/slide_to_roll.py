@@ -7,38 +7,34 @@ step, and only the sum of the speeds, the place, is not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.rolling_ball import RollingBall
-from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
 
 
-@dataclass(frozen=True)
-class RollingErrors(WithoutSeries):
+def rolling_errors(ball: RollingBall) -> StepErrors:
     """The errors of steps on a ball; empty for schemes that are not stepped here, and with rolling
     friction, for which engines have other laws."""
 
-    ball: RollingBall
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `plumbob.analytic.theory.ErrorTheory`."""
-        ball, marks = self.ball, np.rint(times / step).astype(int)
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
         if scheme.integrator != EULER or ball.rolling_friction:
-            return SteppedErrors({})
+            return {}
+        marks = np.rint(times / step).astype(int)
         slip, steps = ball.speed - ball.radius * ball.spin, np.arange(marks[-1] + 1)
         lost = np.minimum(3.5 * ball.friction * ball.gravity * step * steps, abs(slip))
         lost *= np.sign(slip)
         speed, spin = ball.speed - lost * 2.0 / 7.0, ball.spin + lost * 5.0 / 7.0 / ball.radius
         moved = speed[:-1] if scheme.position_first else speed[1:]
         x = np.concatenate([[0.0], np.cumsum(step * moved)])
-        stepped = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
-        exact, doubt = ball.observe(times), ball.scale * ULP * np.ones(len(times))
+        reached = {"x": x[marks], "speed": speed[marks], "spin": spin[marks]}
+        doubt = ball.scale * ULP * np.ones(len(times))
         return SteppedErrors(
-            {name: stepped[name] - exact[name] for name in stepped},
+            apart(reached, ball.observe(times)),
             {"x": doubt * (step + times), "speed": doubt, "spin": doubt / ball.radius},
         )
+
+    return StepErrors(error)

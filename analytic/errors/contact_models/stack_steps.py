@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, Scheme
 from plumbob.analytic.systems.stack import Stack
-from plumbob.analytic.theory import SteppedErrors, WithoutSeries
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors
 
 CORNERS = 4  # of a face, which carry the same loads
 DEEPEST = 0.4  # chosen, of an edge: beyond a half, a contact pushes the cube through
@@ -27,19 +25,17 @@ def corners(stack: Stack) -> list[Held]:
     ]
 
 
-@dataclass(frozen=True)
-class StackErrors(WithoutSeries):
+def stack_errors(stack: Stack) -> StepErrors:
     """The errors of steps on a stack; empty for schemes that are not stepped here, and where a
     contact is too deep to push the right way."""
 
-    stack: Stack
-
-    def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """See `plumbob.analytic.theory.ErrorTheory`."""
-        stack, still = self.stack, np.zeros(len(times))
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        still = np.zeros(len(times))
         if scheme.contact is None:
-            return SteppedErrors({"top": still} if scheme.integrator == EULER else {})
+            return {"top": still} if scheme.integrator == EULER else {}
         depths = [held.depth(scheme.contact, step) for held in corners(stack)]
         if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
-            return SteppedErrors({})
+            return {}
         return SteppedErrors({"top": still - sum(depths)}, stack.uncertainty(times))
+
+    return StepErrors(error)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
@@ -13,13 +11,12 @@ from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.capsule import by_support, normal_forces
 from plumbob.analytic.systems.slider_path import SliderPath
 from plumbob.analytic.systems.three_points.reference import PlaneReference
+from plumbob.analytic.theory import Errors, apart
 
 MOST_STEPS = 200_000  # each takes some tens of microseconds
 
 
-def plane_errors(
-    reference: PlaneReference, scheme: Scheme, step: float, times: Array
-) -> Mapping[str, Array]:
+def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: Array) -> Errors:
     """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
     observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
     `errors.position_first`); empty for other schemes, or more than MOST_STEPS steps."""
@@ -33,12 +30,12 @@ def plane_errors(
         rows = position_first_trajectory(*driven, step, steps)[marks]
     else:
         rows = trajectory(*driven, scheme.integrator, step, steps)[marks]
-    stepped, exact = dict(zip(COLUMNS, rows.T, strict=True)), reference.observe(times)
+    stepped = dict(zip(COLUMNS, rows.T, strict=True))
     stepped["body_angle"] = stepped["heading"]
     if not scheme.position_first:
         places = held_places(motion.path, float(scheme.position_lead), step, steps)[marks]
         stepped |= by_support(normal_forces(motion.capsule, places))
-    return {name: stepped[name] - values for name, values in exact.items() if name in stepped}
+    return apart(stepped, reference.observe(times))
 
 
 def held_places(path: SliderPath, lead: float, step: float, steps: int) -> Array:

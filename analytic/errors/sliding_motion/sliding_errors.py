@@ -4,7 +4,7 @@ steps are taken (THEORY.md, section 4)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import Any
 
@@ -18,13 +18,11 @@ from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion
-from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold
 from plumbob.analytic.systems.three_points.reference import PlaneReference
 from plumbob.analytic.tableau import CLASSICAL, along
-from plumbob.analytic.theory import StepErrors
+from plumbob.analytic.theory import Errors, StepErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
-Errors = Mapping[str, Array]
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
@@ -34,8 +32,14 @@ def capsule_errors(problem: CapsuleProblem) -> StepErrors:
         return StepErrors(partial(plane_errors, reference))
     if motion.kind == "coasting":
         return StepErrors(partial(coasting_errors, motion))
-    if motion.kind == "hold":
-        return StepErrors(partial(hold_errors, motion))
+    if motion.kind == "hold":  # nothing moves
+        return StepErrors(
+            lambda scheme, step, times: (
+                {}
+                if scheme.position_lead is None
+                else {name: np.zeros_like(value) for name, value in motion.observe(times).items()}
+            )
+        )
     return StepErrors(partial(line_errors, motion, reference))
 
 
@@ -89,31 +93,18 @@ def line_errors(
         reference.observe(times),
     )
     at_steps = slider(step * np.arange(marks[-1] + 2.0))
-    slid = step * np.cumsum(
-        np.append(0.0, (0.5 - lead) * at_steps[:-1] + (0.5 + lead) * at_steps[1:])
-    )
-    mean = (np.diff(at_steps) / step)[marks]
+    mean = (0.5 - lead) * at_steps[:-1] + (0.5 + lead) * at_steps[1:]
+    slid = step * np.append(0.0, np.cumsum(mean))[marks]
     friction = (capsule.body_mass + capsule.slider_mass) * friction
-    still = np.zeros(len(marks))
-    slid = slid[marks] - exact["stroke"]
-    loads = np.outer(load_slopes(capsule, motion.single.direction), slid)
+    pushed = driving_force(capsule, friction, (np.diff(at_steps) / step)[marks])
+    names = ("displacement", "velocity", "stroke", "friction_force", "driving_force")
+    errors = apart(dict(zip(names, (way, rate, slid, friction, pushed), strict=True)), exact)
+    loads = np.outer(load_slopes(capsule, motion.single.direction), errors["stroke"])
     return {
-        "displacement": way - exact["displacement"],
-        "velocity": rate - exact["velocity"],
-        "stroke": slid,
-        **dict.fromkeys(("stroke_rate", "heading", "sideways"), still),
+        **errors,
+        **dict.fromkeys(("stroke_rate", "heading", "sideways"), np.zeros(len(marks))),
         **dict(zip(NORMAL_FORCES, loads, strict=True)),
-        "friction_force": friction - exact["friction_force"],
-        "driving_force": driving_force(capsule, friction, mean) - exact["driving_force"],
     }
-
-
-def hold_errors(hold: TiltedHold, scheme: Scheme, step: float, times: Array) -> Errors:
-    """Error of semi-implicit Euler and of RK4 at `times` [s], shape (n,): none. Empty for other
-    schemes."""
-    if scheme.position_lead is None:
-        return {}
-    return {name: np.zeros_like(value) for name, value in hold.observe(times).items()}
 
 
 def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: Array) -> Errors:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -21,7 +21,7 @@ from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, STEPPED, Scheme, SoftLoop
 from plumbob.analytic.systems.servo import Servo
-from plumbob.analytic.theory import StepErrors
+from plumbob.analytic.theory import Errors, StepErrors, apart
 
 MOST_STEPS = 200_000  # of a run: some ten seconds
 Implicit = Callable[[Scheme, Parts], tuple[float, float]]
@@ -39,7 +39,7 @@ def smooth_errors(
     step, for more than MOST_STEPS steps, for times that are no multiples of the step, and where the
     steps diverge."""
 
-    def error(scheme: Scheme, step: float, times: Array) -> Mapping[str, Array]:
+    def error(scheme: Scheme, step: float, times: Array) -> Errors:
         marks, system = steps_until(times, step, MOST_STEPS), motion.system
         if scheme.loop is not None and soft is not None:
             system = soft(scheme.loop, step)
@@ -51,9 +51,7 @@ def smooth_errors(
         states: Array = np.array(after)
         if not np.isfinite(states).all():
             return {}
-        exact = motion.observe(times)
-        observed = system.observed(states.T)
-        return {name: observed[name] - exact[name] for name in exact}
+        return apart(system.observed(states.T), motion.observe(times))
 
     return StepErrors(error)
 
