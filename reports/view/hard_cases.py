@@ -34,18 +34,11 @@ def table(scenes: Sequence[Sequence[MethodResult]]) -> Table | None:
     """Methods on scenes, with what makes each hard and the digits that its motion loses: their
     largest steps, who is limited by which, the smallest error, and the digits that it loses more
     than the motion; None where no run is stored. With one scene, that scene is named nowhere."""
-    rows = [
-        (of.scene, motion, of, error, _beside(error, motion))
-        for results in scenes
-        for motion in [lost_by_motion(results)]
-        for of in results
-        if (error := min(of.errors.values(), default=math.inf)) < math.inf
-    ]
+    rows = []
+    for results in scenes:
+        motion = lost_by_motion(results)
+        for of in results:
+            if (error := min(of.errors.values(), default=math.inf)) < math.inf:
+                more = None if motion is None else max(digits_lost(error) - motion, 0.0)
+                rows.append((of.scene, motion, of, error, more))
     return table_or_none("hard", rows=rows, several=len(scenes) > 1)
-
-
-def _beside(error: float, motion: float | None) -> float | None:
-    """Digits that an error loses more than the motion; None where either is not known."""
-    if motion is None or math.isnan(error):
-        return None
-    return max(digits_lost(error) - motion, 0.0)

@@ -38,8 +38,8 @@ class Matrix:
     """Scenes of one kind against the methods that ran any of them."""
 
     kind: str
-    methods: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[MethodResult | None, ...]], ...]  # scenes, with a cell a method
+    methods: Sequence[str]
+    rows: Sequence[tuple[str, Sequence[MethodResult | None]]]  # scenes, with a cell a method
 
 
 def in_order(names: Sequence[str], first: Sequence[str] = ORDER) -> list[str]:
@@ -54,17 +54,18 @@ def ordered(scenes: Sequence[Scene]) -> tuple[Scene, ...]:
     return tuple(sorted(scenes, key=lambda scene: places.index(scene.system)))
 
 
-def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> tuple[Matrix, ...]:
+def matrices(study: Study, every: Results, scenes: Sequence[Scene]) -> list[Matrix]:
     """A matrix for each kind of system."""
-    names = [m.name for engine in engines(study) for m in study.methods if m.engine == engine]
+    order = engines(study)
+    methods = sorted(study.methods, key=lambda m: order.index(m.engine))
     ran = {pair: of for pair, of in every.items() if of.at_reference}
     tables = []
     for kind in dict.fromkeys(scene.kind for scene in scenes):
-        own = [scene.name for scene in scenes if scene.kind == kind]
-        shown = tuple(name for name in names if any((scene, name) in ran for scene in own))
-        rows = tuple((scene, tuple(ran.get((scene, name)) for name in shown)) for scene in own)
+        held = [scene.name for scene in scenes if scene.kind == kind]
+        shown = [m.name for m in methods if any((scene, m.name) in ran for scene in held)]
+        rows = [(scene, [ran.get((scene, name)) for name in shown]) for scene in held]
         tables.append(Matrix(kind, shown, rows))
-    return tuple(tables)
+    return tables
 
 
 def engines(study: Study) -> list[str]:

@@ -22,36 +22,32 @@ def phenomena(study: Study, every: Results, systems: Sequence[SystemRecord]) -> 
     """A row a system of the canon, a column an engine: of the engine's method whose largest error
     at 1 ms over its scenes is the smallest, that error, and the largest of the smallest errors of
     its runs; None where no scene of the canon was run."""
-    titles = {system.name: system.title for system in systems}
     names = [name for name in engines(study) if name != "exact"]
-    ran: dict[str, dict[str, dict[str, list[MethodResult]]]] = {}
+    ran: dict[tuple[str, str], dict[str, list[MethodResult]]] = {}
     for of in every.values():
         if of.at_reference and not of.method.surrogate:
-            by_engine = ran.setdefault(of.scene.system, {}).setdefault(of.method.engine, {})
-            by_engine.setdefault(of.name, []).append(of)
+            methods = ran.setdefault((of.scene.system, of.method.engine), {})
+            methods.setdefault(of.name, []).append(of)
+    titles = {of.name: of.title for of in systems if any(of.name in pair for pair in ran)}
     rows = {
-        (titles[system], system): [_cell(ran[system].get(engine, {})) for engine in names]
+        (titles[system], system): [_cell(ran.get((system, engine), {})) for engine in names]
         for system in CANON
-        if system in titles and system in ran
+        if system in titles
     }
     return table_or_none("phenomena", rows=rows, names=names)
 
 
 def _cell(ran: Mapping[str, Sequence[MethodResult]]) -> str:
     """Of an engine's methods that do the most of a system's scenes, those first that are as
-    predicted or converge on all; empty where the engine has none."""
+    predicted or converge on all, and then small errors; empty where the engine has none."""
     most = max(map(len, ran.values()), default=0)
-    best = min(((*_order(of), name) for name, of in ran.items() if len(of) == most), default=None)
-    if best is None:
+    ranks = []
+    for name, results in ran.items():
+        shown = [at for of in results if (at := of.at_reference)]
+        limited = any(at.meaning not in ("predicted", "converges") for at in shown)
+        ranks.append((len(results) < most, limited, max(at.error for at in shown), name))
+    if not ranks:
         return ""
-    _, error, name = best
+    *_, error, name = min(ranks)
     smallest = max(min(of.errors.values()) for of in ran[name])
-    method = name.partition("/")[2]
-    return f"{notation.relative(error)}, {notation.relative(smallest)}; {method}"
-
-
-def _order(results: Sequence[MethodResult]) -> tuple[bool, float]:
-    """Sorts methods without limits first, then small errors."""
-    shown = [at for of in results if (at := of.at_reference)]
-    limited = any(at.meaning not in ("predicted", "converges") for at in shown)
-    return limited, max(at.error for at in shown)
+    return f"{notation.relative(error)}, {notation.relative(smallest)}; {name.partition('/')[2]}"
