@@ -71,7 +71,7 @@ def _searches(
         tuple(hashable(changed).items()),
     )
     search.check(case)
-    every = product(dict.fromkeys(by), chosen.step or (None,))
+    every = product(dict.fromkeys(by), dict.fromkeys(chosen.step or (None,)))
     return [replace(search, by=name, step=step) for name, step in every]
 
 

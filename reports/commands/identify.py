@@ -11,7 +11,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import finest, side
+from plumbob.reports.commands.sweep import finest
 
 if TYPE_CHECKING:
     from plumbob.engines.box import Side
@@ -68,8 +68,7 @@ def _sides(true: Case, chosen: argparse.Namespace) -> Iterator[Side]:
     interval is given; raises ParameterError."""
     from plumbob.engines.box import Side
 
-    within = (side("within", text)[0] for text in chosen.within or ())
-    limits = {each.name: each for each in within}
+    limits = {side.name: side for side in chosen.within}
     wanted = dict.fromkeys(name.strip() for name in chosen.parameter.split(","))
     allowed = true.system.parameters
     if wrong := next((name for name in wanted if name not in allowed), None):

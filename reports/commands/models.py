@@ -21,32 +21,12 @@ ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITAT
 CONTACTS = b"solreffriction"  # in every file whose friction goes with the time step
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the command's arguments."""
-    actions = parser.add_subparsers(metavar="ACTION", dest="action")
-    export = actions.add_parser("export", help="copy the models, their texts and licence into DIR")
-    export.add_argument("dir", metavar="DIR")
-    export.add_argument(
-        "--step",
-        metavar="DT",
-        help="write contacts, which go with the time step, for this step [s]; 1e-4 otherwise",
-    )
-    check = actions.add_parser("check", help="say what engines' own readers drop of an MJCF file")
-    check.add_argument(
-        "file",
-        metavar="FILE",
-        nargs="?",
-        help="without it, a model that has a number of its own for every field",
-    )
-    check.add_argument("--json", action="store_true", help="print one JSON object a reader")
-
-
 def command(chosen: argparse.Namespace) -> int:
     """Print where the models are, or copy them, or check a file; what is there already is not
     written over."""
     if chosen.action == "check":
-        if chosen.file is not None:
-            return _check(Path(chosen.file), chosen.json)
+        if chosen.path is not None:
+            return _check(Path(chosen.path), chosen.json)
         with every_field() as file:
             return _check(file, chosen.json)
     folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
@@ -54,8 +34,10 @@ def command(chosen: argparse.Namespace) -> int:
         for folder in folders:
             print(f"{folder.name}  {folder}")
         return 0
-    target = Path(chosen.dir)
-    step = None if chosen.step is None else time_step("step", values.number("step", chosen.step))
+    if chosen.path is None:
+        raise ParameterError("DIR", None, "given, as `plumbob models export DIR`")
+    target = Path(chosen.path)
+    step = chosen.step and time_step("step", chosen.step)
     files = [
         (_content(path, step), target / folder.name / path.name)
         for folder in folders

@@ -6,7 +6,6 @@ import argparse
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -46,9 +45,6 @@ on the curve (--track curve), between whose pieces it goes straight where they d
   arc=[FROM, TO]          any arc of the circle [rad] (default: the shorter one between the
                           two lines' directions; --arc longer is the other)"""
 SYSTEM = "capsule-plan"
-KINDS: Mapping[str, str] = MappingProxyType(
-    {"slow": "slow motions", "turn": "turns", "line": "lines", "wait": "waits"}
-)
 MISSING = 3
 
 
@@ -64,7 +60,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Print the manoeuvres, the total time and where the reference ends, and an engine's errors."""
     changes = chosen.changes | ({"arc": chosen.arc} if chosen.arc else {})
     known(changes, (*BODY, *LIMITS, *PLACES))
-    parameters = asked(chosen.to, chosen.track, changes)
+    parameters = {**changes, "to": chosen.to, "track": chosen.track}
     if (chosen.method is None) != (chosen.step is None):
         raise ParameterError("step", chosen.step, "given with --method, and only with it")
     measured = None
@@ -78,14 +74,8 @@ def command(chosen: argparse.Namespace) -> int:
             answer["on"] = _ends_on(found, chosen.other)
     if measured is not None:
         answer["method"] = measured_data(found, measured)
-    values.show(chosen, answer, "plan", **{"method": None, "on": None, **answer}, kinds=KINDS)
+    values.show(chosen, answer, "plan", **{"method": None, "on": None, **answer})
     return MISSING if measured is not None and measured.found.status == "missing" else 0
-
-
-def asked(to: list[str], track: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments as parameters of SYSTEM; raises ParameterError."""
-    goal = [values.number(*pair) for pair in zip(("x", "y", "psi"), to, strict=True)]
-    return {**changes, "to": goal, "track": track}
 
 
 def described(found: Plan) -> dict[str, Any]:

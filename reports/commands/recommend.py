@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -18,8 +18,6 @@ from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study import store
 from plumbob.engines.study.provenance import changed_since
 from plumbob.engines.study.results import Study
-from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 from plumbob.reports.commands.arguments import values
@@ -44,7 +42,7 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.absolute is None and chosen.observable is not None:
         raise ParameterError("observable", chosen.observable, "given with --absolute")
     user_method = own_method(chosen.like) if chosen.like else None
-    scenes = _scenes(chosen.scene, chosen.changes)
+    scenes = values.scenes(chosen.scene, chosen.changes)
     if user_method and len(scenes) > 1:
         raise ParameterError("like", chosen.like, "given with one scene, not with a pattern")
     if chosen.engine is not None and chosen.engine not in engines():
@@ -64,15 +62,6 @@ def command(chosen: argparse.Namespace) -> int:
     return 0 if answer.recommendation.choice else 1
 
 
-def _scenes(name: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
-    """The scenes of a name or pattern, with some parameters changed."""
-    with values.representable(changed):
-        if any(mark in name for mark in "*?[,"):
-            scenes = find_scenes(name)
-            return tuple(find_scene(s.name, changed) for s in scenes) if changed else scenes
-        return (find_scene(name, changed),)
-
-
 @contextmanager
 def _stored(
     chosen: argparse.Namespace, scenes: Sequence[Scene]
@@ -80,28 +69,20 @@ def _stored(
     """The newest stored study of these scenes, and nothing to run; raises ParameterError."""
     by_name = {scene.name: scene for scene in scenes}
     study = store.load(Path(chosen.out) / store.FILE, scenes=by_name)
-    there = [s for s in study.scenes if _same(s, by_name.get(s.name))] if study else []
+    there = [
+        s
+        for s in (study.scenes if study else ())
+        if (of := by_name.get(s.name)) and s.duration == of.duration  # at whatever steps
+        if dict(s.parameters) == dict(of.parameters)
+    ]
     if study is None or not there:
         raise ParameterError(
             "scene", scenes[0].name, "one that was measured, as nothing is to be run"
         )
     for entry in changed_since(study.provenance):
         print(f"plumbob: the stored runs are of {entry}", file=sys.stderr)
-    yield (
-        replace(
-            study.of_methods([m.name for m in study.methods if m.name != USER_METHOD]),
-            scenes=tuple(there),
-        ),
-        None,
-    )
-
-
-def _same(scene: Scene, other: Scene | None) -> bool:
-    """Whether two scenes are the same motion; their step sizes may differ."""
-    return other is not None and (dict(scene.parameters), scene.duration) == (
-        dict(other.parameters),
-        other.duration,
-    )
+    others = study.of_methods([m.name for m in study.methods if m.name != USER_METHOD])
+    yield replace(others, scenes=tuple(there)), None
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import cast
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.method import USER_METHOD, Method
@@ -14,15 +15,15 @@ from plumbob.engines.study.measurement import Measurement, measure
 from plumbob.engines.workers import Lost, Task, Workers
 from plumbob.models.registry import case_of
 from plumbob.models.registry import scene as find_scene
-from plumbob.models.scene import Case, Scene
+from plumbob.models.scene import Scene
 from plumbob.reports.advice.json_records import record
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import own_method
 from plumbob.reports.judge.expectations import run_surprise
 from plumbob.reports.judge.verdict import Judgement, judge
-from plumbob.reports.view.tables import lines
 
 INCOMPLETE = 3
+Timed = tuple[Measurement, Cost | None, float]
 LONGEST = 3600.0  # [s] that a run of an added engine may take
 
 
@@ -37,58 +38,41 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.step is None and not chosen.like:
         raise ParameterError("step", None, "given, or the step of the file that --like names")
     step = chosen.step or methods[-1].step_sizes[0]  # the user's own
-    codes, records = [], []
+    codes, records, runs = [], [], []
     for method in methods:
         with values.representable(changed, chosen):
-            run, cost, unit = _measured(case, method, step)
+            run, cost, unit = _measured(scene, method, step)
         judgement = judge(run, case.system, method, about)
         worlds = batch_costs(case, method, step, chosen.worlds or [])
         records.append(record(method, run, judgement, None, cost))
         if worlds:
             records[-1]["worlds"] = [row.__dict__ for row in worlds]
         codes.append(_code(scene, method, run, judgement))
-        if not chosen.json:
-            shown = lines(
-                "run",
-                run=run,
-                judgement=judgement,
-                units={o.name: o.unit for o in case.system.observables},
-                cost=cost,
-                unit=unit,
-                factor=records[-1]["real_time_factor"],
-                worlds=worlds,
-            )
-            print(*shown, sep="\n")
-    if chosen.json:
-        answer = records[0] if len(records) == 1 else records
-        values.print_json(answer)
+        runs.append((run, judgement, cost, unit, records[-1]["real_time_factor"], worlds))
+    answer = records if len(records) > 1 else records[0]
+    units = {o.name: o.unit for o in case.system.observables}
+    values.show(chosen, answer, "run", runs=runs, units=units)
     return next((code for code in (1, INCOMPLETE) if code in codes), 0)
 
 
-def _measured(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
+def _measured(scene: Scene, method: Method, step: float) -> Timed:
     """A run, its cost, and the time [ns] of the reference step; the run of an added engine, which
     may end the process, in one of its own."""
     if not engine_of(method).distribution:
-        return _timed(case, method, step)
+        return _timed(scene, method, step)
     with Workers(1) as workers:
-        ((_, answer),) = workers.results(
-            [Task("", _alone, (case.scene, method, step), LONGEST, "")]
-        )
+        ((_, answer),) = workers.results([Task("", _timed, (scene, method, step), LONGEST, "")])
     if isinstance(answer, Lost):
-        lost = Measurement(case.scene.name, method.name, step, "missing", reason=answer.why)
+        lost = Measurement(scene.name, method.name, step, "missing", reason=answer.why)
         return lost, None, math.nan
-    run, cost, unit = answer
-    return run, cost, unit
+    return cast(Timed, answer)
 
 
-def _alone(scene: Scene, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
-    return _timed(case_of(scene), method, step)
-
-
-def _timed(case: Case, method: Method, step: float) -> tuple[Measurement, Cost | None, float]:
+def _timed(scene: Scene, method: Method, step: float) -> Timed:
+    case = case_of(scene)
     run, _ = measure(case, method, step)
     measured, unit = costs([(case, method, step)] if run.status == "done" else [], repeats=5)
-    return run, measured.get((case.scene.name, method.name)), unit
+    return run, measured.get((scene.name, method.name)), unit
 
 
 def _methods(name: str | None, like: str | None) -> list[Method]:

@@ -16,24 +16,16 @@ from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Case, Observable
 from plumbob.reports.commands.arguments import values
 
-TABLE = (
-    "scene",
-    "times",
-    "observables",
-    "uncertainty",
-    "also",
-    "by_angle",
-)  # of an answer: what is said by row
 ANGLE = Observable("theta", "rad")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print the observables at the times wanted, and what else is exact."""
-    changed, times = chosen.changes, chosen.times
-    asked = changed | ({} if times is None else {"times": times.tolist()})
+    changed = chosen.changes
+    asked = changed | ({"times": chosen.times} if chosen.times else {})
     with values.representable(asked, chosen):
         scene = find_scene(chosen.scene, changed)
-        times = np.linspace(0, scene.duration, 11) if times is None else times
+        times = np.array(chosen.times or np.linspace(0, scene.duration, 11))
         case = case_of(scene)
         by_angle = _over_angles(case, chosen.angles)
         also = case.system.also(case.problem, times)
@@ -61,8 +53,9 @@ def command(chosen: argparse.Namespace) -> int:
         answer,
         "solve",
         scene=scene,
-        facts={key: _plain(answer[key]) for key in answer if key not in TABLE},
-        tables=[(list(table), np.transpose(list(table.values())).tolist())],
+        facts={"parameters": scene.parameters, **facts},
+        heads=list(table),
+        table=np.transpose(list(table.values())).tolist(),
         held=[] if by_angle else list(observables),
         units={o.name: o.unit for o in case.system.observables},
         rows=list(zip(times.tolist(), *columns, strict=True)),
@@ -78,11 +71,9 @@ def _uncertainty(reference: Reference, times: Array) -> dict[str, Array]:
     return {name: np.concatenate([values[name] for values in each]) for name in each[0]}
 
 
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value
-
-
 def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     return repr(float(value) + 0.0) if isinstance(value, float) else str(value)  # no -0.0
 
 
@@ -102,12 +93,12 @@ def _named(answers: Mapping[Observable, Array]) -> dict[str, Array]:
     return {observable.name: values for observable, values in answers.items()}
 
 
-def _over_angles(case: Case, theta: Array | None) -> Mapping[Observable, Array]:
+def _over_angles(case: Case, theta: list[float] | None) -> Mapping[Observable, Array]:
     """The answers of `case` at angles [rad], the angles first; empty without. Raises
     ParameterError."""
     if theta is None:
         return {}
     if case.system.by_angle is None:
         none = f"left out: {case.system.name} has no answers over an angle"
-        raise ParameterError("angles", theta.tolist(), none)
-    return {ANGLE: theta, **case.system.by_angle(case.problem, theta)}
+        raise ParameterError("angles", theta, none)
+    return {ANGLE: np.array(theta), **case.system.by_angle(case.problem, np.array(theta))}

@@ -14,8 +14,6 @@ from plumbob.engines.registry import engine_of, installed
 from plumbob.engines.registry import methods as find_methods
 from plumbob.engines.study.long_runs import LongRunSearch, MeasuredLongRun
 from plumbob.engines.study.stability import StabilitySearch
-from plumbob.models.registry import scene as find_scene
-from plumbob.models.registry import scenes as find_scenes
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
@@ -32,8 +30,7 @@ FILE = "stability.sqlite3"
 
 def command(chosen: argparse.Namespace) -> int:
     """Measure, print and judge the largest steps; 1 where one is not as expected."""
-    many = any(mark in chosen.scene for mark in "*?[,")
-    scenes = find_scenes(chosen.scene) if many else (find_scene(chosen.scene),)
+    scenes = values.scenes(chosen.scene, {})
     methods = find_methods(",".join(chosen.method) or "*")
     if not chosen.method:
         methods = tuple(m for m in methods if installed(engine_of(m)))

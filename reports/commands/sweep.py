@@ -7,14 +7,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plumbob.analytic.parameters import ParameterError
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
 
 INCOMPLETE = 3
 
 if TYPE_CHECKING:
-    from plumbob.engines.box import Side
     from plumbob.engines.method import Method
 
 
@@ -28,12 +26,11 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.view.sweep.page import write_sweep_page
     from plumbob.reports.view.sweep.text import words
 
-    varied = [side("vary", text, counted=True) for text in chosen.vary]
-    counts = [values.count(axis.name, count) for axis, count in varied]
+    sides, counts = zip(*chosen.vary, strict=True)
     methods = [find_method(name) for name in dict.fromkeys(chosen.method)]
-    steps = chosen.step or [finest(methods[0])]
+    steps = list(dict.fromkeys(chosen.step or [finest(methods[0])]))
     with values.representable(chosen.changes):
-        around = box(chosen.scene, chosen.changes, [axis for axis, _ in varied])
+        around = box(chosen.scene, chosen.changes, sides)
     asked = sweep_of(around, counts, methods, steps)
     file = Path(chosen.out) / store.FILE
     with (
@@ -60,26 +57,6 @@ def command(chosen: argparse.Namespace) -> int:
     stored = min(len(there) * asked.chunk, asked.points)
     values.show(chosen, record, "sweep", **texts, stored=stored, page=page)
     return INCOMPLETE if swept.lost else 0
-
-
-def side(argument: str, text: str, counted: bool = False) -> tuple[Side, str]:
-    """NAME=LO:HI, with :N where it is `counted`, and :log, as a side of a box and the text of N;
-    raises ParameterError."""
-    from plumbob.engines.box import Side
-
-    form = "NAME=LO:HI:N" if counted else "NAME=LO:HI"
-    name, equals, bounds = text.partition("=")
-    parts = bounds.split(":")
-    wanted = 3 if counted else 2
-    if not (equals and name and len(parts) >= wanted) or parts[wanted:] not in ([], ["log"]):
-        raise ParameterError(argument, text, f"{form}, or {form}:log")
-    ends = values.number(name, parts[0]), values.number(name, parts[1])
-    if ends[0] >= ends[1]:
-        raise ParameterError(argument, text, "with the smaller value first")
-    logarithmic = len(parts) > wanted
-    if logarithmic and ends[0] <= 0.0:
-        raise ParameterError(argument, text, "above 0 where spaced by ratios")
-    return Side(name, *ends, logarithmic), parts[wanted - 1]
 
 
 def finest(method: Method) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.commands.arguments import values
-from plumbob.reports.commands.sweep import finest, side
+from plumbob.reports.commands.sweep import finest
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -29,10 +29,9 @@ def command(chosen: argparse.Namespace) -> int:
     from plumbob.reports.commands.validate import progress
     from plumbob.reports.view.sweep.text import place, size
 
-    sides = [side("within", text)[0] for text in chosen.within]
     method = find_method(chosen.method)
     with values.representable(chosen.changes):
-        around = box(chosen.scene, chosen.changes, sides)
+        around = box(chosen.scene, chosen.changes, chosen.within)
     runnable(around, [method])
     score = run_error if chosen.by == "error" else of_tolerance
     with progress() as show:

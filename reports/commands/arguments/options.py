@@ -23,7 +23,7 @@ NAMES = "names"  # an epilog: what --set takes
 def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> None:
     """Declare the arguments of a command, those that its module adds too. A table a argument: its
     names, and what argparse takes of it; {NAME} is the module's own, `one_of` an argument of which
-    one has to be there, and `kind` the function of `values` that reads its text."""
+    one has to be there, and `kind`, or `kinds` of a list, the function of `values` to read it."""
     readers: dict[str, Reader] = {}
     parser.set_defaults(readers=readers)
     if (file := OPTIONS / f"{name}.toml").is_file():
@@ -40,10 +40,11 @@ def declare(parser: argparse.ArgumentParser, name: str, module: ModuleType) -> N
                 place = one_of = one_of or parser.add_mutually_exclusive_group(required=True)
             if isinstance(settings.get("metavar"), list):
                 settings["metavar"] = tuple(settings["metavar"])
-            kind = settings.pop("kind", None)
+            kind, kinds = settings.pop("kind", ""), settings.pop("kinds", "")
             dest = place.add_argument(*key.split(), **settings).dest
-            if kind:
-                readers[dest] = partial(getattr(values, kind), key.lstrip("-"))
+            if kind or kinds:
+                reader: Reader = partial(getattr(values, kind or kinds), key.lstrip("-"))
+                readers[dest] = partial(values.each, reader) if kinds else reader
     if hasattr(module, "arguments"):
         module.arguments(parser)
 

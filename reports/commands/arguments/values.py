@@ -7,9 +7,9 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -21,10 +21,16 @@ from plumbob.analytic.parameters import (
     positive,
 )
 from plumbob.analytic.reference import Array
+from plumbob.models.registry import scene as find_scene
+from plumbob.models.registry import scenes as find_scenes
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from plumbob.engines.box import Side
+    from plumbob.models.scene import Scene
+
+T = TypeVar("T")
 HELD = "such that double precision holds the exact solution"
 
 
@@ -46,20 +52,9 @@ def non_negative_number(name: str, text: str) -> float:
     return non_negative(name, number(name, text))
 
 
-def positive_numbers(name: str, texts: str | Sequence[str]) -> list[float]:
-    """T,T,..., or so many texts, as different numbers above zero; raises ParameterError."""
-    parts = texts.split(",") if isinstance(texts, str) else texts
-    return list(dict.fromkeys(positive_number(name, part) for part in parts if part))
-
-
-def numbers(name: str, text: str) -> Array:
-    """T,T,... as finite numbers, shape (n,); raises ParameterError."""
-    return np.array([number(name, part) for part in text.split(",")])
-
-
-def counts(name: str, text: str) -> list[int]:
-    """N,N,... as whole numbers of 1 or more; raises ParameterError."""
-    return [count(name, part) for part in text.split(",")]
+def each(read: Callable[[str], T], texts: str | Sequence[str]) -> list[T]:
+    """T,T,..., or so many texts, as a list of values."""
+    return [read(part) for part in (texts.split(",") if isinstance(texts, str) else texts)]
 
 
 def count(name: str, text: str) -> int:
@@ -80,14 +75,6 @@ def fraction(name: str, text: str) -> float:
     return value
 
 
-def times(name: str, text: str) -> Array:
-    """T,T,... as times [s], shape (n,), none negative; raises ParameterError."""
-    instants = numbers(name, text)
-    if (instants < 0.0).any():
-        raise ParameterError(name, text, "0 or later")
-    return instants
-
-
 def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
     """NAME=JSON, ... as a mapping; raises ParameterError."""
     changed: dict[str, Any] = {}
@@ -100,6 +87,42 @@ def changes(argument: str, texts: Sequence[str]) -> dict[str, Any]:
         except (ValueError, RecursionError):
             raise ParameterError(name, value, "a JSON value, such as 9.8 or [1, 2]") from None
     return changed
+
+
+def side(argument: str, text: str) -> Side:
+    """NAME=LO:HI, or NAME=LO:HI:log, as a side of a box; raises ParameterError."""
+    return _side(argument, text, "NAME=LO:HI")[0]
+
+
+def counted_side(argument: str, text: str) -> tuple[Side, int]:
+    """The same with :N behind HI, and N; raises ParameterError."""
+    limits, number_of = _side(argument, text, "NAME=LO:HI:N")
+    return limits, count(limits.name, number_of)
+
+
+def _side(argument: str, text: str, form: str) -> tuple[Side, str]:
+    from plumbob.engines.box import Side
+
+    name, _, bounds = text.partition("=")
+    *parts, last = bounds.split(":")
+    parts += [last] * (last != "log")
+    if not name or len(parts) != form.count(":") + 1:
+        raise ParameterError(argument, text, f"{form}, or {form}:log")
+    low, high = (number(name, part) for part in parts[:2])
+    if low >= high:
+        raise ParameterError(argument, text, "with the smaller value first")
+    if last == "log" and low <= 0.0:
+        raise ParameterError(argument, text, "above 0 where spaced by ratios")
+    return Side(name, low, high, last == "log"), parts[-1]
+
+
+def scenes(pattern: str, changed: Mapping[str, Any]) -> tuple[Scene, ...]:
+    """The scenes of a name or pattern, with some parameters changed; raises ParameterError."""
+    with representable(changed):
+        if any(mark in pattern for mark in "*?[,"):
+            matching = find_scenes(pattern)
+            return tuple(find_scene(s.name, changed) for s in matching) if changed else matching
+        return (find_scene(pattern, changed),)
 
 
 @contextmanager
