@@ -84,7 +84,7 @@ def hinged_body(case: Case) -> HingedBody:
     if case.system.family in _POINTS:
         return _point(problem)
     if case.system.family == "cone_pendulum":
-        return _on_a_platform(problem)
+        return on_a_platform(problem)
     raise Unsupported(f"{case.scene.name} is no pendulum")
 
 
@@ -98,12 +98,16 @@ def model_error(case: Case, method: Method, step: float) -> ModelError:
 
 def model_error_on_platform(case: Case, method: Method, step: float) -> ModelError:
     """The same where a platform keeps its rate by an inertia that is finite."""
-    from plumbob.analytic.errors.contact_models.driven_platform import platform_error
-
     if case.system.family != "cone_pendulum":
         return model_error(case, method, step)
-    inertia = hinged_body(case).platform_inertia
-    errors = platform_error(case.problem.started, case.scene.duration, inertia)
+    return platform_errors(case.problem.started, case.scene.duration)
+
+
+def platform_errors(problem: Any, duration: float) -> ModelError:
+    """Bounds over `duration` [s] from the inertia of a platform that should keep its rate."""
+    from plumbob.analytic.errors.contact_models.driven_platform import platform_error
+
+    errors = platform_error(problem, duration, on_a_platform(problem).platform_inertia)
     return {
         name: {"inertia of the platform": bound}
         for name, bound in zip(("theta", "theta_dot"), errors, strict=True)
@@ -137,7 +141,8 @@ def _point(problem: Any) -> HingedBody:
     )
 
 
-def _on_a_platform(problem: Any) -> HingedBody:
+def on_a_platform(problem: Any) -> HingedBody:
+    """The body of a ConePendulum."""
     body = problem.body
     offset = body.mass * body.com_distance**2  # the moments given are about the pivot
     moments = np.diag([body.inertia_x - offset, body.inertia_y - offset, body.inertia_z])

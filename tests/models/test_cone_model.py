@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from plumbob.engines.adapters.mujoco.cone_pendulum import ARMATURE_RATIO, load_inertia
+from plumbob.engines.adapters.hinged_body import on_a_platform
 from plumbob.tests.support.cone_scene import DEFAULT, MJCF
 
 DENSITY, HEIGHT, HALF_ANGLE = 8000.0, 0.3, math.radians(15.0)
@@ -63,4 +63,4 @@ def test_numbers_are_those_of_the_formulas():
     np.testing.assert_array_equal(model.joint("theta").axis, [1, 0, 0])
     np.testing.assert_array_equal(model.joint("platform").axis, [0, 0, 1])
     np.testing.assert_array_equal(model.key("start").qpos, 0.0)
-    assert model.joint("platform").armature[0] >= ARMATURE_RATIO * load_inertia(DEFAULT)
+    assert model.joint("platform").armature[0] >= on_a_platform(DEFAULT).platform_inertia

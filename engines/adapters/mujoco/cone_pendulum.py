@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,10 +9,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.driven_platform import platform_error
-from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.divergence import limits_on_platform
+from plumbob.engines.adapters.hinged_body import on_a_platform, platform_errors
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
@@ -22,10 +20,6 @@ from plumbob.engines.adapters.mujoco.translation import (
     read,
 )
 from plumbob.engines.method import Method, ModelError
-
-# Least ratio of the platform's armature to the inertia it carries: the platform keeps its rate to
-# the last bit, and the error that the armature adds stays below the round-off of double precision.
-ARMATURE_RATIO = 1e15
 
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
@@ -65,45 +59,24 @@ def _energies(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 def whole(mjcf: Path, problem: Any, platform_armature: float | None = None) -> mujoco.MjSpec:
     """The model in the file `mjcf` with the numbers of `problem`, geoms and keyframe included;
-    `platform_armature` [kg m^2] is what `armature` says unless given."""
-    spec, body = read(mjcf, problem.gravity), problem.body
-    hung, offset = spec.body("cone"), body.mass * body.com_distance**2
-    spec.joint("platform").armature = platform_armature or armature(problem)
-    hung.pos = [problem.pivot_x, problem.pivot_y, problem.pivot_z]
-    hung.mass = body.mass
-    hung.ipos = [0.0, 0.0, -body.com_distance]
-    # about the centre of mass, by the parallel axis theorem
-    moments = [body.inertia_x - offset, body.inertia_y - offset, body.inertia_z]
-    if body.inertia_yz:  # MuJoCo then works out the principal axes
+    `platform_armature` [kg m^2] is large enough for the platform to keep its rate to the last bit,
+    unless given."""
+    spec, body = read(mjcf, problem.gravity), on_a_platform(problem)
+    hung, start, moments = spec.body("cone"), spec.key("start"), np.diag(body.moments)
+    spec.joint("platform").armature = platform_armature or body.platform_inertia
+    hung.pos, hung.mass, hung.ipos = body.pivot, body.mass, [0.0, 0.0, -body.arm]
+    hung.inertia = moments
+    if product := body.moments[1, 2]:  # MuJoCo then works out the principal axes
         hung.inertia = [0.0, 0.0, 0.0]
-        hung.fullinertia = [*moments, 0.0, 0.0, body.inertia_yz]
-    else:
-        hung.inertia = moments
-    start = spec.key("start")
-    start.qpos = [0.0, finite("theta", problem.theta)]
-    start.qvel = [problem.platform_rate, finite("theta_dot", problem.theta_dot)]
+        hung.fullinertia = [*moments, 0.0, 0.0, product]
+    start.qpos, start.qvel = [0.0, body.theta], [body.platform_rate, body.theta_dot]
     return spec
-
-
-def load_inertia(problem: Any) -> float:
-    """A bound on the body's moment of inertia about the platform's axis [kg m^2], at any angle."""
-    body = problem.body
-    reach = problem.pivot_x**2 + (abs(problem.pivot_y) + body.com_distance) ** 2
-    across = body.inertia_y - body.mass * body.com_distance**2
-    return float(body.mass * reach + max(across, body.inertia_z) + abs(body.inertia_yz))
-
-
-def armature(problem: Any) -> float:
-    """Armature of the platform's hinge [kg m^2]: a power of ten, at least ARMATURE_RATIO times the
-    load."""
-    return float(10.0 ** math.ceil(math.log10(ARMATURE_RATIO * load_inertia(problem))))
 
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Errors from the platform's finite armature over `duration` [s]: it does not quite keep its
     rate."""
-    theta, theta_dot = platform_error(problem.started, duration, armature(problem))
-    return {"theta": {"armature": theta}, "theta_dot": {"armature": theta_dot}}
+    return platform_errors(problem.started, duration)
 
 
 def _observe(qpos: Array, qvel: Array) -> Observed:

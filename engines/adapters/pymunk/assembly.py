@@ -10,6 +10,7 @@ import numpy as np
 import pymunk
 
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
+from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.adapters.three_feet import Pose
 from plumbob.engines.trajectory import ByName
 
@@ -82,11 +83,6 @@ def begun(setup: CapsuleSetup) -> float:
     """Speed of the slider on its line at the start [m/s]."""
     velocity = setup.relative_velocity
     return 0.0 if velocity is None else float(velocity(np.zeros(1))[0])
-
-
-def vector(value: complex) -> tuple[float, float]:
-    """A plane vector as pymunk takes it."""
-    return value.real, value.imag
 
 
 def pin_joint(body: pymunk.Body, part: pymunk.Body, anchor: complex) -> pymunk.PivotJoint:

@@ -36,8 +36,8 @@ from plumbob.engines.adapters.pymunk.assembly import (
     friction_joint,
     pin_joint,
     place_part,
-    vector,
 )
+from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.adapters.three_feet import observed
 
 FOOT_FRACTION = 0.1  # of the body's mass in each foot: with lighter feet the solver is slower

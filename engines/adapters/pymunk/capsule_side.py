@@ -23,9 +23,8 @@ from plumbob.engines.adapters.pymunk.assembly import (
     View,
     begun,
     pin_joint,
-    vector,
 )
-from plumbob.engines.adapters.pymunk.simulation import touching
+from plumbob.engines.adapters.pymunk.simulation import touching, vector
 from plumbob.engines.adapters.three_feet import observed_on_a_line
 from plumbob.engines.trajectory import ByName
 

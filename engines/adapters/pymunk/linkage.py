@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import pymunk
 
+from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.method import Method
 
 ITERATIONS = 50  # of the solver: a rod's end hears of the first pin after as many as there are rods
@@ -24,7 +25,7 @@ def linkage(gravity: float, rods: Iterable[Rod], method: Method) -> pymunk.Space
         arm = half * cmath.exp(1j * angle)
         place, velocity = end + arm, speed + 1j * rate * arm
         rod.angle, rod.angular_velocity = angle, rate
-        rod.position, rod.velocity = (place.real, place.imag), (velocity.real, velocity.imag)
+        rod.position, rod.velocity = vector(place), vector(velocity)
         space.add(rod, joined(method, pymunk.PivotJoint(before, rod, pin, (-half, 0.0))))
         before, pin = rod, (half, 0.0)
         end, speed = end + 2 * arm, speed + 2j * rate * arm

@@ -30,6 +30,11 @@ class Translation:
     """Called with the time [s] before the step that ends at a sample."""
 
 
+def vector(value: complex) -> tuple[float, float]:
+    """A plane vector as pymunk takes it."""
+    return value.real, value.imag
+
+
 def touching(
     space: pymunk.Space, body: pymunk.Body, shapes: Sequence[pymunk.Shape], **surface: float
 ) -> None:

@@ -18,7 +18,8 @@ from plumbob.analytic.errors.sliding_motion.position_first import switches_on_gr
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.engines.adapters.chain import by_step
-from plumbob.engines.adapters.pymunk.assembly import View, vector
+from plumbob.engines.adapters.pymunk.assembly import View
+from plumbob.engines.adapters.pymunk.simulation import vector
 from plumbob.engines.adapters.three_feet import on_three_feet
 
 
