@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import fields
 from typing import Any
 
 SUCH = "such that "
@@ -63,6 +64,20 @@ def non_negative(name: str, value: Any) -> float:
     if (number := finite(name, value)) < 0.0:
         raise ParameterError(name, value, "0 or greater")
     return number
+
+
+def check_fields(
+    problem: Any,
+    positives: Collection[str] = (),
+    non_negatives: Collection[str] = (),
+    others: Collection[str] = (),
+) -> None:
+    """Raise ParameterError for the first field of a dataclass `problem` that is not a finite
+    number, positive or non-negative as it must be; not for `others`."""
+    for field in fields(problem):
+        if (name := field.name) not in others:
+            least = non_negative if name in non_negatives else finite
+            (positive if name in positives else least)(name, getattr(problem, name))
 
 
 def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy_quaddtype import QuadPrecision
 
 from plumbob.analytic.reference import Array
 
@@ -16,6 +17,21 @@ ULP = 2.0**-52  # machine epsilon: distance from 1 to the next double
 NEAR = 1e-7  # relative change of a parameter, by which the effect of its rounding is known
 
 
+def varied(given: Any, part: float) -> Iterator[Any]:
+    """What is `given`, a dataclass or a tuple, with one of its numbers after the other, but zeros,
+    smaller by this `part` of it."""
+    if is_dataclass(given) and not isinstance(given, type):
+        for field in fields(given):
+            for near in varied(getattr(given, field.name), part):
+                yield replace(given, **{field.name: near})
+    elif isinstance(given, tuple):
+        for i, value in enumerate(given):
+            for near in varied(value, part):
+                yield (*given[:i], near, *given[i + 1 :])
+    elif isinstance(given, (float, QuadPrecision)) and given:
+        yield given * (1.0 - part)
+
+
 def rounded_inputs(
     problem: Any, observe: Callable[[Any], Mapping[str, Array]], roundings: float
 ) -> dict[str, Array]:
@@ -23,9 +39,7 @@ def rounded_inputs(
     and by its own rounding."""
     exact = observe(problem)
     doubts = {name: ULP * np.abs(values) for name, values in exact.items()}
-    for field in fields(problem):
-        if isinstance(value := getattr(problem, field.name), float):
-            moved = observe(replace(problem, **{field.name: value * (1.0 - NEAR)}))
-            for name, values in exact.items():
-                doubts[name] += roundings * ULP / NEAR * np.abs(moved[name] - values)
+    for near in varied(problem, NEAR):
+        for name, values in observe(near).items():
+            doubts[name] += roundings * ULP / NEAR * np.abs(values - exact[name])
     return doubts

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.quad import quad
-from plumbob.analytic.numerics.rotor.orbit import named, rotor_motion
+from plumbob.analytic.numerics.rotor.orbit import rotor_motion, smooth_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.reference import Array
 from plumbob.analytic.sensitivities.neighbours import Neighbours, Sensitivity
 from plumbob.analytic.sensitivities.smooth_motion import smooth_gradients
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.free_body.equations import free_rotation
-from plumbob.analytic.systems.pendulums.rod_tension import tension
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
 
 
@@ -36,23 +35,16 @@ def cone_pendulum(pendulum: ConePendulum) -> SmoothMotion:
     if pendulum.excess is None:
         speed = quad(pendulum.theta_dot)
     start = np.array([quad(pendulum.theta), speed])
-    return rotor_motion(motion.rotor, start, pendulum.reference, pendulum.tilt)
+    system = smooth_system(motion.rotor, pendulum.theta, float(speed), pendulum.tilt)
+    return rotor_motion(motion.rotor, system, pendulum.reference, start)
 
 
 def simple_pendulum(pendulum: SimplePendulum) -> SmoothMotion:
     """Its state is (theta, theta_dot), the start measured from the top where it is given so."""
     from_top = pendulum.theta_from_top
     angle = pendulum.theta if from_top is None else from_top
-
-    def read(times: Array, states: Array) -> Mapping[str, Array]:
-        if pendulum.linear:
-            return named(times, states)
-        theta, rate = states
-        pull = tension(pendulum.length, pendulum.gravity, theta, rate, pendulum.mass)
-        return {**named(times, states), "tension": pull}
-
     start = np.array([angle, pendulum.theta_dot])
-    return rotor_motion(pendulum.rotor, start, pendulum.motion, read=read)
+    return rotor_motion(pendulum.rotor, pendulum.system, pendulum.motion, start)
 
 
 cone_pendulum_gradients = partial(gradients, cone_pendulum)

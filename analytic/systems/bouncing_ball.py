@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError, non_negative, positive
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 
@@ -34,9 +34,8 @@ class BouncingBall(LinearResponse):
     gravity: float
 
     def __post_init__(self) -> None:
-        positive("height", self.height)
-        positive("gravity", self.gravity)
-        if non_negative("restitution", self.restitution) > 1.0:
+        check_fields(self, ("height", "gravity"), ("restitution",))
+        if self.restitution > 1.0:
             raise ParameterError("restitution", self.restitution, "from 0 to 1")
 
     @property

@@ -36,7 +36,7 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     kind,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.parameters import ParameterError, check_fields, finite, positive
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
 
 
@@ -54,9 +54,7 @@ class Body:
     inertia_yz: float = 0.0
 
     def __post_init__(self) -> None:
-        finite("inertia_yz", self.inertia_yz)
-        for name in ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z"):
-            positive(name, getattr(self, name))
+        check_fields(self, ("mass", "com_distance", "inertia_x", "inertia_y", "inertia_z"))
         least = self.mass * self.com_distance**2
         if min(self.inertia_x, self.inertia_y) < least * (1 - 1e-12):
             name = "inertia_x" if self.inertia_x < least else "inertia_y"
@@ -125,9 +123,7 @@ class ConePendulum:
     pivot_z: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("pivot_x", "pivot_y", "pivot_z", "platform_rate", "theta", "theta_dot"):
-            finite(name, getattr(self, name))
-        non_negative("gravity", self.gravity)
+        check_fields(self, (), ("gravity",), ("body", "excess"))
         if self.excess is not None:
             finite("excess", self.excess)
             _ = self.motion

@@ -1,50 +1,42 @@
 """Mechanisms of one degree of freedom that a crank turns: their motion, from that of their links.
 
-With the crank's angle t, and of each uniform link the mass m, the length l, the centre c(t) and the
-angle b(t), by Lagrange's equation (Landau and Lifshitz 1976, Mechanics, 5),
+With the crank's angle t, and uniform links of mass m as vectors d(t) at the angles b(t), each from
+the end of the one before, whose middles are at c(t), by Lagrange's equation (Landau and Lifshitz
+1976, Mechanics, 5),
 
-    J(t) t'' = -J'(t) t'^2/2 - g sum m c_y',   J = sum m (c' c' + l^2 b'^2/12)                  (1)
+    J(t) t'' = -J'(t) t'^2/2 - g sum m c_y',   J = sum m (c' c' + d' d'/12)                     (1)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import finite, non_negative, positive
 
-Pair = tuple[Any, ...]
+Pair = tuple[Any, Any]
 
 
 class Link(NamedTuple):
-    """A link's mass [kg] and length [m], with c', c'', b' and b'' of eq. 1."""
+    """A link's mass [kg] and d [m], with b' and b'' of eq. 1."""
 
     mass: Any
-    length: Any
-    slope: Pair
-    bend: Pair
+    vector: Pair
     turn: Any = 0.0
     turning: Any = 0.0
 
 
-def dot(a: Pair, b: Pair) -> Any:
-    """The scalar product."""
-    return a[0] * b[0] + a[1] * b[1]
-
-
-def cross(a: Pair, b: Pair) -> Any:
-    """The vector product's third component."""
-    return a[0] * b[1] - a[1] * b[0]
-
-
-def check_constants(problem: Any, constants: Sequence[str], start: Sequence[str]) -> None:
-    """Raise ParameterError where one of a problem's `constants` is not positive, the last of them,
-    its gravity, is negative, or a parameter of the `start` is not finite."""
-    for name in (*constants, *start):
-        check = finite if name in start else positive
-        (non_negative if name == constants[-1] else check)(name, getattr(problem, name))
+def _derivatives(links: Sequence[Link]) -> Iterator[tuple[Any, Any, Any]]:
+    """Of each link its mass, and both derivatives of c and of d/2, shape (2, 2, ...)."""
+    end: Any = 0.0
+    for mass, (x, y), turn, turning in links:
+        across, inward = np.array([-y, x]) / 2, -(turn**2) * np.array([x, y]) / 2
+        half = np.stack([turn * across, turning * across + inward])
+        yield mass, end + half, half
+        end = end + 2 * half
 
 
 def crank_motion(
@@ -56,26 +48,22 @@ def crank_motion(
     """The exact motion of `links`, of p and t, from a problem's `angle` [rad] and
     `angular_velocity` [rad/s]."""
 
-    def inertia(p: Any, q: Any) -> tuple[tuple[Any]]:
-        parts = (
-            link.mass * (dot(link.slope, link.slope) + (link.length * link.turn) ** 2 / 12)
-            for link in links(p, q[0])
+    def summed(p: Any, q: Any, order: int) -> Any:
+        """Of the products with c' and d'/2 of their derivatives of this order."""
+        return sum(
+            mass * ((middle[0] * middle[order]).sum(0) + (half[0] * half[order]).sum(0) / 3)
+            for mass, middle, half in _derivatives(links(p, q[0]))
         )
-        return ((sum(parts),),)
 
     def moment(p: Any, time: Any, q: Any, v: Any) -> tuple[Any]:
-        half, weight = 0.0, 0.0
-        for link in links(p, q[0]):
-            turned = link.length**2 * link.turn * link.turning / 12
-            half = half + link.mass * (dot(link.slope, link.bend) + turned)
-            weight = weight + link.mass * link.slope[1]
-        return (-half * v[0] ** 2 - p.gravity * weight,)
+        weight = sum(mass * middle[0][1] for mass, middle, _ in _derivatives(links(p, q[0])))
+        return (-summed(p, q, 1) * v[0] ** 2 - p.gravity * weight,)
 
     return CertifiedMotion(
         SmoothSystem(
             ("angle",),
             ("angle_dot",),
-            inertia,
+            lambda p, q: ((summed(p, q, 0),),),
             moment,
             {name: getattr(problem, name) for name in constants},
             (problem.angle,),

@@ -25,10 +25,10 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import loop_force, softened
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, check_constants, crank_motion, cross, dot
+from plumbob.analytic.systems.crank_links import Link, crank_motion
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -58,7 +58,7 @@ class FourBar:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        check_constants(self, CONSTANTS, ("angle", "angular_velocity"))
+        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
         a, b, c, d = lengths = [getattr(self, name) for name in LENGTHS]
         spare, rounding = min(abs(d - a) - abs(b - c), b + c - d - a), 4 * ULP * sum(lengths)
         if spare <= rounding:
@@ -158,30 +158,27 @@ def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:
     return u, v, (v[0] - x, v[1] - y)
 
 
+def _cross(a: Any, b: Any) -> Any:
+    return a[0] * b[1] - a[1] * b[0]
+
+
 def _closed(p: Any, t: Any) -> tuple[Any, Any, Any]:
     """U, V and W of the header, f' and r' of eq. 1, f'' and r'' of eq. 2."""
     u, v, w = _vectors(p, t)
-    apart = cross(v, w)
-    turn, swing = -cross(u, w) / apart, -cross(u, v) / apart
-    k = tuple(-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True))
-    return (u, v, w), (turn, swing), (-dot(k, w) / apart, -dot(k, v) / apart)
+    apart = _cross(v, w)
+    turn, swing = -_cross(u, w) / apart, -_cross(u, v) / apart
+    k = [-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True)]
+    bends = (-(k[0] * link[0] + k[1] * link[1]) / apart for link in (w, v))
+    return (u, v, w), (turn, swing), (*bends,)
 
 
 def _links(p: Any, t: Any) -> tuple[Link, ...]:
     (u, v, w), (turn, swing), (turning, swinging) = _closed(p, t)
-    slope, bend = _half(v, turn, turning)
-    middle = (slope[0] - u[1], slope[1] + u[0]), (bend[0] - u[0], bend[1] - u[1])
     return (
-        Link(p.crank_mass, p.crank, *_half(u, 1.0, 0.0), 1.0),
-        Link(p.coupler_mass, p.coupler, *middle, turn, turning),
-        Link(p.rocker_mass, p.rocker, *_half(w, swing, swinging), swing, swinging),
+        Link(p.crank_mass, u, 1.0),
+        Link(p.coupler_mass, v, turn, turning),
+        Link(p.rocker_mass, (-w[0], -w[1]), swing, swinging),
     )
-
-
-def _half(link: Any, turn: Any, turning: Any) -> tuple[Any, Any]:
-    """Both derivatives of half a link, by those of its angle."""
-    x, y, square = link[0] / 2, link[1] / 2, turn**2
-    return (-turn * y, turn * x), (-turning * y - square * x, turning * x - square * y)
 
 
 def _coupler(p: Any, q: Any, rates: Any) -> dict[str, Any]:

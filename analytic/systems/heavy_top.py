@@ -18,9 +18,8 @@ import numpy as np
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.crank_links import check_constants
 
 ANGLES = ("precession", "tilt", "spin")
 RATES = tuple(f"{name}_rate" for name in ANGLES)
@@ -48,7 +47,7 @@ class HeavyTop:
     spin_rate: float
 
     def __post_init__(self) -> None:
-        check_constants(self, CONSTANTS, ("tilt", *RATES))
+        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
         if self.inertia_axis > 2 * self.inertia_across:
             most = f"at most twice the moment across, {2 * self.inertia_across:g} kg m^2"
             raise ParameterError("inertia_axis", self.inertia_axis, most)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 ROUNDINGS = 8.0  # of an acceleration, and of a speed
@@ -39,13 +39,10 @@ class Incline(LinearResponse):
     heading: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("mass", "size", "gravity"):
-            positive(name, getattr(self, name))
-        finite("speed", self.speed)
-        finite("heading", self.heading)
-        if non_negative("slope", self.slope) > 1.5:
+        check_fields(self, ("mass", "size", "gravity"), ("slope", "friction"))
+        if self.slope > 1.5:
             raise ParameterError("slope", self.slope, "at most 1.5 rad")
-        if non_negative("friction", self.friction) >= 1.0:
+        if self.friction >= 1.0:
             raise ParameterError("friction", self.friction, "less than 1, or the cube may tip")
 
     @property

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 
@@ -38,9 +38,8 @@ class Pinch(LinearResponse):
     lift: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            check = finite if field.name in ("push", "lift") else positive
-            check(field.name, getattr(self, field.name))
+        held = "mass", "size", "finger_mass", "friction", "normal_force", "gravity"
+        check_fields(self, held)
         if self.fraction > 1.0:
             least = self.load / (2.0 * self.friction)
             raise ParameterError(

@@ -20,7 +20,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import finite, non_negative
+from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 OBSERVED = ("x", "z", "angle")
@@ -67,10 +67,7 @@ class Projectile:
     gravity: float
 
     def __post_init__(self) -> None:
-        non_negative("speed", self.speed)
-        finite("elevation", self.elevation)
-        finite("spin", self.spin)
-        non_negative("gravity", self.gravity)
+        check_fields(self, (), ("speed", "gravity"))
 
     @cached_property
     def motion(self) -> Parabola:

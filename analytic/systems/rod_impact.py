@@ -18,7 +18,7 @@ import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.numerics.point_impact import LAWS, PointImpact
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 ROUNDINGS = 16.0  # of each parameter
@@ -47,13 +47,12 @@ class RodImpact(LinearResponse):
     gravity: float
 
     def __post_init__(self) -> None:
-        for name in ("length", "mass", "angle", "gravity"):
-            positive(name, getattr(self, name))
-        finite("speed", self.speed)
+        of_impact = "friction", "restitution", "law"
+        check_fields(self, ("length", "mass", "angle", "gravity"), ("height",), of_impact)
         if self.angle > 3.1415:
             raise ParameterError("angle", self.angle, "at most 3.1415")
-        falls, strikes = non_negative("height", self.height), self.impact.jams
-        if not falls and (not strikes or self.law == LAWS[0]):  # gives back to what fell alone
+        jams = self.impact.jams
+        if not self.height and (not jams or self.law == LAWS[0]):  # gives back to what fell alone
             raise ParameterError("height", self.height, "greater than 0, or there is no rebound")
 
     @property

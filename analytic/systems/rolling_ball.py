@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import finite, non_negative, positive
+from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 ROUNDINGS = 16.0  # of the speeds: a dozen operations a switch, and at most four switches
@@ -59,11 +59,8 @@ class RollingBall(LinearResponse):
     rolling_friction: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            check = finite if field.name in ("speed", "spin") else non_negative
-            if field.name in ("radius", "mass", "gravity"):
-                check = positive
-            check(field.name, getattr(self, field.name))
+        frictions = "friction", "torsional_friction", "rolling_friction"
+        check_fields(self, ("radius", "mass", "gravity"), frictions)
 
     @property
     def rolling_ratio(self) -> float:

@@ -23,9 +23,8 @@ import numpy as np
 
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.crank_links import check_constants
 from plumbob.analytic.systems.heavy_top import ANGLES, RATES
 
 
@@ -46,7 +45,7 @@ class RollingDisc:
     spin_rate: float
 
     def __post_init__(self) -> None:
-        check_constants(self, ("radius", "gravity"), ("tilt", *RATES))
+        check_fields(self, ("radius",), ("gravity",))
         if not 0.0 < self.tilt < np.pi:
             raise ParameterError("tilt", self.tilt, "between 0 and pi, where the disc lies flat")
 

@@ -11,7 +11,7 @@ is a linear oscillator, overdamped or not, or at the limit a damped body under a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from typing import Any
@@ -19,7 +19,7 @@ from typing import Any
 from plumbob.analytic.numerics.arithmetic import rounded_inputs
 from plumbob.analytic.numerics.rotor.limited_oscillator import LimitedOscillator, Piece
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
-from plumbob.analytic.parameters import finite, non_negative, positive
+from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
@@ -49,11 +49,8 @@ class Servo(LinearResponse):
     theta_dot: float
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            check = {"theta": finite, "theta_dot": finite}.get(field.name, positive)
-            if field.name in ("armature", "kv", "damping"):
-                check = non_negative
-            check(field.name, getattr(self, field.name))
+        positives = "inertia", "gear", "kp", "force_limit"
+        check_fields(self, positives, ("armature", "kv", "damping"))
 
     @cached_property
     def started(self) -> SimplePendulum:

@@ -11,17 +11,19 @@ linear companion has theta for sin theta.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.numerics.quad import PI, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.numerics.rotor.orbit import smooth_system
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
+from plumbob.analytic.parameters import ParameterError, check_fields, finite
 from plumbob.analytic.reference import Reference
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion
+from plumbob.analytic.systems.pendulums.rod_tension import MASS, RodMotion, tension
 
 
 @dataclass(frozen=True)
@@ -51,13 +53,8 @@ class SimplePendulum:
     mass: float = MASS
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if field.name not in ("linear", "theta_from_top"):
-                finite(field.name, getattr(self, field.name))
-        positive("length", self.length)
-        positive("mass", self.mass)
-        non_negative("gravity", self.gravity)
-        non_negative("damping_rate", self.damping_rate)
+        others = "linear", "theta_from_top"
+        check_fields(self, ("length", "mass"), ("gravity", "damping_rate"), others)
         if self.theta_from_top is not None:
             finite("theta_from_top", self.theta_from_top)
             if self.linear or not self.rotor.conservative or not self.gravity:
@@ -85,6 +82,20 @@ class SimplePendulum:
         )
 
     @property
+    def system(self) -> SmoothSystem:
+        """The same from its start, with the tension of the rod unless linear."""
+        start = self.started
+        system = smooth_system(self.rotor, start.theta, start.theta_dot)
+        if self.linear:
+            return system
+        rod = {"length": self.length, "gravity": self.gravity, "mass": self.mass}
+        return replace(
+            system,
+            parameters={**system.parameters, **rod},
+            readings=lambda p, q, v: {"tension": tension(p.length, p.gravity, q[0], v[0], p.mass)},
+        )
+
+    @property
     def elliptic(self) -> PendulumMotion | None:
         """The motion of 1 kg by Jacobi functions, which is that of any mass but for its energy and
         action; None where the equation is linear, damped or forced."""
@@ -106,6 +117,4 @@ class SimplePendulum:
         angle: Reference = self.elliptic or DrivenMotion(
             self.rotor, rounded.theta, rounded.theta_dot
         )
-        if self.linear:
-            return angle
-        return RodMotion(angle, self.rotor, self.length, self.gravity, self.mass)
+        return angle if self.linear else RodMotion(angle, self.system)

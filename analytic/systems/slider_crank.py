@@ -1,9 +1,10 @@
 """The slider-crank: a uniform crank and rod, and a slider on a line through the crank's axis.
 
 With crank a, rod l, the crank's angle t from the line, and u = sqrt(l^2 - a^2 sin^2 t), the slider
-is at x = a cos t + u, and the rod at the angle b from the line, l sin b = -a sin t, so that
-b' = -a cos t t'/u (Uicker, Pennock and Shigley 2017, Theory of Machines and Mechanisms, 2.8). Where
-the rod is as long as the crank, u = 0 at t = pi/2: the slider can leave the axis or stay on it.
+is at x = a cos t + u, and the rod at the angle b from the line, l sin b = -a sin t, so that by t
+b' = -a cos t/u and b'' = a sin t (1 - b'^2)/u (Uicker, Pennock and Shigley 2017, Theory of Machines
+and Mechanisms, 2.8). Where the rod is as long as the crank, u = 0 at t = pi/2: the slider can leave
+the axis or stay on it.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ import numpy as np
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.numerics.smooth.soft_loop import softened
-from plumbob.analytic.parameters import ParameterError
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, check_constants, crank_motion
+from plumbob.analytic.systems.crank_links import Link, crank_motion
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS, MASSES = ("crank", "rod"), ("crank_mass", "rod_mass", "slider_mass")
@@ -49,24 +50,21 @@ class SliderCrank:
     angular_velocity: float
 
     def __post_init__(self) -> None:
-        check_constants(self, CONSTANTS, ("angle", "angular_velocity"))
+        check_fields(self, CONSTANTS[:-1], CONSTANTS[-1:])
         if self.rod <= self.crank:
             raise ParameterError("rod", self.rod, f"longer than the crank, {self.crank:g} m")
 
     @cached_property
     def motion(self) -> CertifiedMotion:
         """The exact motion."""
-        return crank_motion(
-            self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])[0]}
-        )
+        return crank_motion(self, CONSTANTS, _links, lambda p, q, v: {"slider": _slider(p, q[0])})
 
     @property
     def opened(self) -> SmoothSystem:
         """Crank and rod with their angles, and the slider on its own, at the same start."""
-        place, by_angle, _ = _slider(self, self.angle)
-        root = _root(self, self.angle)[0]
-        angles = self.angle, math.atan2(-self.crank * math.sin(self.angle), root)
-        turns = 1.0, -self.crank * math.cos(self.angle) / root
+        _, rod, _ = _links(self, self.angle)
+        angles = self.angle, math.atan2(rod.vector[1], rod.vector[0])
+        by_angle = rod.vector[1] * (1.0 - rod.turn)  # the slider's derivative
         masses, lengths = (self.crank_mass, self.rod_mass), (self.crank, self.rod)
         chain = NPendulum(masses, lengths, self.gravity, angles).motion.system
 
@@ -84,8 +82,8 @@ class SliderCrank:
             matrix,
             forces,
             self.motion.system.parameters,
-            (*angles, place),
-            tuple(self.angular_velocity * float(turn) for turn in (*turns, by_angle)),
+            (*angles, _slider(self, self.angle)),
+            tuple(self.angular_velocity * float(turn) for turn in (1.0, rod.turn, by_angle)),
         )
 
     def soft(self, loop: SoftLoop, step: float) -> SmoothSystem:
@@ -105,31 +103,22 @@ class SliderCrank:
         return self.lift * np.sin(observed["angle"])
 
 
-def _root(p: Any, t: Any) -> tuple[Any, Any, Any]:
-    """u of the header with its two derivatives by the angle."""
-    root = np.sqrt((p.rod - p.crank) * (p.rod + p.crank) + (p.crank * np.cos(t)) ** 2)
-    first = -(p.crank**2) * np.sin(t) * np.cos(t) / root
-    return root, first, -(p.crank**2 * np.cos(2 * t) + first**2) / root
-
-
-def _slider(p: Any, t: Any) -> tuple[Any, Any, Any]:
-    """The slider's distance from the axis with its two derivatives by the angle."""
-    root, first, second = _root(p, t)
+def _links(p: Any, t: Any) -> tuple[Link, Link, Link]:
+    """Crank, rod, and the slider, which has no length."""
     sine, cosine = p.crank * np.sin(t), p.crank * np.cos(t)
-    return cosine + root, first - sine, second - cosine
-
-
-def _links(p: Any, t: Any) -> tuple[Link, ...]:
-    root, first, second = _root(p, t)
-    _, x, x_slope = _slider(p, t)
-    sine, cosine = p.crank * np.sin(t), p.crank * np.cos(t)
-    turn, turn_slope = -cosine / root, (sine + cosine * first / root) / root
-    along, along_slope = first / 2 - sine, second / 2 - cosine
+    root = np.sqrt((p.rod - p.crank) * (p.rod + p.crank) + cosine**2)
+    turn = -cosine / root
     return (
-        Link(p.crank_mass, p.crank, (-sine / 2, cosine / 2), (-cosine / 2, -sine / 2), 1.0),
-        Link(p.rod_mass, p.rod, (along, cosine / 2), (along_slope, -sine / 2), turn, turn_slope),
-        Link(p.slider_mass, 0.0, (x, 0.0), (x_slope, 0.0)),
+        Link(p.crank_mass, (cosine, sine), 1.0),
+        Link(p.rod_mass, (root, -sine), turn, sine / root * (1 - turn**2)),
+        Link(p.slider_mass, (0.0 * root, 0.0 * root)),
     )
+
+
+def _slider(p: Any, t: Any) -> Any:
+    """Its distance from the axis."""
+    crank, rod, _ = _links(p, t)
+    return crank.vector[0] + rod.vector[0]
 
 
 def _gaps(p: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:

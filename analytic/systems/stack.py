@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.parameters import ParameterError, positive
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 MOST = 100  # cubes
@@ -32,9 +32,8 @@ class Stack(LinearResponse):
     gravity: float
 
     def __post_init__(self) -> None:
-        for name in ("size", "mass", "mass_ratio", "gravity"):
-            positive(name, getattr(self, name))
-        if positive("count", self.count) != round(self.count) or not 2 <= self.count <= MOST:
+        check_fields(self, ("count", "size", "mass", "mass_ratio", "gravity"))
+        if self.count != round(self.count) or not 2 <= self.count <= MOST:
             raise ParameterError("count", self.count, f"a whole number from 2 to {MOST}")
 
     @cached_property

@@ -24,7 +24,7 @@ def early(case, time):
     angle, rod = DrivenMotion(rotor, *start), Rod(problem.length, problem.gravity, problem.mass)
     if problem.linear:
         return replace(case, reference=angle, errors=RotorErrors(rotor, *start))
-    motion = RodMotion(angle, rotor, problem.length, problem.gravity)
+    motion = RodMotion(angle, problem.system)
     return replace(case, reference=motion, errors=RotorErrors(rotor, *start, rod=rod))
 
 

@@ -21,7 +21,7 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import advance
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion
+from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, smooth_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
@@ -55,7 +55,8 @@ class RotorErrors:
     @cached_property
     def motion(self) -> SmoothMotion:
         """The same, with its equation."""
-        return rotor_motion(self.rotor, np.array([self.theta, self.theta_dot]), self.exact)
+        system = smooth_system(self.rotor, self.theta, self.theta_dot)
+        return rotor_motion(self.rotor, system, self.exact)
 
     @cached_property
     def _series(self) -> ErrorSeries:

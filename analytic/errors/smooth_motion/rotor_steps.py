@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.scheme_steps import READ_AT, Equations
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import forces
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor, forces
 from plumbob.analytic.schemes import EULER, LEAPFROG, STEPPED, Scheme
 
 

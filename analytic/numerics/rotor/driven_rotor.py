@@ -10,12 +10,15 @@ Simples): ps = g/L. Linear oscillator: k alone.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.parameters import finite, non_negative
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array
 
 
@@ -34,9 +37,7 @@ class DrivenRotor:
     stiffness: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            finite(field.name, getattr(self, field.name))
-        non_negative("damping_rate", self.damping_rate)
+        check_fields(self, (), ("damping_rate",))
 
     @property
     def autonomous(self) -> bool:
@@ -53,38 +54,19 @@ class DrivenRotor:
         """True when the energy is a constant of the motion."""
         return self.autonomous and self.damping_rate == 0.0
 
-    def forcing(self, times: npt.ArrayLike) -> Array:
+    def forcing(self, times: Any) -> Any:
         """Angular acceleration [rad/s^2] that the forcing alone gives at `times` [s]."""
-        phase = self.forcing_frequency * np.asarray(times, dtype=float) + self.forcing_phase
-        return self.forcing_amplitude * np.sin(phase)
+        return self.forcing_amplitude * np.sin(self.forcing_frequency * times + self.forcing_phase)
 
-    def acceleration(
-        self, times: npt.ArrayLike, theta: npt.ArrayLike, theta_dot: npt.ArrayLike
-    ) -> Array:
-        """Angular acceleration [rad/s^2] at `times` [s], `theta` [rad], `theta_dot` [rad/s],
-        broadcast against each other."""
-        theta = np.asarray(theta, dtype=float)
-        total = -self.damping_rate * np.asarray(theta_dot, dtype=float)
-        if self.sin:
-            total = total - self.sin * np.sin(theta)
-        if self.cos:
-            total = total + self.cos * np.cos(theta)
-        if self.sin2:
-            total = total + self.sin2 * np.sin(2 * theta)
-        if self.stiffness:
-            total = total - self.stiffness * theta
-        return total if self.autonomous else total + self.forcing(times)
+    def acceleration(self, times: Any, theta: Any, theta_dot: Any) -> Any:
+        """Angular acceleration [rad/s^2] at `times` [s], `theta` [rad], `theta_dot` [rad/s], of
+        numbers, arrays or complex arrays."""
+        return forces(self)(self, times, (theta,), (theta_dot,))[0]
 
-    def slope(self, theta: npt.ArrayLike) -> Array:
+    def slope(self, theta: Array | float) -> Array:
         """Partial derivative of the acceleration by theta [1/s^2]; by theta_dot it is
         -damping_rate everywhere."""
-        theta = np.asarray(theta, dtype=float)
-        return np.asarray(
-            2 * self.sin2 * np.cos(2 * theta)
-            - self.cos * np.sin(theta)
-            - self.sin * np.cos(theta)
-            - self.stiffness
-        )
+        return np.asarray(self.acceleration(0.0, theta + 1j * TINY, 0.0).imag / TINY)
 
     def energy(self, theta: npt.ArrayLike, theta_dot: npt.ArrayLike) -> Array:
         """Energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V; a constant of the motion
@@ -100,3 +82,21 @@ class DrivenRotor:
         stiffness = 2 * abs(self.sin2) + abs(self.cos) + abs(self.sin) + abs(self.stiffness)
         forced = 0.0 if self.autonomous else abs(self.forcing_frequency)
         return math.sqrt(stiffness) + self.damping_rate + forced
+
+
+def forces(rotor: DrivenRotor, library: Any = np) -> Callable[..., tuple[Any]]:
+    """The acceleration of `rotor`, of its coefficients, a time, an angle and a rate, in any
+    arithmetic in which `library` has a sine and a cosine."""
+
+    def acceleration(p: Any, t: Any, q: Any, v: Any) -> tuple[Any]:
+        (theta,), (rate,), total = q, v, 0.0
+        if not rotor.linear:
+            sine = library.sin(theta)
+            total = (2.0 * p.sin2 * sine + p.cos) * library.cos(theta) - p.sin * sine
+        total = total - p.stiffness * theta - p.damping_rate * rate
+        if not rotor.autonomous:
+            push = library.sin(p.forcing_frequency * t + p.forcing_phase)
+            total = total + p.forcing_amplitude * push
+        return (total,)
+
+    return acceleration

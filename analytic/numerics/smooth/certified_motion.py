@@ -11,6 +11,7 @@ linearisation, by the start and by the parameters, as imaginary parts.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -102,10 +103,8 @@ class CertifiedMotion:
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
         one."""
-        names = (*self.system.coordinates, *self.system.rates)
-        observed = self.observe(times)
-        states = np.stack([observed[name] for name in names])
-        moved = np.stack([errors.get(name, np.zeros(len(times))) for name in names])
+        states, nothing = self.system.state(self.observe(times)), np.zeros(len(times))
+        moved = self.system.state(defaultdict(lambda: nothing, errors))
         linear = np.einsum("ijn,jn->in", self.system.jacobian(times, states), moved)
         rates = (self.system.slope(times, z) for z in (states + moved, states))
         remainder = np.subtract(*rates) - linear

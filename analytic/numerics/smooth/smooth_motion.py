@@ -12,8 +12,9 @@ import numpy as np
 from plumbob.analytic.numerics.collocation import TimeGrid, gauss_collocation
 from plumbob.analytic.numerics.linear_flow import LinearFlow
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.reference import Array
+from plumbob.analytic.reference import Array, Reference
 
 STAGES = 10  # of the collocation of what follows along a motion: known to about 1e-9, relatively
 MOST_STEPS = 2**20
@@ -54,18 +55,24 @@ class SmoothMotion:
         return flow.respond(np.eye(flow.matrix.shape[-1]), np.zeros_like(flow.matrix)).at(times)
 
 
+def along(
+    system: SmoothSystem, motion: Reference, pace: float = 0.0, start: Any = None
+) -> SmoothMotion:
+    """An exact `motion` with the equations of its `system`, at a `pace` [1/s], or else that of its
+    start, which may be given in 34 digits."""
+    if not pace:
+        jacobian = system.jacobian(0.0, system.start[:, None])[..., 0]
+        pace = 4 * float(np.abs(np.linalg.eigvals(jacobian)).max())
+    return SmoothMotion(
+        system.start if start is None else start,
+        system.slope,
+        system.jacobian,
+        lambda times: system.state(motion.observe(times)),
+        pace,
+        lambda times, states: system.observed(states),
+    )
+
+
 def certified(motion: CertifiedMotion) -> SmoothMotion:
     """A motion of n degrees of freedom, integrated in two ways."""
-    system = motion.system
-    names = (*system.coordinates, *system.rates)
-
-    def state(times: Array) -> Array:
-        observed = motion.observe(times)
-        return np.stack([observed[name] for name in names])
-
-    def read(times: Array, states: Array) -> Mapping[str, Array]:
-        return system.observed(states)
-
-    jacobian = system.jacobian(0.0, system.start[:, None])[..., 0]
-    pace = 4 * float(np.abs(np.linalg.eigvals(jacobian)).max())
-    return SmoothMotion(system.start, system.slope, system.jacobian, state, pace, read)
+    return along(motion.system, motion)

@@ -81,6 +81,10 @@ class SmoothSystem:
         state = dict(zip((*self.coordinates, *self.rates), states, strict=True))
         return {**state, **self.readings(self.values, states[:half], states[half:])}
 
+    def state(self, observed: Mapping[str, Array]) -> Array:
+        """The states of observables, shape (m,) each, as shape (2 n, m)."""
+        return np.stack([observed[name] for name in (*self.coordinates, *self.rates)])
+
     def kinetic_energy(self, observed: Mapping[str, Array]) -> Array:
         """Kinetic energy [J] of observables, shape (m,) each."""
         q, v = ([observed[name] for name in names] for names in (self.coordinates, self.rates))

@@ -4,15 +4,14 @@ scheme."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.quad import Quad, double, quad
+from plumbob.analytic.numerics.arithmetic import ULP, varied
+from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Triple
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation
 
 # Of an input, for a difference quotient: of the distance from the separatrix, for the response to
 # be linear, and more than the closed form's own rounding error of 1e-15 shows.
@@ -31,7 +30,7 @@ def uncertainty(body: Rotation, times: Array) -> Mapping[str, Array]:
     moved_rates = ULP * np.abs(rates) + late * (fastest if body.turning else 0.0)
     moved_attitude = np.full_like(attitude, ULP) + late
     change = _change(body)
-    for near in _neighbours(body, change):
+    for near in varied(body, change):
         there = near.state(times)
         moved_rates = moved_rates + np.abs(there[0] - rates) * (ULP / change)
         moved_attitude = moved_attitude + np.abs(there[1] - attitude) * (ULP / change)
@@ -69,15 +68,6 @@ def _change(body: Rotation) -> float:
     return max(_LEAST, _CHANGE**2 * float(double(body.turning.b / body.turning.a)) ** 2)
 
 
-def _neighbours(body: Rotation, change: float) -> Iterator[Rotation]:
-    """The body with one input after the other changed relatively by `change`."""
-    factor = 1 + quad(change)
-    for i in range(3):
-        yield replace(body, inertia=_with(body.inertia, i, body.inertia[i] * factor))
-        if body.rates[i] != 0:
-            yield replace(body, rates=_with(body.rates, i, body.rates[i] * factor))
-
-
 def _rounded_on_the_way(body: Rotation, times: Array) -> tuple[Array, Array]:
     """Change by a rounding of each component of the angular momentum, one unit in the last place of
     its magnitude, where the middle one first passes zero."""
@@ -92,15 +82,10 @@ def _rounded_on_the_way(body: Rotation, times: Array) -> tuple[Array, Array]:
     rates, attitude = there.state(after)
     change = _change(body)
     moved, turned = np.zeros_like(rates), np.zeros_like(after)
-    for i in range(3):
-        shift = quad(change) * body.magnitude / body.inertia[i]
-        near = Rotation(body.inertia, _with(there.rates, i, there.rates[i] + shift)).state(after)
+    shifts = np.diag([quad(change) * body.magnitude / i for i in body.inertia])
+    for rate_x, rate_y, rate_z in np.array([x, y, z]) + shifts:
+        near = Rotation(body.inertia, (rate_x, rate_y, rate_z)).state(after)
         moved = moved + np.abs(near[0] - rates) * (ULP / change)
         turned = turned + np.sqrt(((near[1] - attitude) ** 2).sum(axis=0)) * (ULP / change)
     late = times >= wait
     return moved * late, np.broadcast_to(turned * late, attitude.shape)
-
-
-def _with(values: Triple, index: int, value: Quad) -> Triple:
-    x, y, z = (value if i == index else kept for i, kept in enumerate(values))
-    return x, y, z

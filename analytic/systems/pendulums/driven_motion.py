@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.rotor.orbit import smooth_system
@@ -17,7 +17,6 @@ from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
 
 LOST = 1e6  # [rad, rad/s]: the uncertainty where double precision determines nothing
-OFF = 2.0**-20  # of an input, by whose change its effect is found
 
 
 @dataclass(frozen=True)
@@ -61,28 +60,13 @@ class DrivenMotion:
         known = self.observe(times)
         theta, rate = known["theta"], known["theta_dot"]
         slope = self.rotor.acceleration(times, theta, rate)
-        moved = {
-            "theta": np.abs(theta) + np.abs(times * rate),
-            "theta_dot": np.abs(rate) + np.abs(times * slope),
-        }
-        for other in self._neighbours():
-            for name, values in other.observe(times).items():
-                moved[name] += np.abs(values - known[name]) / OFF
-        return {name: ULP * np.maximum.accumulate(size) for name, size in moved.items()}
+        late = {"theta": np.abs(times * rate), "theta_dot": np.abs(times * slope)}
+        moved = rounded_inputs(self, lambda near: near.observe(times), 1.0)
+        return {n: np.maximum.accumulate(size + ULP * late[n]) for n, size in moved.items()}
 
     def _known(self, times: Array) -> float:
         """The time until which the motion is certified, of these [s]; later it is not known."""
         return self.certified.known_until(float(np.max(times, initial=0.0)))
-
-    def _neighbours(self) -> list[DrivenMotion]:
-        """The motion with each input larger by a part OFF."""
-        coefficients = {name: value for name, value in vars(self.rotor).items() if value}
-        further = [replace(self.rotor, **{n: v * (1 + OFF)}) for n, v in coefficients.items()]
-        return [
-            replace(self, theta=self.theta * (1 + OFF)),
-            replace(self, theta_dot=self.theta_dot * (1 + OFF)),
-            *(replace(self, rotor=rotor) for rotor in further),
-        ]
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """Of the rates' response to errors of theta and theta_dot, shape (n,), over the linear one

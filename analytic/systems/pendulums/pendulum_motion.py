@@ -6,7 +6,7 @@ is a = b = 0).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -80,32 +80,30 @@ class PendulumMotion:
     @cached_property
     def closed_form(self) -> EllipticMotion:
         """The constants of the closed form."""
-        return self._solve(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+        return self._solve([0.0] * 6)
 
-    def _solve(self, *factors: Any) -> EllipticMotion:
-        """The closed form with a, b, c, inertia, the angle and the speed (or excess) as given,
-        times factors."""
-        a, b, c, inertia, angle, last = (quad(f) for f in factors)
-        v = self.exact_potential
-        scaled = TrigonometricPotential(v.a * a, v.b * b, v.c * c)
-        theta, speed, excess, from_top = self.theta, self.theta_dot, self.excess, None
-        if self.theta_from_top is None:
-            theta = angle * theta
-        else:
-            from_top = angle * self.theta_from_top
-        if excess is None:
-            speed = last * speed
-        else:
-            excess = last * excess
-        return solve(scaled, inertia * self.inertia, theta, speed, excess, from_top)
+    def _solve(self, changes: Sequence[Any]) -> EllipticMotion:
+        """The closed form with relative `changes` of a, b, c, inertia, the angle and the speed (or
+        excess)."""
+        v, from_top, excess = self.exact_potential, self.theta_from_top, self.excess
+        angle = self.theta if from_top is None else from_top
+        last = self.theta_dot if excess is None else excess
+        given = v.a, v.b, v.c, self.inertia, angle, last
+        changed = zip(given, changes, strict=True)
+        a, b, c, inertia, angle, last = (quad(x) * (1 + quad(part)) for x, part in changed)
+        return solve(
+            TrigonometricPotential(a, b, c),
+            inertia,
+            angle if from_top is None else self.theta,
+            last if excess is None else self.theta_dot,
+            None if excess is None else last,
+            None if from_top is None else angle,
+        )
 
     @cached_property
     def neighbours(self) -> EllipticMotion:
         """The motion itself, then one for each input changed by a unit in the last place."""
-        factors = quad(np.ones((6, 7)))
-        for i in range(6):
-            factors[i, i + 1] = factors[i, i + 1] + quad(ULP)
-        return self._solve(*(factor[:, None] for factor in factors))
+        return self._solve(quad(ULP * np.eye(6, 7, 1))[..., None])
 
     @property
     def regime(self) -> Regime:
@@ -260,5 +258,5 @@ class PendulumMotion:
     @property
     def rotor(self) -> DrivenRotor:
         """The same equation of motion as an angular acceleration."""
-        a, b, c = (float(double(v)) for v in (self.potential.a, self.potential.b, self.potential.c))
-        return DrivenRotor(a / self.inertia, b / self.inertia, c / self.inertia)
+        v = self.potential
+        return DrivenRotor(*(float(double(part)) / self.inertia for part in (v.a, v.b, v.c)))

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.reference import Array
 
 MASS = 1.0  # [kg] of the bob unless given: the notebook's code is per unit mass
@@ -30,14 +29,11 @@ def bob_place(length: float, theta: Array) -> Array:
 
 @dataclass(frozen=True)
 class RodMotion:
-    """A pendulum's `motion`, which obeys `rotor`, with the tension of its rod of `length` [m] under
-    `gravity` [m/s^2] with a bob of `mass` [kg]; a `Reference`."""
+    """An exact `motion` of an angle, with what the `system` of its equation reads off it: a rod's
+    tension; a `Reference`."""
 
     motion: Any  # a `Reference` of theta and theta_dot
-    rotor: DrivenRotor
-    length: float
-    gravity: float
-    mass: float = MASS
+    system: SmoothSystem
 
     @property
     def closed_form(self) -> Any:
@@ -46,20 +42,12 @@ class RodMotion:
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """theta [rad], theta_dot [rad/s] and tension [N] at `times` [s], shape (n,)."""
-        observed = self.motion.observe(times)
-        pull = tension(
-            self.length, self.gravity, observed["theta"], observed["theta_dot"], self.mass
-        )
-        return {**observed, "tension": pull}
+        return self.system.observed(self.system.state(self.motion.observe(times)))
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Effect of double precision on each observable at `times` [s], shape (n,)."""
-        observed, uncertain = self.motion.observe(times), self.motion.uncertainty(times)
-        theta, rate = observed["theta"], observed["theta_dot"]
-        by_theta = np.abs(self.gravity * np.sin(theta)) * uncertain["theta"]
-        by_rate = np.abs(2 * self.length * rate) * uncertain["theta_dot"]
-        parts = self.length * rate**2 + self.gravity * np.abs(np.cos(theta))
-        return {**uncertain, "tension": self.mass * (by_theta + by_rate + 3 * ULP * parts)}
+        asked = self.motion.observe, self.motion.uncertainty
+        return self.system.doubts(*(self.system.state(ask(times)) for ask in asked))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """Nonlinearity of the response to errors of theta and theta_dot, shape (n,)."""
