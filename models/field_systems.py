@@ -26,10 +26,12 @@ def field_values(model: type[Any], values: Sequence[Any]) -> Parameters:
     return MappingProxyType(dict(zip(field_names(model), values, strict=True)))
 
 
-def field_system(model: type[Any], mjcf: Path, **about: Any) -> System:
-    """The system of a dataclass with the model in the file `mjcf`; the other fields of
-    `plumbob.models.scene.System` are given by name."""
-    names = field_names(model)
+def field_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> System:
+    """The system of a dataclass with the model in the file `mjcf`, without one that of plumbob
+    which is named as its module; the other fields of `plumbob.models.scene.System` are given by
+    name."""
+    names, own = field_names(model), model.__module__.rpartition(".")[2]
+    mjcf = mjcf or Path(__file__).parent / own / f"{own}.xml"
     return System(
         parameters=names,
         problem=partial(_problem, model, names),
@@ -39,7 +41,7 @@ def field_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     )
 
 
-def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
+def smooth_system(model: type[Any], mjcf: Path | None = None, **about: Any) -> System:
     """The same for a dataclass whose exact `motion` is certified, and whose loop, where it has one,
     engines close with a `soft` constraint; its energy is conserved, unless `about` has other
     invariants."""
@@ -62,7 +64,9 @@ def smooth_system(model: type[Any], mjcf: Path, **about: Any) -> System:
     )
 
 
-def contact_system(model: type[Any], mjcf: Path, theory: str, **about: Any) -> System:
+def contact_system(
+    model: type[Any], mjcf: Path | None = None, theory: str = "", **about: Any
+) -> System:
     """The same for a dataclass that is its own reference, of bodies in contact, which conserve
     nothing; `theory`, MODULE.FUNCTION below `plumbob.analytic`, is that of its steps' errors."""
     return field_system(

@@ -124,20 +124,6 @@ def step_sizes(coarse: float, fine: float) -> tuple[float, ...]:
     return tuple(h for h in round_numbers if fine * (1 - 1e-9) <= h <= coarse * (1 + 1e-9))
 
 
-def nothing_else(problem: Any, places: Array) -> Mapping[Observable, Array]:
-    """No answers beside the observables."""
-    return {}
-
-
-def no_structure(problem: Any) -> None:
-    """Of a problem in which everything changes smoothly."""
-
-
-def always_alike(problem: Any, near: Any) -> bool:
-    """Whether two problems near each other have phases in common: of motions in one phase."""
-    return True
-
-
 @dataclass(frozen=True)
 class System:
     """A mechanical system: what it observes, its scenes, and its exact answer."""
@@ -170,11 +156,11 @@ class System:
     (n,); None: differences of the exact motion."""
     left_out: Parameters = field(default_factory=dict)
     """Values of parameters that a scene may leave out, where these are not 0."""
-    structure: Callable[[Any], Any] = no_structure
+    structure: Callable[[Any], Any] = lambda problem: None
     """The parts of a problem that cannot change smoothly with a parameter."""
-    alike: Callable[[Any, Any], bool] = always_alike
+    alike: Callable[[Any, Any], bool] = lambda problem, near: True
     """Whether `sensitivity` may take differences between a problem and one near it."""
-    also: Answers = nothing_else
+    also: Answers = lambda problem, places: {}
     """Exact answers beside the observables, of a problem at times [s], shape (n,)."""
     by_angle: Answers | None = None
     """Exact answers of a problem with the angle [rad], shape (n,), as the parameter."""

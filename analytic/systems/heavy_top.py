@@ -82,10 +82,16 @@ def _across(p: Any) -> Any:
     return p.inertia_across + p.mass * p.length**2
 
 
-def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
-    across, axis, cosine = _across(p), p.inertia_axis, np.cos(q[1])
-    turn = across * np.sin(q[1]) ** 2 + axis * cosine**2
+def euler_masses(q: Any, around: Any, across: Any, axis: Any) -> tuple[tuple[Any, ...], ...]:
+    """The matrix of the rates of Euler's angles `q` [rad]: of moments in eq. 1 in place of A where
+    the precession turns the body across its axis, and the tilt, and in place of C."""
+    cosine = np.cos(q[1])
+    turn = around * np.sin(q[1]) ** 2 + axis * cosine**2
     return (turn, 0.0, axis * cosine), (0.0, across, 0.0), (axis * cosine, 0.0, axis)
+
+
+def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
+    return euler_masses(q, _across(p), _across(p), p.inertia_axis)
 
 
 def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:

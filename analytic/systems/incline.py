@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
-ROUNDINGS = 8.0  # of an acceleration, and of a speed
+ROUNDINGS = 8.0  # of each parameter
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,6 @@ class Incline(LinearResponse):
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Absolute errors, shape (n,), of accelerations that are differences, and of a place."""
-        rate = ROUNDINGS * ULP * (self.pull + self.friction * self.press)
-        moving = np.minimum(times, self.rest_time)
-        speed = rate * moving + np.where(moving > 0.0, ROUNDINGS * ULP * abs(self.speed), 0.0)
-        return {"x": speed * moving + ULP * self.size, "speed": speed}
+        """Absolute errors, shape (n,), by the effect of each parameter's rounding and a place's."""
+        doubts = rounded_inputs(self, lambda cube: cube.observe(times), ROUNDINGS)
+        return {**doubts, "x": doubts["x"] + ULP * self.size}

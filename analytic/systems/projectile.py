@@ -18,42 +18,17 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import rounded_inputs
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 OBSERVED = ("x", "z", "angle")
-ROUNDINGS = 4.0  # of inputs and operations, in units in the last place of each term
+ROUNDINGS = 4.0  # of each parameter
 
 
 @dataclass(frozen=True)
-class Parabola(LinearResponse):
-    """The motion of a `system` under gravity alone (eq. 1); a `Reference`."""
-
-    system: SmoothSystem
-
-    def observe(self, times: Array) -> Mapping[str, Array]:
-        """Coordinates and rates at `times` [s], shape (n,), by name."""
-        thrown, fallen = self._terms(times)
-        return self.system.observed(thrown + fallen)
-
-    def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Effect of rounding, shape (n,): of speed, angles, times and operations."""
-        thrown, fallen = self._terms(times)
-        return self.system.observed(ROUNDINGS * ULP * (np.abs(thrown) + np.abs(fallen)))
-
-    def _terms(self, times: Array) -> tuple[Array, Array]:
-        """The terms of eq. 1 and of its derivative, shape (6, n) each."""
-        system, start = self.system, (self.system.position, self.system.rate)
-        fall = np.array(system.acceleration(0.0, *start, system.values))[:, None]
-        rates = np.array(system.rate)[:, None]
-        thrown = np.concatenate([rates * times, rates + 0.0 * times])
-        return thrown, np.concatenate([fall * np.square(times) / 2, fall * times])
-
-
-@dataclass(frozen=True)
-class Projectile:
+class Projectile(LinearResponse):
     """A body thrown from the origin at `speed` [m/s] and `elevation` [rad] above the level, turning
     at `spin` [rad/s], under `gravity` [m/s^2]; raises ParameterError.
 
@@ -69,21 +44,35 @@ class Projectile:
     def __post_init__(self) -> None:
         check_fields(self, (), ("speed", "gravity"))
 
+    @property
+    def motion(self) -> Projectile:
+        """Its exact motion is its own."""
+        return self
+
     @cached_property
-    def motion(self) -> Parabola:
-        """The exact motion."""
+    def system(self) -> SmoothSystem:
+        """Eq. 1 as theory steps it."""
         along, up = (self.speed * f(self.elevation) for f in (math.cos, math.sin))
-        return Parabola(
-            SmoothSystem(
-                OBSERVED,
-                tuple(f"{name}_dot" for name in OBSERVED),
-                lambda p, q: ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-                lambda p, time, q, v: (0.0 * q[0], 0.0 * q[1] - p.gravity, 0.0 * q[2]),
-                {"gravity": self.gravity},
-                (0.0, 0.0, 0.0),
-                (along, up, self.spin),
-            )
+        return SmoothSystem(
+            OBSERVED,
+            tuple(f"{name}_dot" for name in OBSERVED),
+            lambda p, q: ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+            lambda p, time, q, v: (0.0 * q[0], 0.0 * q[1] - p.gravity, 0.0 * q[2]),
+            {"gravity": self.gravity},
+            (0.0, 0.0, 0.0),
+            (along, up, self.spin),
         )
+
+    def observe(self, times: Array) -> Mapping[str, Array]:
+        """Coordinates and rates at `times` [s], shape (n,), by name: eq. 1 and its derivative."""
+        system = self.system
+        fall = np.array(system.forces(system.values, 0.0, system.position, system.rate))[:, None]
+        rates = np.array(system.rate)[:, None] + fall * times
+        return system.observed(np.concatenate([(rates - fall * times / 2) * times, rates]))
+
+    def uncertainty(self, times: Array) -> Mapping[str, Array]:
+        """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
+        return rounded_inputs(self, lambda body: body.observe(times), ROUNDINGS)
 
     @property
     def apex(self) -> float:

@@ -25,7 +25,7 @@ from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.heavy_top import ANGLES, RATES
+from plumbob.analytic.systems.heavy_top import ANGLES, RATES, euler_masses
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,17 @@ class RollingDisc:
         """The exact motion."""
         start, rates = (0.0, self.tilt, 0.0), tuple(getattr(self, name) for name in RATES)
         sizes = {"radius": self.radius, "gravity": self.gravity}
-        return CertifiedMotion(SmoothSystem(ANGLES, RATES, _masses, _moments, sizes, start, rates))
+        return CertifiedMotion(
+            SmoothSystem(
+                ANGLES,
+                RATES,
+                lambda p, q: masses(1.0, q),
+                lambda p, time, q, v: moments(1.0, p.gravity / p.radius, q, v),
+                sizes,
+                start,
+                rates,
+            )
+        )
 
     def potential(self, observed: Mapping[str, Array]) -> Array:
         """V [1/s^2]."""
@@ -77,9 +87,7 @@ class RollingDisc:
 
 def masses(held: float, q: Any) -> tuple[tuple[Any, ...], ...]:
     """The matrix of T, in units of m R^2, by the angles `q` [rad]."""
-    cosine, axis = np.cos(q[1]), 0.5 + held
-    turn = np.sin(q[1]) ** 2 / 4 + axis * cosine**2
-    return (turn, 0.0, axis * cosine), (0.0, 0.25 + held, 0.0), (axis * cosine, 0.0, axis)
+    return euler_masses(q, 0.25, 0.25 + held, 0.5 + held)
 
 
 def moments(held: float, pull: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
@@ -90,11 +98,3 @@ def moments(held: float, pull: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
         sine * v[0] * (v[0] * cosine / 4 - (0.5 + held) * w) - held * pull * cosine,
         (0.5 + 2 * held) * v[0] * v[1] * sine,
     )
-
-
-def _masses(p: Any, q: Any) -> tuple[tuple[Any, ...], ...]:
-    return masses(1.0, q)
-
-
-def _moments(p: Any, time: Any, q: Any, v: Any) -> tuple[Any, Any, Any]:
-    return moments(1.0, p.gravity / p.radius, q, v)

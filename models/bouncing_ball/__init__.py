@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,33 +32,33 @@ _scene = partial(
     steps=step_sizes(5e-3, 5e-4),
     source="Falcon et al. 1998, Eur. Phys. J. B 3, 45; the numbers are ours",
 )
-SYSTEM = contact_system(
-    BouncingBall,
-    Path(__file__).parent / "bouncing_ball.xml",
-    "errors.contact_models.impacts.bouncing_errors",
-    name="bouncing-ball",
-    title="Bouncing ball",
-    observables=(Observable("z", "m"),),
-    scenes=(
-        _scene("half", "half of the speed comes back, three times", 1.2, "quick"),
-        _scene(
-            "to-rest",
-            "as half, and on to rest",
-            1.5,
-            hard="infinitely many impacts end at 1.35 s",
+SYSTEMS = (
+    contact_system(
+        BouncingBall,
+        theory="errors.contact_models.impacts.bouncing_errors",
+        name="bouncing-ball",
+        title="Bouncing ball",
+        observables=(Observable("z", "m"),),
+        scenes=(
+            _scene("half", "half of the speed comes back, three times", 1.2, "quick"),
+            _scene(
+                "to-rest",
+                "as half, and on to rest",
+                1.5,
+                hard="infinitely many impacts end at 1.35 s",
+            ),
+            _scene("elastic", "all of the speed comes back, for ever", 3.0, restitution=1.0),
+            _scene("plastic", "no speed comes back", 1.0, restitution=0.0),
+            _scene(
+                "lively",
+                "nine tenths come back",
+                4.0,
+                restitution=0.9,
+                hard="each impact amplifies errors: a rebound depends on where in a step it begins",
+            ),
         ),
-        _scene("elastic", "all of the speed comes back, for ever", 3.0, restitution=1.0),
-        _scene("plastic", "no speed comes back", 1.0, restitution=0.0),
-        _scene(
-            "lively",
-            "nine tenths come back",
-            4.0,
-            restitution=0.9,
-            hard="each impact amplifies errors: a rebound depends on where in a step it begins",
-        ),
+        default="half",
+        facts=facts,
+        interest=lambda case: (Quantity("z", case.problem.height),),  # of the start
     ),
-    default="half",
-    facts=facts,
-    interest=lambda case: (Quantity("z", case.problem.height),),  # of the start
 )
-SYSTEMS = (SYSTEM,)

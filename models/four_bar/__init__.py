@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.four_bar import FourBar
@@ -31,31 +30,32 @@ _scene = partial(
     base=field_values(FourBar, (0.2, 0.5, 0.4, 0.5, 0.5, 1.0, 0.8, 9.81, 1.0, 10.0)),
     source="Uicker, Pennock and Shigley 2017, 3.8; the numbers are ours",
 )
-SYSTEM = smooth_system(
-    FourBar,
-    Path(__file__).parent / "four_bar.xml",
-    name="four-bar",
-    title="Four-bar linkage",
-    observables=(Observable("angle", "rad"), *(Observable(f"coupler_{x}", "m") for x in "xy")),
-    scenes=(
-        _scene(
-            "crank-rocker",
-            "the crank turns, the rocker swings",
-            steps=step_sizes(1e-2, 1e-3),
-            profile="quick",
+SYSTEMS = (
+    smooth_system(
+        FourBar,
+        name="four-bar",
+        title="Four-bar linkage",
+        observables=(Observable("angle", "rad"), *(Observable(f"coupler_{x}", "m") for x in "xy")),
+        scenes=(
+            _scene(
+                "crank-rocker",
+                "the crank turns, the rocker swings",
+                steps=step_sizes(1e-2, 1e-3),
+                profile="quick",
+            ),
+            _scene(
+                "near-change-point",
+                "a rocker one part in a thousand longer than its crank, "
+                "opposite links all but equal",
+                rocker=0.2002,
+                steps=step_sizes(2e-3, 2e-4),
+                hard="nearly on one line, where for equal links the motion is not unique",
+            ),
         ),
-        _scene(
-            "near-change-point",
-            "a rocker one part in a thousand longer than its crank, opposite links all but equal",
-            rocker=0.2002,
-            steps=step_sizes(2e-3, 2e-4),
-            hard="nearly on one line, where for equal links the motion is not unique",
-        ),
+        default="crank-rocker",
+        facts=facts,
+        interest=interest,
+        also=lambda bars, times: dict(zip(REACTION, bars.reaction(times), strict=True)),
+        start=("angle", "angular_velocity"),
     ),
-    default="crank-rocker",
-    facts=facts,
-    interest=interest,
-    also=lambda bars, times: dict(zip(REACTION, bars.reaction(times), strict=True)),
-    start=("angle", "angular_velocity"),
 )
-SYSTEMS = (SYSTEM,)

@@ -127,26 +127,27 @@ _SCENES = (
     ),
 )
 
-SYSTEM = field_system(
-    FreeBody,
-    Path(__file__).parent / "free_body.xml",
-    name="free-body",
-    title="Free rigid body",
-    observables=(
-        *(Observable(name, "1") for name in ATTITUDE),
-        *(Observable(name, "rad/s") for name in RATES),
+SYSTEMS = (
+    field_system(
+        FreeBody,
+        Path(__file__).parent / "free_body.xml",
+        name="free-body",
+        title="Free rigid body",
+        observables=(
+            *(Observable(name, "1") for name in ATTITUDE),
+            *(Observable(name, "rad/s") for name in RATES),
+        ),
+        scenes=_SCENES,
+        default="flip",
+        reference=lambda body: body,
+        errors=from_analytic("errors.smooth_motion.free_body_errors.FreeBodyErrors"),
+        stability=from_analytic("errors.stability.free_rotation.free_rotation_stability"),
+        start=("angular_velocity",),
+        invariants=FreeBody.invariants,
+        facts=facts,
+        kind=FREE_ROTATION,
+        interest=interest,
+        sensitivity=from_analytic("sensitivities.smooth_systems.free_body_gradients"),
+        weight=2.0,
     ),
-    scenes=_SCENES,
-    default="flip",
-    reference=lambda body: body,
-    errors=from_analytic("errors.smooth_motion.free_body_errors.FreeBodyErrors"),
-    stability=from_analytic("errors.stability.free_rotation.free_rotation_stability"),
-    start=("angular_velocity",),
-    invariants=FreeBody.invariants,
-    facts=facts,
-    kind=FREE_ROTATION,
-    interest=interest,
-    sensitivity=from_analytic("sensitivities.smooth_systems.free_body_gradients"),
-    weight=2.0,
 )
-SYSTEMS = (SYSTEM,)

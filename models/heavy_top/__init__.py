@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.reference import Array
@@ -36,36 +35,36 @@ _scene = partial(
     base=field_values(HeavyTop, (0.5, 0.1, 2e-3, 1e-3, 9.81, 0.5, 1.0, 0.5, 200.0)),
     source="Landau and Lifshitz 1976, Mechanics, 35; the numbers are ours",
 )
-SYSTEM = smooth_system(
-    HeavyTop,
-    Path(__file__).parent / "heavy_top.xml",
-    name="heavy-top",
-    title="Heavy top",
-    observables=tuple(Observable(name, "rad") for name in ANGLES),
-    scenes=(
-        _scene(
-            "nutating",
-            "the axis nods while it goes round",
-            1.0,
-            "quick",
-            steps=step_sizes(5e-3, 5e-4),
+SYSTEMS = (
+    smooth_system(
+        HeavyTop,
+        name="heavy-top",
+        title="Heavy top",
+        observables=tuple(Observable(name, "rad") for name in ANGLES),
+        scenes=(
+            _scene(
+                "nutating",
+                "the axis nods while it goes round",
+                1.0,
+                "quick",
+                steps=step_sizes(5e-3, 5e-4),
+            ),
+            _scene(
+                "nearly-sleeping",
+                "almost upright, and spinning fast enough to stay so",
+                0.5,
+                steps=step_sizes(5e-4, 5e-5),
+                tilt=0.02,
+                precession_rate=0.0,
+                tilt_rate=0.0,
+                spin_rate=400.0,
+                hard="next to the vertical, where Euler's angles end, precession and spin run fast",
+            ),
         ),
-        _scene(
-            "nearly-sleeping",
-            "almost upright, and spinning fast enough to stay so",
-            0.5,
-            steps=step_sizes(5e-4, 5e-5),
-            tilt=0.02,
-            precession_rate=0.0,
-            tilt_rate=0.0,
-            spin_rate=400.0,
-            hard="next to the vertical, where Euler's angles end, precession and spin run fast",
-        ),
+        default="nutating",
+        invariants=invariants,
+        facts=facts,
+        interest=interest,
+        start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),
     ),
-    default="nutating",
-    invariants=invariants,
-    facts=facts,
-    interest=interest,
-    start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),
 )
-SYSTEMS = (SYSTEM,)

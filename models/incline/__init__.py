@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -53,30 +52,30 @@ def _scene(
     )
 
 
-SYSTEM = contact_system(
-    Incline,
-    Path(__file__).parent / "incline.xml",
-    "errors.contact_models.inclined_steps.incline_errors",
-    name="incline",
-    title="Cube on an incline",
-    observables=(Observable("x", "m"), Observable("speed", "m/s")),
-    scenes=(
-        _scene("rest", "at 0.9 of the slope that friction holds", 0.9, 0.0, profile="quick"),
-        _scene("just-held", "at 0.999 of it", 0.999, 0.0, hard="friction used up but for 1e-3"),
-        _scene("just-slides", "at 1.001 of it", 1.001, 0.0, hard="the motion is a difference"),
-        _scene("stops", "thrown downhill, it stops and stays", 0.5, 1.0, profile="quick"),
-        _scene("returns", "thrown uphill, it stops and slides back", 1.5, -2.0),
-        _scene(
-            "heading-045",
-            "at 0.9 of the slope, across the edges of a friction pyramid",
-            0.9,
-            0.0,
-            math.pi / 4,
-            hard="a pyramid has 0.71 of the friction there",
+SYSTEMS = (
+    contact_system(
+        Incline,
+        theory="errors.contact_models.inclined_steps.incline_errors",
+        name="incline",
+        title="Cube on an incline",
+        observables=(Observable("x", "m"), Observable("speed", "m/s")),
+        scenes=(
+            _scene("rest", "at 0.9 of the slope that friction holds", 0.9, 0.0, profile="quick"),
+            _scene("just-held", "at 0.999 of it", 0.999, 0.0, hard="friction used up but for 1e-3"),
+            _scene("just-slides", "at 1.001 of it", 1.001, 0.0, hard="the motion is a difference"),
+            _scene("stops", "thrown downhill, it stops and stays", 0.5, 1.0, profile="quick"),
+            _scene("returns", "thrown uphill, it stops and slides back", 1.5, -2.0),
+            _scene(
+                "heading-045",
+                "at 0.9 of the slope, across the edges of a friction pyramid",
+                0.9,
+                0.0,
+                math.pi / 4,
+                hard="a pyramid has 0.71 of the friction there",
+            ),
         ),
+        default="stops",
+        facts=facts,
+        interest=interest,
     ),
-    default="stops",
-    facts=facts,
-    interest=interest,
 )
-SYSTEMS = (SYSTEM,)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from types import MappingProxyType
 
 from plumbob.analytic.systems.n_pendulum import NPendulum
@@ -25,45 +24,45 @@ _scene = partial(
     source="Landau and Lifshitz 1976, Mechanics, 5, for rods; the numbers are ours",
 )
 _triple = partial(_scene, lengths=(0.5, 0.4, 0.3), masses=(1.0, 0.8, 0.6), angles=(1.5, 2.0, 2.5))
-SYSTEM = smooth_system(
-    NPendulum,
-    Path(__file__).parent / "n_pendulum.xml",
-    name="n-pendulum",
-    title="Pendulum of n rods",
-    observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
-    scenes=(
-        _triple(
-            "triple", "three rods, released above the axis: chaos within seconds", 1.0, "quick"
+SYSTEMS = (
+    smooth_system(
+        NPendulum,
+        name="n-pendulum",
+        title="Pendulum of n rods",
+        observables=(Observable("tip_x", "m"), Observable("tip_z", "m")),
+        scenes=(
+            _triple(
+                "triple", "three rods, released above the axis: chaos within seconds", 1.0, "quick"
+            ),
+            _scene(
+                "small",
+                "a small swing of three rods in all modes",
+                2.0,
+                lengths=0.4,
+                angles=(0.02, 0.0, 0.01),
+            ),
+            _triple(
+                "triple-long",
+                "the same for longer",
+                2.5,
+                steps=step_sizes(1e-3, 2e-4),
+                hard="chaotic: an error grows tenfold each half second",
+            ),
+            _scene(
+                "stiff-chain",
+                "six rods with a short, light one at the end",
+                0.5,
+                steps=step_sizes(2e-3, 2e-4),
+                hard="a fast mode, nine times the slowest's rate, takes a small step",
+                masses=(1.0, 1.0, 1.0, 1.0, 1.0, 0.01),
+                lengths=(0.1, 0.1, 0.1, 0.1, 0.1, 0.01),
+                angles=(0.5, 0.5, 0.5, 0.5, 0.5, 1.0),
+            ),
         ),
-        _scene(
-            "small",
-            "a small swing of three rods in all modes",
-            2.0,
-            lengths=0.4,
-            angles=(0.02, 0.0, 0.01),
-        ),
-        _triple(
-            "triple-long",
-            "the same for longer",
-            2.5,
-            steps=step_sizes(1e-3, 2e-4),
-            hard="chaotic: an error grows tenfold each half second",
-        ),
-        _scene(
-            "stiff-chain",
-            "six rods with a short, light one at the end",
-            0.5,
-            steps=step_sizes(2e-3, 2e-4),
-            hard="a fast mode, nine times the slowest's rate, takes a small step",
-            masses=(1.0, 1.0, 1.0, 1.0, 1.0, 0.01),
-            lengths=(0.1, 0.1, 0.1, 0.1, 0.1, 0.01),
-            angles=(0.5, 0.5, 0.5, 0.5, 0.5, 1.0),
-        ),
+        default="triple",
+        facts=lambda chain: {"energy": energy_at_start(chain)},  # [J] above that of rest
+        interest=interest,
+        start=("angles", "angular_velocities"),
+        weight=2.0,
     ),
-    default="triple",
-    facts=lambda chain: {"energy": energy_at_start(chain)},  # [J] above that of rest
-    interest=interest,
-    start=("angles", "angular_velocities"),
-    weight=2.0,
 )
-SYSTEMS = (SYSTEM,)

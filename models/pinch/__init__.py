@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.pinch import Pinch
@@ -38,28 +37,28 @@ def _scene(
 
 
 _HARD = "friction used up but for a thousandth of it"
-SYSTEM = contact_system(
-    Pinch,
-    Path(__file__).parent / "pinch.xml",
-    "errors.contact_models.pinch_steps.pinch_errors",
-    name="pinch",
-    title="Cube between two fingers",
-    observables=(Observable("slip", "m"), Observable("speed", "m/s")),
-    scenes=(
-        _scene("0.5", "half of the friction holds it", 0.5, profile="quick"),
-        _scene("0.9", "0.9 of the friction holds it", 0.9),
-        _scene("0.999", "0.999 of the friction holds it", 0.999, hard=_HARD),
-        _scene("lifted", "lifted with 5 m/s^2", 0.9, lift=5.0),
-        _scene(
-            "pushed",
-            "pushed aside with its weight",
-            0.9,
-            push=MASS * GRAVITY,
-            hard="a pyramid has 0.71 of the friction there",
+SYSTEMS = (
+    contact_system(
+        Pinch,
+        theory="errors.contact_models.pinch_steps.pinch_errors",
+        name="pinch",
+        title="Cube between two fingers",
+        observables=(Observable("slip", "m"), Observable("speed", "m/s")),
+        scenes=(
+            _scene("0.5", "half of the friction holds it", 0.5, profile="quick"),
+            _scene("0.9", "0.9 of the friction holds it", 0.9),
+            _scene("0.999", "0.999 of the friction holds it", 0.999, hard=_HARD),
+            _scene("lifted", "lifted with 5 m/s^2", 0.9, lift=5.0),
+            _scene(
+                "pushed",
+                "pushed aside with its weight",
+                0.9,
+                push=MASS * GRAVITY,
+                hard="a pyramid has 0.71 of the friction there",
+            ),
         ),
+        default="0.9",
+        facts=facts,
+        interest=lambda case: (Quantity("slip", case.problem.size),),  # an edge
     ),
-    default="0.9",
-    facts=facts,
-    interest=lambda case: (Quantity("slip", case.problem.size),),  # an edge
 )
-SYSTEMS = (SYSTEM,)

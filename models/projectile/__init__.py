@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 
 from plumbob.analytic.systems.projectile import Projectile
 from plumbob.models.field_systems import field_values, smooth_system
@@ -24,19 +23,19 @@ _scene = partial(
     steps=step_sizes(1e-2, 1e-3),
     source="Landau and Lifshitz 1976, Mechanics, 2; the numbers are ours",
 )
-SYSTEM = smooth_system(
-    Projectile,
-    Path(__file__).parent / "projectile.xml",
-    name="projectile",
-    title="Projectile",
-    observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),
-    scenes=(
-        _scene("thrown", "thrown upward, spinning", 1.5, "quick"),
-        _scene("dropped", "free fall from rest", 1.0, speed=0.0, elevation=0.0, spin=0.0),
+SYSTEMS = (
+    smooth_system(
+        Projectile,
+        name="projectile",
+        title="Projectile",
+        observables=(Observable("z", "m"), Observable("x", "m"), Observable("angle", "rad")),
+        scenes=(
+            _scene("thrown", "thrown upward, spinning", 1.5, "quick"),
+            _scene("dropped", "free fall from rest", 1.0, speed=0.0, elevation=0.0, spin=0.0),
+        ),
+        default="thrown",
+        facts=lambda body: {"apex": body.apex},  # [m]
+        stability=None,  # no force depends on the state: any step holds
+        interest=interest,
     ),
-    default="thrown",
-    facts=lambda body: {"apex": body.apex},  # [m]
-    stability=None,  # no force depends on the state: any step holds
-    interest=interest,
 )
-SYSTEMS = (SYSTEM,)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.numerics.point_impact import LAWS
@@ -43,33 +42,33 @@ _scene = partial(
     steps=step_sizes(1e-3, 1e-4),
     source="Routh 1905, Dynamics of a System of Rigid Bodies, 187-193; the numbers are ours",
 )
-SYSTEM = contact_system(
-    RodImpact,
-    Path(__file__).parent / "rod_impact.xml",
-    "errors.contact_models.rod_steps.rod_errors",
-    name="rod-impact",
-    title="Rod that strikes the floor",
-    observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),
-    scenes=(
-        _scene("sticks", "friction ends the slip", profile="quick", speed=0.5, friction=1.0),
-        _scene("slides", "it slides all through the impact", angle=1.1, speed=-2.0),
-        _scene("reverses", "its slip turns round in the impact", profile="quick"),
-        _scene("reverses-poisson", "as reverses, by Poisson's law", law=POISSON),
-        _scene("reverses-energetic", "as reverses, by Stronge's law", law=ENERGETIC),
-        _scene(
-            "painleve",
-            "a rod that slides towards its lower end, with a friction of 3",
-            duration=0.06,
-            hard="no force of the floor carries it: an impact without a collision",
-            angle=1.1,
-            height=0.0,
-            speed=-2.0,
-            friction=3.0,
-            law=ENERGETIC,
+SYSTEMS = (
+    contact_system(
+        RodImpact,
+        theory="errors.contact_models.rod_steps.rod_errors",
+        name="rod-impact",
+        title="Rod that strikes the floor",
+        observables=(Observable("x", "m"), Observable("z", "m"), Observable("angle", "rad")),
+        scenes=(
+            _scene("sticks", "friction ends the slip", profile="quick", speed=0.5, friction=1.0),
+            _scene("slides", "it slides all through the impact", angle=1.1, speed=-2.0),
+            _scene("reverses", "its slip turns round in the impact", profile="quick"),
+            _scene("reverses-poisson", "as reverses, by Poisson's law", law=POISSON),
+            _scene("reverses-energetic", "as reverses, by Stronge's law", law=ENERGETIC),
+            _scene(
+                "painleve",
+                "a rod that slides towards its lower end, with a friction of 3",
+                duration=0.06,
+                hard="no force of the floor carries it: an impact without a collision",
+                angle=1.1,
+                height=0.0,
+                speed=-2.0,
+                friction=3.0,
+                law=ENERGETIC,
+            ),
         ),
+        default="sticks",
+        facts=facts,
+        interest=interest,
     ),
-    default="sticks",
-    facts=facts,
-    interest=interest,
 )
-SYSTEMS = (SYSTEM,)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.rolling_ball import RollingBall
@@ -34,26 +33,26 @@ _scene = partial(
     steps=step_sizes(5e-3, 5e-4),
     source="Hopkins and Patterson 1977, Am. J. Phys. 45, 263; the numbers are ours",
 )
-SYSTEM = contact_system(
-    RollingBall,
-    Path(__file__).parent / "rolling_ball.xml",
-    "errors.contact_models.slide_to_roll.rolling_errors",
-    name="rolling-ball",
-    title="Rolling ball",
-    observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
-    scenes=(
-        _scene("slide-to-roll", "thrown without spin", profile="quick"),
-        _scene("backspin", "thrown with backspin, it comes back", speed=1.0, spin=-40.0),
-        _scene(
-            "to-rest",
-            "rolling friction stops it",
-            duration=3.0,
-            speed=0.5,
-            rolling_friction=2e-3,
-            hard="rolling friction acts while it slides too, and stops it for good",
+SYSTEMS = (
+    contact_system(
+        RollingBall,
+        theory="errors.contact_models.slide_to_roll.rolling_errors",
+        name="rolling-ball",
+        title="Rolling ball",
+        observables=(Observable("x", "m"), Observable("speed", "m/s"), Observable("spin", "rad/s")),
+        scenes=(
+            _scene("slide-to-roll", "thrown without spin", profile="quick"),
+            _scene("backspin", "thrown with backspin, it comes back", speed=1.0, spin=-40.0),
+            _scene(
+                "to-rest",
+                "rolling friction stops it",
+                duration=3.0,
+                speed=0.5,
+                rolling_friction=2e-3,
+                hard="rolling friction acts while it slides too, and stops it for good",
+            ),
         ),
+        default="slide-to-roll",
+        facts=facts,
     ),
-    default="slide-to-roll",
-    facts=facts,
 )
-SYSTEMS = (SYSTEM,)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.heavy_top import ANGLES
@@ -35,39 +34,39 @@ _scene = partial(
     source="Routh 1905, Advanced Dynamics of a System of Rigid Bodies, 244; the numbers are ours",
 )
 _STEADY = RollingDisc(0.1, 9.81, 1.2, 4.0, 0.0, 0.0).steady_spin
-SYSTEM = smooth_system(
-    RollingDisc,
-    Path(__file__).parent / "rolling_disc.xml",
-    name="rolling-disc",
-    title="Rolling disc",
-    observables=tuple(Observable(name, "rad") for name in ANGLES),
-    scenes=(
-        _scene(
-            "wobbling",
-            "upright and fast enough to stay so, it wobbles",
-            duration=0.3,
-            profile="quick",
+SYSTEMS = (
+    smooth_system(
+        RollingDisc,
+        name="rolling-disc",
+        title="Rolling disc",
+        observables=tuple(Observable(name, "rad") for name in ANGLES),
+        scenes=(
+            _scene(
+                "wobbling",
+                "upright and fast enough to stay so, it wobbles",
+                duration=0.3,
+                profile="quick",
+            ),
+            _scene(
+                "circle",
+                "leaning, round a circle of 0.19 m",
+                tilt=1.2,
+                precession_rate=4.0,
+                tilt_rate=0.0,
+                spin_rate=_STEADY,
+            ),
+            _scene(
+                "falling",
+                "upright and too slow to stay so, it falls and rises again",
+                tilt_rate=0.5,
+                spin_rate=4.0,
+                hard="rolling upright is unstable below 5.7 rad/s",
+            ),
         ),
-        _scene(
-            "circle",
-            "leaning, round a circle of 0.19 m",
-            tilt=1.2,
-            precession_rate=4.0,
-            tilt_rate=0.0,
-            spin_rate=_STEADY,
-        ),
-        _scene(
-            "falling",
-            "upright and too slow to stay so, it falls and rises again",
-            tilt_rate=0.5,
-            spin_rate=4.0,
-            hard="rolling upright is unstable below 5.7 rad/s",
-        ),
+        default="wobbling",
+        errors=from_analytic("errors.contact_models.disc_steps.disc_errors"),
+        facts=facts,
+        interest=interest,
+        start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),
     ),
-    default="wobbling",
-    errors=from_analytic("errors.contact_models.disc_steps.disc_errors"),
-    facts=facts,
-    interest=interest,
-    start=("tilt", "precession_rate", "tilt_rate", "spin_rate"),
 )
-SYSTEMS = (SYSTEM,)

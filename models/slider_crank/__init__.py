@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.slider_crank import SliderCrank
@@ -29,32 +28,33 @@ _scene = partial(
     base=field_values(SliderCrank, (0.2, 0.5, 1.0, 1.0, 0.5, 9.81, 1.0, 10.0)),
     source="Uicker, Pennock and Shigley 2017, 2.8; the numbers are ours",
 )
-SYSTEM = smooth_system(
-    SliderCrank,
-    Path(__file__).parent / "slider_crank.xml",
-    name="slider-crank",
-    title="Slider-crank",
-    observables=(Observable("angle", "rad"), Observable("slider", "m")),
-    scenes=(
-        _scene(
-            "turning",
-            "the crank turns over, faster below than above",
-            1.0,
-            "quick",
-            steps=step_sizes(1e-2, 1e-3),
+SYSTEMS = (
+    smooth_system(
+        SliderCrank,
+        name="slider-crank",
+        title="Slider-crank",
+        observables=(Observable("angle", "rad"), Observable("slider", "m")),
+        scenes=(
+            _scene(
+                "turning",
+                "the crank turns over, faster below than above",
+                1.0,
+                "quick",
+                steps=step_sizes(1e-2, 1e-3),
+            ),
+            _scene(
+                "nearly-singular",
+                "a rod one part in a thousand longer than its crank",
+                0.5,
+                rod=0.2002,
+                steps=step_sizes(2e-3, 2e-4),
+                hard="upright, with slider on axis, "
+                "where the motion is not unique for equal lengths",
+            ),
         ),
-        _scene(
-            "nearly-singular",
-            "a rod one part in a thousand longer than its crank",
-            0.5,
-            rod=0.2002,
-            steps=step_sizes(2e-3, 2e-4),
-            hard="upright, with slider on axis, where the motion is not unique for equal lengths",
-        ),
+        default="turning",
+        facts=facts,
+        interest=interest,
+        start=("angle", "angular_velocity"),
     ),
-    default="turning",
-    facts=facts,
-    interest=interest,
-    start=("angle", "angular_velocity"),
 )
-SYSTEMS = (SYSTEM,)

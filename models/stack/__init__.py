@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from plumbob.analytic.systems.stack import Stack
@@ -28,27 +27,27 @@ _scene = partial(
     source="statics; the numbers are ours",
 )
 _two = partial(_scene, count=2)
-SYSTEM = contact_system(
-    Stack,
-    Path(__file__).parent / "stack.xml",
-    "errors.contact_models.stack_steps.stack_errors",
-    name="stack",
-    title="Stack of cubes",
-    observables=(Observable("top", "m"),),
-    scenes=(
-        _scene("equal", "five equal cubes", profile="quick"),
-        _scene("tall", "twenty equal cubes", count=20),
-        _two("light-top", "a ten-thousandth on top", mass_ratio=1e-4),
-        _two("heavy-top-100", "a hundred times as much on top", mass_ratio=100.0),
-        _two(
-            "heavy-top",
-            "ten thousand times as much on top",
-            mass_ratio=1e4,
-            hard="a contact pushes as if it carried the lighter cube alone",
+SYSTEMS = (
+    contact_system(
+        Stack,
+        theory="errors.contact_models.stack_steps.stack_errors",
+        name="stack",
+        title="Stack of cubes",
+        observables=(Observable("top", "m"),),
+        scenes=(
+            _scene("equal", "five equal cubes", profile="quick"),
+            _scene("tall", "twenty equal cubes", count=20),
+            _two("light-top", "a ten-thousandth on top", mass_ratio=1e-4),
+            _two("heavy-top-100", "a hundred times as much on top", mass_ratio=100.0),
+            _two(
+                "heavy-top",
+                "ten thousand times as much on top",
+                mass_ratio=1e4,
+                hard="a contact pushes as if it carried the lighter cube alone",
+            ),
         ),
+        default="equal",
+        facts=facts,
+        interest=lambda case: (Quantity("top", case.problem.size),),  # an edge
     ),
-    default="equal",
-    facts=facts,
-    interest=lambda case: (Quantity("top", case.problem.size),),  # an edge
 )
-SYSTEMS = (SYSTEM,)

@@ -18,7 +18,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ULP
-from plumbob.analytic.numerics.collocation import TimeGrid, collocate, gauss_collocation
+from plumbob.analytic.numerics.collocation import (
+    RightHandSide,
+    TimeGrid,
+    collocate,
+    gauss_collocation,
+)
 from plumbob.analytic.numerics.linear_flow import Response
 from plumbob.analytic.numerics.smooth.smooth_system import TINY, SmoothSystem
 from plumbob.analytic.parameters import ParameterError
@@ -208,7 +213,7 @@ def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, f
     while len(slopes) < BLOCK and step >= SMALLEST * track.step:
         guess = step * system.slope(time, state)
         scale = _scales(np.max([track.size, np.abs(state), np.abs(guess)], axis=0))
-        right = _RightHandSide(system, time + step * rule.nodes, step)
+        right = _scaled(system, time + step * rule.nodes, step)
         solved = collocate(rule, right, state, np.tile(guess, (STAGES, 1)), scale)
         if solved is None or not rule.truncation(solved, scale) <= RESOLVED:
             step /= 2
@@ -232,19 +237,15 @@ def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, f
     )
 
 
-@dataclass(frozen=True)
-class _RightHandSide:
+def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
     """A system's rates times a `step` [s], at the `times` [s] of its nodes."""
 
-    system: SmoothSystem
-    times: Array
-    step: float
+    def rates(states: Array, wanted: bool) -> tuple[Array, Array]:
+        slopes = step * system.slope(times, states.T).T
+        jacobian = step * np.moveaxis(system.jacobian(times, states.T), -1, 0) if wanted else slopes
+        return slopes, jacobian
 
-    def __call__(self, states: Array, wanted: bool) -> tuple[Array, Array]:
-        slopes = self.step * self.system.slope(self.times, states.T).T
-        if not wanted:
-            return slopes, slopes
-        return slopes, self.step * np.moveaxis(self.system.jacobian(self.times, states.T), -1, 0)
+    return rates
 
 
 def _shot(system: SmoothSystem, block: Response) -> Array:

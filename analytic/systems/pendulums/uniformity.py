@@ -37,12 +37,13 @@ SAMPLES = 20_000  # over a period: parts of it to four digits
 
 @dataclass(frozen=True)
 class Uniformity:
-    """The three measures (module docstring), of one rotation or shape (...) of many; NaN where
-    the motion does not turn over."""
+    """The three measures (module docstring) and the period, of one rotation or shape (...) of many;
+    NaN where the motion does not turn over."""
 
     spread: Array
     deviation: Array
     near: Array
+    period: Array  # [s] of a turn
 
 
 def of_motion(motion: PendulumMotion) -> Uniformity:
@@ -52,9 +53,12 @@ def of_motion(motion: PendulumMotion) -> Uniformity:
     return _measures(motion.state(times)[1], np.asarray(motion.theta_dot), np.ones(SAMPLES))
 
 
-def from_below(potential: TrigonometricPotential, inertia: float, speeds: Array) -> Uniformity:
+def from_below(
+    potential: TrigonometricPotential, inertia: Array | float, speeds: Array
+) -> Uniformity:
     """Measures of rotations from theta = 0 with `speeds` [rad/s], which broadcast with the
-    coefficients of the `potential` [J] to the shape of the answer; by quadrature over theta."""
+    `inertia` [kg m^2] and the coefficients of the `potential` [J] to the shape of the answer; by
+    quadrature over theta."""
     rates = _rates(potential, np.asarray(inertia), speeds)
     return _measures(rates, speeds, 1.0 / rates)  # dt = dtheta/theta_dot
 
@@ -69,26 +73,15 @@ def _measures(rates: Array, first: Array, spans: Array) -> Uniformity:
         np.ptp(rates, axis=-1) / np.abs(first),
         np.sqrt(np.maximum(square - mean**2, 0.0)) / np.abs(mean),
         (parts * close).sum(axis=-1),
+        2 * np.pi / np.abs(mean),
     )
-
-
-def periods_from_below(potential: TrigonometricPotential, inertia: Array, speed: Array) -> Array:
-    """Periods [s] of rotations from theta = 0 with a `speed` [rad/s], which broadcasts with the
-    `inertia` [kg m^2] and the coefficients of the `potential` [J]; NaN where it swings."""
-    turn = 2 * np.pi / _rates(potential, inertia, speed)
-    return np.asarray(turn.mean(axis=-1))
 
 
 def _rates(potential: TrigonometricPotential, inertia: Array, speeds: Array) -> Array:
     """Speeds [rad/s] at ANGLES angles of a turn, the last axis; NaN where it does not turn over."""
-    well = _over_a_turn(potential)
+    a, b, c = (np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
+    theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
+    well = np.asarray(TrigonometricPotential(a, b, c).value(theta))
     squares = speeds[..., None] ** 2 - 2 * (well - well[..., :1]) / inertia[..., None]
     turning = squares.min(axis=-1, keepdims=True) > 0.0
     return np.sqrt(np.where(turning, squares, np.nan))
-
-
-def _over_a_turn(potential: TrigonometricPotential) -> Array:
-    """The potential [J] at ANGLES angles of a turn, the last axis."""
-    a, b, c = (np.asarray(double(x))[..., None] for x in (potential.a, potential.b, potential.c))
-    theta = np.arange(ANGLES) * (2 * np.pi / ANGLES)
-    return np.asarray(TrigonometricPotential(a, b, c).value(theta))

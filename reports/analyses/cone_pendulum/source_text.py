@@ -12,7 +12,7 @@ from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
-from plumbob.analytic.systems.pendulums.uniformity import periods_from_below
+from plumbob.analytic.systems.pendulums.uniformity import from_below
 from plumbob.analytic.systems.platform_energy import energies
 from plumbob.engines.study.results import Study
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -147,11 +147,11 @@ def over_rates(pendulum: ConePendulum, axis: str, values: Array) -> Record:
     shifted = body.mass * (np.square(s) - usual[0] ** 2) + 0 * squares  # Steiner
     flank = 0.5 * (body.inertia_y + shifted - body.inertia_z) * squares
     swing, weight = body.mass * y * s * squares, body.mass * pendulum.gravity * s + 0 * squares
-    periods = periods_from_below(
+    periods = from_below(
         TrigonometricPotential(flank, swing, weight),
         body.inertia_x + shifted,
         np.asarray(pendulum.theta_dot),
-    )
+    ).period
     turning = np.isfinite(periods)
     edge = np.argwhere(turning[1:] != turning[:-1])
     return Record(
