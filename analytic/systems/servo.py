@@ -5,19 +5,26 @@ gear (MuJoCo's documentation, Computation, "Actuation model", of a position actu
 
     J x'' = n F - c x',   F = -n (kp x + kv x'), at most F_max in magnitude                     (1)
 
-is a linear oscillator, overdamped or not, or at the limit a damped body under a constant force.
+is a linear oscillator, overdamped or not, or at the limit a damped body under a constant force. The
+unlimited F obeys in the first the equation of x, so that its peaks fall from one to the next, and
+turns at most once in the second. F does not jump from piece to piece: what an end is late by moves
+the motion in second order only.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from typing import Any
 
+import numpy as np
+
 from plumbob.analytic.numerics.arithmetic import rounded_inputs
-from plumbob.analytic.numerics.rotor.limited_oscillator import LimitedOscillator, Piece
+from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
+from plumbob.analytic.numerics.rotor.linear_oscillator import linear_motion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import check_fields
 from plumbob.analytic.reference import Array, LinearResponse
@@ -66,21 +73,23 @@ class Servo(LinearResponse):
         inside = self.gear**2 * self.kv
         return self.damping / (self.damping + inside) if inside else 1.0
 
-    @cached_property
-    def limited(self) -> LimitedOscillator:
-        """Eq. 1 behind the gear."""
-        square = self.gear**2
-        gains = square * self.kp, square * self.kv
-        most = self.gear * self.force_limit
-        return LimitedOscillator(self.started.mass, *gains, self.damping, most)
+    @property
+    def limit(self) -> float:
+        """The largest torque behind the gear [N m]."""
+        return self.gear * self.force_limit
+
+    def unlimited(self, x: float, v: float) -> float:
+        """n F without its limit [N m]."""
+        return -(self.gear**2) * (self.kp * x + self.kv * v)
 
     @property
     def system(self) -> SmoothSystem:
         """Eq. 1 as theory steps it."""
-        of, matrix, start = self.limited, ((self.started.mass,),), (self.theta, self.theta_dot)
+        matrix, start = ((self.started.mass,),), (self.theta, self.theta_dot)
 
         def torques(p: Any, time: float, q: Any, v: Any) -> tuple[float]:
-            return (min(max(of.unlimited(*q, *v), -of.limit), of.limit) - self.damping * v[0],)
+            torque = min(max(self.unlimited(*q, *v), -self.limit), self.limit)
+            return (torque - self.damping * v[0],)
 
         return SmoothSystem(
             STATE[:1], STATE[1:], lambda p, q: matrix, torques, {}, start[:1], start[1:]
@@ -90,13 +99,18 @@ class Servo(LinearResponse):
         """Damping [1/s] and stiffness [1/s^2] that a step takes on the state after it: at the limit
         the joint's alone."""
         damping = scheme.implicit_damping * self.started.damping_rate
-        if abs(self.limited.unlimited(*state)) >= self.limited.limit:
+        if abs(self.unlimited(*state)) >= self.limit:
             return min(damping, self.damping / self.started.mass), 0.0
         return damping, self.started.gravity * scheme.implicit_spring
 
     def pieces(self) -> Iterator[Piece]:
         """The parts of the motion, one after another."""
-        return self.limited.pieces(self.theta, self.theta_dot)
+        torque = self.unlimited(self.theta, self.theta_dot)
+        side = math.copysign(1.0, torque) if abs(torque) > self.limit else 0.0
+        piece: Piece | None = Piece(self, 0.0, self.theta, self.theta_dot, side)
+        while piece is not None:
+            yield piece
+            piece = piece.following
 
     @cached_property
     def saturates(self) -> bool:
@@ -106,15 +120,94 @@ class Servo(LinearResponse):
     @property
     def peak_force(self) -> float:
         """The largest |F| [N m]: that of the start, of the first peak, or the limit."""
-        first = Piece(self.limited, 0.0, self.theta, self.theta_dot, 0.0)
+        first = Piece(self, 0.0, self.theta, self.theta_dot, 0.0)
         torque = max(abs(first.torque(since)) for since in (0.0, first.peak))
         return min(self.force_limit, torque / self.gear)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
         """x [rad] and x' [rad/s] at `times` [s], shape (n,)."""
-        states = self.limited.states(self.theta, self.theta_dot, times)
+        states = np.zeros((2, len(times)))
+        for piece in self.pieces():
+            if not (later := times >= piece.begin).any():
+                break
+            states[:, later] = piece.states(times[later] - piece.begin)
         return dict(zip(STATE, states, strict=True))
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Absolute errors, shape (n,), by the effect of each parameter's rounding."""
         return rounded_inputs(self, lambda servo: servo.observe(times), ROUNDINGS)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of the motion from `begin` [s], x and x' there, and the `side` on which n F is at
+    its limit, 1 or -1, or 0."""
+
+    servo: Servo
+    begin: float
+    x: float
+    v: float
+    side: float
+
+    @cached_property
+    def motion(self) -> DrivenRotor:
+        """Its equation, over J."""
+        servo, inertia = self.servo, self.servo.started.mass
+        if not self.side:
+            return servo.started.rotor
+        constant = math.pi / 2.0  # the phase of a frequency of 0
+        push = self.side * servo.limit / inertia
+        drag = servo.damping / inertia
+        return DrivenRotor(damping_rate=drag, forcing_amplitude=push, forcing_phase=constant)
+
+    def states(self, since: Array | float) -> tuple[Array, Array]:
+        """x and x' so long after its begin [s], shape (n,)."""
+        return linear_motion(self.motion, self.x, self.v, np.asarray(since))
+
+    def torque(self, since: float) -> float:
+        """n F without its limit [N m]."""
+        return self.servo.unlimited(*map(float, self.states(since)))
+
+    def slope(self, since: float) -> float:
+        """Of that [N m/s]."""
+        x, v = map(float, self.states(since))
+        return self.servo.unlimited(v, float(self.motion.acceleration(0.0, x, v)))
+
+    @property
+    def peak(self) -> float:
+        """The first peak of |n F| below the limit [s]; 0 where it falls."""
+        pull, damping = self.motion.stiffness, self.motion.damping_rate
+        torque, slope = self.torque(0.0), self.slope(0.0)
+        # of T = n F, T' falls as e^(-damping t/2) (slope c + bend s), c and s/root cosine and sine
+        bend, root = -pull * torque - damping / 2 * slope, math.sqrt(abs(pull - damping**2 / 4))
+        late = 0.0
+        if pull > damping**2 / 4:
+            late = math.atan2(-root * slope, bend) % math.pi / root
+        elif root * abs(slope) < abs(bend):
+            late = math.atanh(-root * slope / bend) / root if root else -slope / bend
+        return max(late, 0.0)
+
+    @property
+    def following(self) -> Piece | None:
+        """The next one; None after the last."""
+        from scipy.optimize import brentq
+
+        scale = 1.0 / math.sqrt(self.servo.started.gravity)
+        first, last = 0.0, scale if self.side else self.peak
+        side = self.side or math.copysign(1.0, self.torque(last))
+
+        def beyond(since: float) -> float:
+            return side * self.torque(since) - self.servo.limit
+
+        if not self.side:
+            if not last or beyond(last) <= 0.0:
+                return None
+            last = brentq(beyond, 0.0, last) if beyond(0.0) < 0.0 else 0.0
+        else:
+            while beyond(last) > 0.0:
+                last *= 2.0
+            if side * self.slope(0.0) > 0.0:
+                first = brentq(self.slope, 0.0, last)
+            last = brentq(beyond, first, last)
+        x, v = map(float, self.states(last))
+        return replace(self, begin=self.begin + last, x=x, v=v, side=0.0 if self.side else side)
