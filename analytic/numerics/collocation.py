@@ -63,7 +63,7 @@ class Collocation:
 
     def integral_to(self, fractions: Array) -> Array:
         """Rows that integrate from 0 to each of `fractions`, shape (m,); result (m, n)."""
-        return _integrated_legendre(fractions, len(self.nodes)) @ self.spectrum
+        return basis(fractions, len(self.nodes) + 1) @ self.antiderivative @ self.spectrum
 
     def primitive(self, start: Array, slopes: Array) -> Array:
         """Legendre coefficients, shape (n + 1, d), of `start`, shape (d,), plus the integral of the
@@ -105,24 +105,17 @@ def _collocation(points: Array) -> Collocation:
     stages, nodes = len(points), (points + 1.0) / 2.0
     spectrum = np.linalg.inv(np.asarray(legendre.legvander(points, stages - 1), dtype=np.float64))
     slopes = 2.0 * legendre.legvander(points, stages - 2) @ legendre.legder(spectrum)
+    # Legendre coefficients of the integrals from 0 of the shifted Legendre polynomials
+    antiderivative = np.asarray(0.5 * legendre.legint(np.eye(stages), lbnd=-1.0), np.float64)
+    *integral, weights = basis(np.append(nodes, 1.0), stages + 1) @ antiderivative @ spectrum
     return Collocation(
         nodes=nodes,
-        weights=(_integrated_legendre(np.ones(1), stages) @ spectrum)[0],
-        integral=_integrated_legendre(nodes, stages) @ spectrum,
+        weights=weights,
+        integral=np.array(integral),
         derivative=np.asarray(slopes),
         spectrum=spectrum,
-        # Legendre coefficients of the integrals from 0 of the shifted Legendre polynomials
-        antiderivative=np.asarray(0.5 * legendre.legint(np.eye(stages), lbnd=-1.0)),
+        antiderivative=antiderivative,
     )
-
-
-def _integrated_legendre(fractions: Array, stages: int) -> Array:
-    """Integral from 0 to `fractions` of the shifted Legendre polynomials of degree below `stages`,
-    by (2k + 1) P_k = P'_{k+1} - P'_{k-1}."""
-    values = legendre.legvander(2 * np.asarray(fractions, dtype=float) - 1, stages)
-    degree = np.arange(1, stages)
-    first = (values[:, :1] + values[:, 1:2]) / 2
-    return np.hstack([first, (values[:, 2:] - values[:, :-2]) / (2 * (2 * degree + 1))])
 
 
 def basis(places: Array, count: int) -> Array:

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.cone_pendulum import ConePendulum
 
@@ -66,13 +67,6 @@ def energies(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Energies
 def drive_torque(pendulum: ConePendulum, theta: Array, theta_dot: Array) -> Array:
     """Torque [N m] of the drive that keeps the platform's rate, at the states `theta` [rad],
     `theta_dot` [rad/s], shape (n,): the rate of the angular momentum about the platform's axis."""
-    body, w = pendulum.body, pendulum.platform_rate
-    x, y, arm = pendulum.pivot_x, pendulum.pivot_y, body.mass * body.com_distance
-    sine, cosine = np.sin(theta), np.cos(theta)
-    slope = (body.inertia_y - body.inertia_z) * sine * cosine
-    slope = 2 * (slope + arm * y * cosine + body.inertia_yz * (cosine**2 - sine**2))
-    # d(momentum)/d(theta) times theta_dot, and the angular acceleration where the pivot is aside
-    lifted = slope * w**2 / 2 - body.mass * pendulum.gravity * body.com_distance * sine
-    return np.asarray(
-        w * slope * theta_dot + arm * x * (cosine * lifted / body.inertia_x - sine * theta_dot**2)
-    )
+    gained = pendulum.motion.rotor.acceleration(0.0, theta + pendulum.tilt, theta_dot)
+    ahead = theta + 1j * TINY * theta_dot, theta_dot + 1j * TINY * gained
+    return np.asarray(energies(pendulum, *ahead).angular_momentum.imag / TINY)

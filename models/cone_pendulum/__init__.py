@@ -86,15 +86,11 @@ def change(parameters: Parameters, changes: Parameters) -> Parameters:
 def invariants(problem: ConePendulum, observed: Mapping[str, Array]) -> Mapping[str, Array]:
     """Drift of the Jacobi integral [J] over the spread of the potential; and of the action over its
     own start, where a motion repeats: dI = dH/Omega, Sudakov 2015, eq. 12, to first order in dH."""
-    v = problem.motion.potential
-    a, b, c = (float(double(x)) for x in (v.a, v.b, v.c))
-    angle = observed["theta"] + problem.tilt
-    sine, cosine = np.sin(angle), np.cos(angle)
-    kinetic = problem.body.inertia_x * observed["theta_dot"] ** 2 / 2
-    energy = kinetic - (a * sine + b) * sine - c * cosine
+    motion, inertia, rates = problem.motion, problem.body.inertia_x, observed["theta_dot"]
+    energy = inertia * motion.rotor.energy(observed["theta"] + problem.tilt, rates)
     drift = energy - energy[0]
-    drifts = {"jacobi_integral": drift / max(abs(a) + abs(b) + abs(c), kinetic[0])}
-    motion = problem.motion
+    spread = max(motion.potential.scale, inertia * rates[0] ** 2 / 2)
+    drifts = {"jacobi_integral": drift / spread}
     if motion.regime in ("libration", "rotation"):
         drifts["action"] = drift / (motion.mean_rate * motion.action)
     return drifts

@@ -35,6 +35,7 @@ _FADED = 20.0  # A t after which a motion on a separatrix is at rest at the sadd
 _Quartic = tuple[Quad, Quad, Quad, Quad, Quad]  # A0 ... A4 [1/s^2]
 _REACHED = 1e-15  # of an angle: beyond a turning point by rounding
 _BISECTIONS = 60  # of a time to its last digit
+OF_PERIOD = 1024  # samples: a hundred time constants of a saddle take half of them
 SAMPLES = 65  # of a period, between which the motion turns back once at most
 
 
@@ -180,6 +181,14 @@ class EllipticMotion:
             ),
             (u, v, -u * (lift + speed * t.bend) - 2 * a4 * t.s * t.p_dot * v),
         )
+
+    @property
+    def action(self) -> Any:
+        """(1/2 pi) closed integral of p dtheta [J s]: the mean of theta_dot^2 over a period, which
+        the trapezoid rule gives with geometric convergence."""
+        period = double(self.period)
+        rates = self.state(np.multiply.outer(np.arange(OF_PERIOD) / OF_PERIOD, period))[1]
+        return double(self.inertia) * np.mean(rates**2, axis=0) * period / (2 * np.pi)
 
     def time_at(self, theta: Array) -> Array:
         """Time [s] after the start at which a single motion first reaches `theta` [rad], shape

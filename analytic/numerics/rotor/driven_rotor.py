@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from plumbob.analytic.numerics.smooth.smooth_system import TINY
 from plumbob.analytic.parameters import check_fields
@@ -68,14 +67,13 @@ class DrivenRotor:
         -damping_rate everywhere."""
         return np.asarray(self.acceleration(0.0, theta + 1j * TINY, 0.0).imag / TINY)
 
-    def energy(self, theta: npt.ArrayLike, theta_dot: npt.ArrayLike) -> Array:
+    def energy(self, theta: Any, theta_dot: Any) -> Array:
         """Energy per moment of inertia [rad^2/s^2], theta_dot^2/2 + V; a constant of the motion
         when `conservative`."""
-        theta = np.asarray(theta, dtype=float)
-        well = -self.sin2 * np.sin(theta) ** 2 - self.cos * np.sin(theta) - self.sin * np.cos(theta)
-        return np.asarray(
-            0.5 * np.asarray(theta_dot, dtype=float) ** 2 + well + 0.5 * self.stiffness * theta**2
-        )
+        sine = np.sin(theta)
+        well = -(self.sin2 * sine + self.cos) * sine - self.sin * np.cos(theta)
+        well = well + 0.5 * self.stiffness * np.square(theta)
+        return np.asarray(0.5 * np.square(theta_dot) + well)
 
     def rate(self) -> float:
         """Bound on the rate of change of a motion near rest [1/s]."""

@@ -51,9 +51,9 @@ class _Track:
     end: Array  # its last state, shape (d,)
     response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
     size: Array  # largest magnitudes so far, shape (d,)
-    times: Array  # [s] at which the two below are known, shape (m,)
-    apart: Array  # largest difference of the two methods so far, shape (m, d)
-    condition: Array  # change for a relative change of one in all inputs, in magnitude, (m, d)
+    apart: Array  # largest difference of the two methods so far, shape (d,)
+    times: Array  # [s] at which what follows is known, shape (m,)
+    doubts: Array  # that difference and the effect of rounded inputs, shape (m, d)
     until: float = math.inf  # [s] to where the motion is certified
     why: str = ""  # it is not certified further
 
@@ -82,7 +82,9 @@ class CertifiedMotion:
         track = self._until(times)
         assert track.solution is not None
         states = track.solution.at(np.asarray(times))[:, :, 0]
-        doubts = _at(track, track.apart + ULP * track.condition, times)
+        after = np.searchsorted(track.times, times, side="right")
+        before, last = track.doubts[after - 1], len(track.doubts) - 1
+        doubts = np.maximum(before, track.doubts[np.minimum(after, last)])
         return self.system.doubts(states.T, doubts.T)
 
     def known_until(self, last: float) -> float:
@@ -92,18 +94,6 @@ class CertifiedMotion:
         except ParameterError:
             return self._known[0].until
         return last
-
-    def disagreement(self, times: Array) -> Mapping[str, Array]:
-        """Largest difference of the two methods up to `times` [s], shape (n,)."""
-        track = self._until(times)
-        return self._named(_at(track, track.apart, times))
-
-    def condition(self, times: Array) -> Mapping[str, Array]:
-        """Change at `times` [s], shape (n,), for a relative change of one in every parameter, in
-        the time, and in the state, at its largest magnitude so far, at time 0; summed in
-        magnitude."""
-        track = self._until(times)
-        return self._named(_at(track, track.condition, times))
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
         """The rates' nonlinear response to errors of the state, shape (n,) each, over the linear
@@ -115,10 +105,6 @@ class CertifiedMotion:
         remainder = np.subtract(*rates) - linear
         largest = float(np.abs(linear).max())
         return float(np.abs(remainder).max()) / largest if largest else 0.0
-
-    def _named(self, values: Array) -> Mapping[str, Array]:
-        names = (*self.system.coordinates, *self.system.rates)
-        return dict(zip(names, values.T, strict=True))
 
     def _until(self, times: Array) -> _Track:
         """The track up to the last of `times` [s] or beyond; raises ParameterError."""
@@ -138,8 +124,9 @@ def _begun(system: SmoothSystem) -> _Track:
     size, count = len(start), len(start) + len(system.parameters)
     rate = _fastest(system, 0.0, start)
     step = 2.0 ** math.floor(-math.log2(rate)) if 0.0 < rate < math.inf else 1.0
-    response, nothing = np.eye(size, count + 1), np.empty((0, size))
-    return _Track(step, None, start, response, np.abs(start), np.empty(0), nothing, nothing)
+    response, none = np.eye(size, count + 1), np.empty((0, size))
+    apart = np.zeros(size)
+    return _Track(step, None, start, response, np.abs(start), apart, np.empty(0), none)
 
 
 def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
@@ -148,12 +135,6 @@ def _fastest(system: SmoothSystem, time: float, state: Array) -> float:
     if not np.isfinite(jacobian).all():
         return math.inf
     return float(np.abs(np.linalg.eigvals(jacobian)).max())
-
-
-def _at(track: _Track, values: Array, times: Array) -> Array:
-    """The larger of `values`, shape (m, d), at the two known times next to each of `times`."""
-    after = np.searchsorted(track.times, times, side="right")
-    return np.maximum(values[after - 1], values[np.minimum(after, len(values) - 1)])
 
 
 def _extended(system: SmoothSystem, track: _Track) -> _Track:
@@ -168,10 +149,11 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
     weights = np.append(size, np.ones(len(system.parameters)))
     condition = np.abs(responses[..., :-1]) @ weights + np.abs(states)
     condition += np.abs(times * system.slope(times, states.T)).T
-    apart = np.concatenate([track.apart[-1:], np.abs(responses[..., -1])])
-    apart = np.maximum.accumulate(apart)[-len(times) :]
+    apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
+    apart = np.maximum.accumulate(apart)[1:]
+    doubts = apart + ULP * condition
     sure = SURE * _scales(size, 1.0 / np.diff(block.orbit.breakpoints).max())
-    lost = ~(apart + ULP * condition <= sure).all(axis=1)
+    lost = ~(doubts <= sure).all(axis=1)
     until = block.orbit.duration if why else track.until
     if lost.any():
         until, why = float(times[lost.argmax()]), "double precision determines it no further"
@@ -181,9 +163,9 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
         block.end[:, 0],
         response,
         size,
+        apart[-1],
         np.concatenate([track.times, times]),
-        np.concatenate([track.apart, apart]),
-        np.concatenate([track.condition, condition]),
+        np.concatenate([track.doubts, doubts]),
         until,
         why,
     )

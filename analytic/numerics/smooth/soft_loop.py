@@ -33,12 +33,7 @@ def softened(
     soft = inverse_mass * (1 - loop.impedance) / loop.impedance
 
     def forces(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
-        mass: Array = np.array(tree.mass_matrix(p, q))
-        free: Array = np.array(tree.forces(p, time, q, v))
-        gap, across, bent = (np.array(part) for part in gaps(p, q, v))
-        light = np.linalg.solve(mass, across.T)
-        wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free - bent
-        pull = np.linalg.solve(across @ light + soft * np.eye(len(gap)), wanted)
+        free, across, pull = _pulled(tree, gaps, (p, time, q, v), damping, stiffness, soft)
         return list(free + across.T @ pull)
 
     return replace(tree, forces=forces)
@@ -47,9 +42,22 @@ def softened(
 def loop_force(tree: SmoothSystem, gaps: Gaps, q: Array, v: Array) -> Array:
     """The force [N] that keeps the `gaps` of a tree shut rigidly at its angles and rates, shape
     (n,) each: l of eq. 1 for no softness and no gap, shape (m,)."""
-    p = tree.values
+    return _pulled(tree, gaps, (tree.values, 0.0, q, v))[2]
+
+
+def _pulled(
+    tree: SmoothSystem,
+    gaps: Gaps,
+    at: tuple[Any, Any, Any, Any],
+    damping: float = 0.0,
+    stiffness: float = 0.0,
+    soft: float = 0.0,
+) -> tuple[Array, Array, Array]:
+    """f, J and l of eq. 1 with these b, k and R, `at` p, t, q and q'."""
+    p, _, q, v = at
     mass: Array = np.array(tree.mass_matrix(p, q))
-    free: Array = np.array(tree.forces(p, 0.0, q, v))
-    _, across, bent = (np.array(part) for part in gaps(p, q, v))
+    free: Array = np.array(tree.forces(*at))
+    gap, across, bent = (np.array(part) for part in gaps(p, q, v))
     light = np.linalg.solve(mass, across.T)
-    return np.asarray(np.linalg.solve(across @ light, -light.T @ free - bent))
+    wanted = -damping * (across @ np.array(v)) - stiffness * gap - light.T @ free - bent
+    return free, across, np.linalg.solve(across @ light + soft * np.eye(len(gap)), wanted)

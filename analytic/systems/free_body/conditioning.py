@@ -24,20 +24,19 @@ def uncertainty(body: Rotation, times: Array) -> Mapping[str, Array]:
     input, of the times, and of the angular momentum where it is nearest to an axis: a start next to
     the unstable axis has small components, whose roundings are small, and later ones are not."""
     times = np.asarray(times, dtype=np.float64)
-    rates, attitude = body.state(times)
+    here = body.state(times)
     fastest = double(body.magnitude / min(body.inertia))
     late = ULP * (1.0 + fastest * np.abs(times))
-    moved_rates = ULP * np.abs(rates) + late * (fastest if body.turning else 0.0)
-    moved_attitude = np.full_like(attitude, ULP) + late
+    moved_rates = ULP * np.abs(here[0]) + late * (fastest if body.turning else 0.0)
+    moved = np.concatenate([moved_rates, np.full_like(here[1], ULP) + late])
     change = _change(body)
     for near in varied(body, change):
-        there = near.state(times)
-        moved_rates = moved_rates + np.abs(there[0] - rates) * (ULP / change)
-        moved_attitude = moved_attitude + np.abs(there[1] - attitude) * (ULP / change)
+        moved = moved + np.abs(np.concatenate(near.state(times)) - np.concatenate(here)) * (
+            ULP / change
+        )
     if body.turning is not None:
-        later = _rounded_on_the_way(body, times)
-        moved_rates, moved_attitude = moved_rates + later[0], moved_attitude + later[1]
-    return dict(zip((*RATES, *ATTITUDE), (*moved_rates, *moved_attitude), strict=True))
+        moved = moved + _rounded_on_the_way(body, times)
+    return dict(zip((*RATES, *ATTITUDE), moved, strict=True))
 
 
 def nonlinearity(body: Rotation, times: Array, errors: Mapping[str, Array]) -> float:
@@ -68,9 +67,9 @@ def _change(body: Rotation) -> float:
     return max(_LEAST, _CHANGE**2 * float(double(body.turning.b / body.turning.a)) ** 2)
 
 
-def _rounded_on_the_way(body: Rotation, times: Array) -> tuple[Array, Array]:
+def _rounded_on_the_way(body: Rotation, times: Array) -> Array:
     """Change by a rounding of each component of the angular momentum, one unit in the last place of
-    its magnitude, where the middle one first passes zero."""
+    its magnitude, where the middle one first passes zero; shape (7, n)."""
     turning = body.turning
     assert turning is not None
     wait = -turning.begin
@@ -88,4 +87,4 @@ def _rounded_on_the_way(body: Rotation, times: Array) -> tuple[Array, Array]:
         moved = moved + np.abs(near[0] - rates) * (ULP / change)
         turned = turned + np.sqrt(((near[1] - attitude) ** 2).sum(axis=0)) * (ULP / change)
     late = times >= wait
-    return moved * late, np.broadcast_to(turned * late, attitude.shape)
+    return np.concatenate([moved, *[turned[None]] * 4]) * late

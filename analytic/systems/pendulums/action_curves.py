@@ -19,7 +19,6 @@ from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
 from plumbob.analytic.numerics.quad import double
 from plumbob.analytic.reference import Array
 
-SAMPLES = 1024  # of an orbit in time: the mean square speed converges geometrically
 NEAREST = 1e-6  # of a branch's energies: how near it comes to a separatrix
 
 
@@ -75,7 +74,4 @@ def _branch(
 ) -> Branch:
     speeds = np.sqrt(2 * (energies - float(double(potential.value(start)))) / inertia)
     motions = solve(potential, inertia, np.full_like(speeds, start), speeds)
-    periods = np.asarray(double(motions.period))
-    times = (np.arange(SAMPLES) / SAMPLES)[:, None] * periods
-    squares = np.mean(motions.state(times)[1] ** 2, axis=0)
-    return Branch(name, energies, periods, inertia * squares * periods / (2 * np.pi))
+    return Branch(name, energies, np.asarray(double(motions.period)), motions.action)

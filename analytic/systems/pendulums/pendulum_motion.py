@@ -143,19 +143,7 @@ class PendulumMotion:
             return 0.0
         if self.regime == "separatrix":
             return float("nan")
-        return self.inertia * float(np.mean(self._samples[1] ** 2)) * self.period / (2 * np.pi)
-
-    @cached_property
-    def _samples(self) -> tuple[Array, Array]:
-        """theta and theta_dot at equally spaced times of one period, so many that the trapezoid
-        rule, which converges geometrically, gives the mean of theta_dot^2 to round-off."""
-        count, last = 32, np.inf
-        while True:
-            samples = self.closed_form.state(self.period * np.arange(count) / count)
-            mean = float(np.mean(samples[1] ** 2))
-            if abs(mean - last) <= 4e-16 * mean or count == 2**16:
-                return samples
-            count, last = 2 * count, mean
+        return float(self.closed_form.action)
 
     @property
     def period_condition(self) -> float:
