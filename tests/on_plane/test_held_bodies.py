@@ -45,7 +45,7 @@ def test_incline_with_40_digits(speed, part):
             pulled = 0 if cube.holds else g * (mp.sin(slope) - f * mp.cos(slope))
             x, v = x + pulled * left**2 / 2, v + pulled * left
             assert abs(x - mp.mpf(exact["x"][i])) <= doubt["x"][i]
-            assert abs(v - mp.mpf(exact["speed"][i])) <= doubt["speed"][i]
+            assert abs(v - mp.mpf(exact["speed"][i])) <= doubt["speed"][i] + mp.eps
     assert doubt["speed"][-1] < 1e-14  # at the start
 
 
