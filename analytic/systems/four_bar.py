@@ -168,8 +168,8 @@ def _closed(p: Any, t: Any) -> tuple[Any, Any, Any]:
     apart = _cross(v, w)
     turn, swing = -_cross(u, w) / apart, -_cross(u, v) / apart
     k = [-i - turn**2 * j + swing**2 * m for i, j, m in zip(u, v, w, strict=True)]
-    bends = (-(k[0] * link[0] + k[1] * link[1]) / apart for link in (w, v))
-    return (u, v, w), (turn, swing), (*bends,)
+    turnings = (-(k[0] * link[0] + k[1] * link[1]) / apart for link in (w, v))
+    return (u, v, w), (turn, swing), (*turnings,)
 
 
 def _links(p: Any, t: Any) -> tuple[Link, ...]:
