@@ -146,8 +146,9 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
     times, states = _between(block, shots)
     responses, response = _carried(track.response, block, shots)
     size = np.maximum(track.size, np.abs(states).max(axis=0))
-    weights = np.append(size, np.ones(len(system.parameters)))
-    condition = np.abs(responses[..., :-1]) @ weights + np.abs(states)
+    condition = np.abs(states) + np.abs(responses[..., :-1]) @ (
+        np.append(size, np.ones(len(system.parameters)))
+    )
     condition += np.abs(times * system.slope(times, states.T)).T
     apart = np.concatenate([track.apart[None], np.abs(responses[..., -1])])
     apart = np.maximum.accumulate(apart)[1:]

@@ -82,8 +82,8 @@ def _rounded_on_the_way(body: Rotation, times: Array) -> Array:
     change = _change(body)
     moved, turned = np.zeros_like(rates), np.zeros_like(after)
     shifts = np.diag([quad(change) * body.magnitude / i for i in body.inertia])
-    for rate_x, rate_y, rate_z in np.array([x, y, z]) + shifts:
-        near = Rotation(body.inertia, (rate_x, rate_y, rate_z)).state(after)
+    for x, y, z in np.array(there.rates) + shifts:
+        near = Rotation(body.inertia, (x, y, z)).state(after)
         moved = moved + np.abs(near[0] - rates) * (ULP / change)
         turned = turned + np.sqrt(((near[1] - attitude) ** 2).sum(axis=0)) * (ULP / change)
     late = times >= wait
