@@ -222,14 +222,13 @@ def _righted(
     looks: Sequence[Look], peer: PeerModel, held: Held, right: Sequence[str]
 ) -> list[Look]:
     """The looks with the engine's acceleration as it is with some terms put right."""
-    terms, step, velocity = held.model.terms(), held.model.step, held.model.layout.velocity
+    step, velocity = held.model.step, held.model.layout.velocity
 
     def acceleration(look: Look) -> Array:
-        peer.begin(look.state)
-        force = _force(terms, peer, look.state, look.control, right, step)
-        peer.begin(look.state)
-        after = peer.advance(look.control, force, 1)
-        return (after[velocity] - look.state[velocity]) / step
+        moved = Script(look.state, step, look.control[None])
+        one_step = replace(held, script=moved, states=look.state[None])
+        after = _run(peer, one_step, right)[0][1]
+        return np.asarray(after[velocity] - look.state[velocity]) / step
 
     return [
         replace(look, accelerations=(look.accelerations[0], acceleration(look))) for look in looks

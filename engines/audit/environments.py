@@ -11,6 +11,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
+from plumbob.engines.added import one_line
 from plumbob.engines.own_motion import Policy
 from plumbob.models.entry_points import captured
 
@@ -29,7 +30,7 @@ def environment(name: str, seed: int = 0) -> Any:
     except ImportError:
         raise
     except Exception as error:  # of the environment's own, too
-        raise ParameterError("gym", name, f"{what} ({' '.join(str(error).split())})") from None
+        raise ParameterError("gym", name, f"{what} ({error})") from None
     if not hasattr(result.unwrapped, "frame_skip"):
         raise ParameterError("gym", name, what)
     return result
@@ -54,8 +55,7 @@ def rollout(environment: Any, policy: Policy, duration: float) -> Array:
             try:
                 observation, _, ended, late, _ = environment.step(policy(observation))
             except Exception as error:
-                reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-                what = f"a function of an observation that returns an action ({reason})"
+                what = f"a function of an observation that returns an action ({one_line(error)})"
                 raise ParameterError("policy", name, what) from None
             controls.append(np.array(inner.data.ctrl))
             if ended or late:

@@ -23,6 +23,7 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import UserModels
+from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
 from plumbob.engines.audit.contacts import SPEED, ContactAudit
@@ -270,10 +271,8 @@ def _result(
 
 def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterator[str]:
     """Why what is asked for is missed."""
-    held: list[Callable[[], None]] = []
-    if isinstance(result, Audit):
-        held += [result.assert_stable] * chosen.stable
-        held += [result.assert_referenced] * chosen.require_reference
+    asked = {"assert_stable": chosen.stable, "assert_referenced": chosen.require_reference}
+    held: list[Callable[[], None]] = [getattr(result, name) for name in asked if asked[name]]
     if chosen.absolute is not None:
         held.append(partial(result.assert_within, chosen.absolute))
     for check in held:
@@ -281,9 +280,9 @@ def _missed(result: Audit | ContactAudit, chosen: argparse.Namespace) -> Iterato
             check()
         except AssertionError as why:
             yield str(why)
-    above = math.inf if chosen.fail_above is None else chosen.fail_above
-    for moved in (isinstance(result, Audit) and result.changes) or ():
-        if moved.growth is not None and (moved.growth > above or moved.growth == above == math.inf):
+    above = sys.float_info.max if chosen.fail_above is None else chosen.fail_above  # lost: infinite
+    for moved in getattr(result, "changes", None) or ():
+        if (moved.growth or 0.0) > above:
             yield f"{result.name}: {moved.what} {moved.old} -> {moved.new}"
 
 
@@ -304,11 +303,10 @@ def audit_of(file: Path, stored: Sequence[Mapping[str, Any]]) -> Mapping[str, An
     """The audit of a file among those that are `stored`: by its path, else its name, or the only
     one; raises ParameterError."""
     paths = [Path(old.get("path", old.get("model", ""))) for old in stored]
-    for same in ([path == file for path in paths], [path.name == file.name for path in paths]):
+    by_path, by_name = [path == file for path in paths], [path.name == file.name for path in paths]
+    for same in (by_path, by_name, [True] * len(stored)):
         if sum(same) == 1:
             return stored[same.index(True)]
-    if len(stored) == 1:
-        return stored[0]
     raise ParameterError("against", str(file), "a model whose audit is in that file")
 
 
@@ -358,8 +356,7 @@ def policy_of(name: str) -> Policy:
     try:
         found = getattr(importlib.import_module(module), function) if colon else None
     except Exception as error:
-        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        raise ParameterError("policy", name, f"MODULE:FUNCTION ({reason})") from None
+        raise ParameterError("policy", name, f"MODULE:FUNCTION ({one_line(error)})") from None
     finally:
         sys.path.remove(os.getcwd())
     if not callable(found):
@@ -381,5 +378,4 @@ def controls_of(file: Path) -> Array:
             warnings.simplefilter("ignore", UserWarning)  # of no rows, which its shape tells
             return np.loadtxt(file, delimiter=",", ndmin=2)
     except (ValueError, TypeError, KeyError, OSError, EOFError, BadZipFile) as error:
-        reason = " ".join(str(error).split())
-        raise ParameterError("ctrl", str(file), f"{what} ({reason})") from None
+        raise ParameterError("ctrl", str(file), f"{what} ({error})") from None

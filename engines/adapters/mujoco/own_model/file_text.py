@@ -8,6 +8,7 @@ and options are added at the end, where the last ones count.
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
@@ -23,8 +24,8 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.own_motion import Change
 
 MARK = 1e6  # [m] a margin that no model has, and numbers from there on: an element is known by it
-Makers = Mapping[tuple[str, int], tuple[int, int]]
-"""{(kind, number in the compiled model): the element that makes it, and how many it makes}"""
+Makers = Mapping[tuple[str, int], int]
+"""{(kind, number in the compiled model): the element that makes it}"""
 
 
 def write(source: Path, left_out: Sequence[Change], target: Path) -> tuple[Change, ...]:
@@ -98,21 +99,17 @@ def _makers(root: Element, part: Path) -> Makers:
     for kind in ("geom", "pair"):
         numbers = np.asarray(getattr(model, f"{kind}_margin")) - MARK
         for i in np.flatnonzero(numbers >= 0).tolist():
-            makers[kind, i] = int(numbers[i]), int(np.count_nonzero(numbers == numbers[i]))
+            makers[kind, i] = int(numbers[i])
     return makers
 
 
 def _in_text(change: Change, makers: Makers) -> Change | None:
     """The part of a change that the text can be given: elements all of whose geoms are in it."""
-    sets, before, after = [], 0, 0
+    sets, before, after, made = [], 0, 0, Counter(makers.values())
     for field, indices, value in change.sets:
-        kind = field.partition("_")[0]
-        places = [makers[kind, i][0] for i in indices if (kind, i) in makers]
-        some = tuple(
-            i
-            for i in indices
-            if (kind, i) in makers and places.count(makers[kind, i][0]) == makers[kind, i][1]
-        )
+        of = {i: makers[at] for i in indices if (at := (field.partition("_")[0], i)) in makers}
+        changed = Counter(of.values())
+        some = tuple(i for i, element in of.items() if changed[element] == made[element])
         before, after = before + len(indices), after + len(some)
         if some or not indices:
             sets.append((field, some, value))
@@ -129,7 +126,7 @@ def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
     for field, indices, value in (setting for change in changes for setting in change.sets):
         kind, _, name = field.partition("_")
         for i in indices:
-            edits.setdefault(makers[kind, i][0], {})[name] = f"{value:.12g}"
+            edits.setdefault(makers[kind, i], {})[name] = f"{value:.12g}"
         if not indices and field == "disableflags":
             flags |= int(value)
         elif not indices:

@@ -330,11 +330,9 @@ class MujocoModel:
     def coordinates(self, states: Array, others: Array) -> Array:
         """Differences of two motions in generalised coordinates, rad or m, shape (len(states),
         degrees of freedom)."""
-        differences = np.full((len(states), self.effective.nv), np.nan)
-        for k, (state, other) in enumerate(zip(states, others, strict=True)):
-            if np.isfinite(state + other).all():
-                differences[k] = apart(self.effective, state, other)[: self.effective.nv]
-        return differences
+        model = self.effective
+        both = zip(states, others, strict=True)
+        return np.array([apart(model, state, other)[: model.nv] for state, other in both])
 
 
 def _set(model: Any, integrator: str, step: float) -> Any:

@@ -12,6 +12,7 @@ from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model.model import started
 from plumbob.engines.adapters.mujoco.user_file import user_model
+from plumbob.engines.added import one_line
 from plumbob.engines.own_motion import Policy, Start
 
 
@@ -38,8 +39,7 @@ def _checked(policy: Policy, state: tuple[float, Array, Array], count: int) -> A
     try:
         control = np.asarray(policy(*state), dtype=float).reshape(-1)
     except Exception as error:
-        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        raise ParameterError("policy", name, f"{wanted} ({reason})") from None
+        raise ParameterError("policy", name, f"{wanted} ({one_line(error)})") from None
     if control.shape != (count,) or not np.isfinite(control).all():
         raise ParameterError("policy", name, f"{wanted}, not {control.tolist()}")
     return control

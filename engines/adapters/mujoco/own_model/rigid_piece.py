@@ -63,7 +63,7 @@ def rigid_piece(
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     _contact(spec.geoms[0], model, plane)
-    inertia = turn.T @ _inertia(data, inside) @ turn
+    inertia = turn.T @ _inertia(data, root) @ turn
     piece = spec.worldbody.add_body(name=BODY, mass=float(model.body_subtreemass[root]))
     piece.add_freejoint()
     piece.explicitinertial = True
@@ -104,9 +104,8 @@ def _compiled(spec: Any, model: Any, gravity: float) -> Any:
     try:
         compiled = spec.compile()
     except ValueError as error:
-        reason = " ".join(str(error).split())
-        raise NotCertifiable(f"its geoms cannot be copied ({reason})") from None
-    copy_options(compiled, model)
+        raise NotCertifiable(f"its geoms cannot be copied ({error})") from None
+    compiled.opt = model.opt
     compiled.opt.gravity[:] = 0.0, 0.0, gravity
     compiled.opt.density = compiled.opt.viscosity = 0.0
     return compiled
@@ -166,7 +165,7 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
 
 
 def _collide(model: Any, plane: int, geom: int) -> bool:
-    if _pair(model, plane, geom) is not None:
+    if frozenset((plane, geom)) in _pairs_of(model):
         return True
     bodies = sorted((int(model.geom_bodyid[plane]), int(model.geom_bodyid[geom])))
     if (bodies[0] << 16) + bodies[1] in model.exclude_signature.tolist():
@@ -177,15 +176,16 @@ def _collide(model: Any, plane: int, geom: int) -> bool:
     )
 
 
-def _pair(model: Any, plane: int, geom: int) -> int | None:
-    both = {plane, geom}
-    pairs = zip(model.pair_geom1, model.pair_geom2, strict=True)
-    return next((i for i, pair in enumerate(pairs) if {*pair} == both), None)
+def _pairs_of(model: Any) -> dict[frozenset[int], int]:
+    """{two geoms: number of the contact pair that the model has of them}."""
+    both = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
+    return {frozenset(pair): i for i, pair in enumerate(both)}
 
 
-def _inertia(data: Any, bodies: Any) -> Array:
-    """About the centre of mass of them all, in the world's axes [kg m^2], shape (3, 3)."""
-    xx, yy, zz, xy, xz, yz = data.cinert[bodies].sum(axis=0)[:6]
+def _inertia(data: Any, body: int) -> Array:
+    """Of a body and all that hangs on it, about their centre of mass, in the world's axes [kg m^2],
+    shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = data.crb[body][:6]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
@@ -218,24 +218,13 @@ def _contact(target: Any, model: Any, geom: int) -> None:
 
 
 def _pairs(spec: Any, model: Any, plane: int, geoms: list[int]) -> None:
+    numbers = _pairs_of(model)
     for k, geom in enumerate(geoms):
-        if (i := _pair(model, plane, geom)) is not None:
+        if (i := numbers.get(frozenset((plane, geom)))) is not None:
             added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}")
             added.condim = int(model.pair_dim[i])
             for name in PAIR:
                 setattr(added, name, getattr(model, f"pair_{name}")[i])
-
-
-def copy_options(target: Any, model: Any) -> None:
-    """Give the compiled model `target` every option of `model`."""
-    for name in dir(model.opt):
-        value = getattr(model.opt, name)
-        if name.startswith("_") or callable(value):
-            continue
-        if isinstance(value, np.ndarray):
-            getattr(target.opt, name)[:] = value
-        else:
-            setattr(target.opt, name, value)
 
 
 def _on_the_plane(model: Any) -> None:

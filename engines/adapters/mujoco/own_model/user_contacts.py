@@ -26,7 +26,6 @@ from plumbob.engines.adapters.mujoco.own_model.model import (
 from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     FLOOR,
     RigidPiece,
-    copy_options,
     rigid_piece,
 )
 from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, kind
@@ -277,7 +276,7 @@ class MujocoContacts:
                 for field, values in fields.items():
                     getattr(added, field)[: len(values)] = values
         model = spec.compile()
-        copy_options(model, self.piece.model)
+        model.opt = self.piece.model.opt
         model.opt.timestep = step
         model.opt.integrator = kind(named.settings["integrator"])
         model.opt.cone = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
