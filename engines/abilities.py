@@ -15,7 +15,7 @@ from plumbob.models.scene import Case
 if TYPE_CHECKING:  # what an engine takes of a user's own model
     from plumbob.analytic.reference import Array
     from plumbob.engines.own_contacts import ContactModel
-    from plumbob.engines.own_motion import Change, OwnModel, Policy, Start
+    from plumbob.engines.own_motion import Change, OwnModel, Start
     from plumbob.engines.peer_model import Layout, PeerModel
     from plumbob.models.gradient import Number
 
@@ -143,9 +143,6 @@ class UserModels:
     contacts: Callable[[Any, Start, str | None, float | None], ContactModel]
     """Model, start, a free body's name (None: the heaviest), a friction coefficient in place of
     its own -> the body on its plane."""
-    recorded: Callable[[Any, Start, Policy, float, float], Array]
-    """Model, start, policy, period [s], duration [s] -> the controls that it gives while the model
-    runs at its own step, shape (periods, actuators)."""
     write_trimmed: Callable[[Path, Sequence[Change], Path], tuple[Change, ...]]
     """Model file, what can be left out of it, and the file to write without it -> what of that is
     left out there."""

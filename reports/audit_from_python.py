@@ -107,7 +107,7 @@ def _moved(
         user_model = _user_models().model(model, start)
         if policy is not None:
             held = user_model.step if period is None else positive("ctrl period", period)
-            control = _user_models().recorded(model, start, policy, held, _lasting(duration))
+            control = user_model.recorded(policy, held, _lasting(duration))
             period, duration = held, None
         return user_model, script(user_model, control, duration, period)
     except NotCertifiable as why:

@@ -231,12 +231,10 @@ def _certified(
 def _within_range(model: OwnModel, script: Script, actuator: int) -> None:
     """Raises NotCertifiable for a control at an end of its range, where there is a derivative on
     one side only."""
-    if actuator < 0:
-        return
-    low, high = model.ranges[actuator]
-    values, most = script.controls[:, actuator], max(eps for *_, eps in CERTIFYING)
-    if (values - most < low).any() or (values + most > high).any():
-        raise NotCertifiable("at an end of its range")
+    if actuator >= 0:
+        (low, high), values = model.ranges[actuator], script.controls[:, actuator]
+        if min(values.min() - low, high - values.max()) < max(eps for *_, eps in CERTIFYING):
+            raise NotCertifiable("at an end of its range")
 
 
 def _moved(model: OwnModel, script: Script, number: int, by: float) -> Script:

@@ -83,7 +83,6 @@ ENGINE = Engine(
         UserModels(
             later(f"{__name__}.own_model.model.model_of_own"),
             later(f"{__name__}.own_model.user_contacts.own_contacts"),
-            later(f"{__name__}.own_model.policy.recorded"),
             later(f"{__name__}.own_model.file_text.write"),
         ),
     ),

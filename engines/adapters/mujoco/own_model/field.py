@@ -20,10 +20,12 @@ from plumbob.engines.own_motion import NotCertifiable
 
 MOST_IN_LAYER = 4  # contacts: their 16 on-off states are all evaluated
 BEYOND = 1e-6  # of its range: an activation as near to its limit as that may rest there
+JOINTS = mujoco.mjtJoint
 ITERATIONS = 60  # of Newton's method; it converges in a few
 VANISHING, ENDLESS = 2.0**-33, 2.0**33  # [s] in place of the step, which divides rates of controls
 SLEW_RATES = MappingProxyType({"mjDYN_PID": 1, "mjDYN_DCMOTOR": 7})  # their places in dynprm
-JOINT = mujoco.mjtJoint
+# Coordinates of joints that do not turn by a quaternion; the other kinds have one.
+STRAIGHT = MappingProxyType({int(JOINTS.mjJNT_FREE): 3, int(JOINTS.mjJNT_BALL): 0})
 _FROM_THE_START = int(mujoco.mjtStage.mjSTAGE_NONE)
 _AFTER_POSITIONS = int(mujoco.mjtStage.mjSTAGE_POS)
 
@@ -56,15 +58,16 @@ class ContinuousField:
 
     def __init__(self, model: Any, data: Any, width: float = 0.0) -> None:
         self.model, self.data, self.width = model, data, width
-        kinds, q, v = model.jnt_type, model.jnt_qposadr, model.jnt_dofadr
-        free, ball = (kinds == int(k) for k in (JOINT.mjJNT_FREE, JOINT.mjJNT_BALL))
-        single, axes = ~(free | ball), np.arange(3)
-        self.places, self.rates = (
-            np.concatenate([at[single], np.add.outer(at[free], axes).ravel()]) for at in (q, v)
-        )
+        self.places, self.rates = list[int](), list[int]()
         # Where a quaternion and its angular velocity begin.
-        turning = (np.append(at[free] + 3, at[ball]).tolist() for at in (q, v))
-        self.quaternions = list(zip(*turning, strict=True))
+        self.quaternions = list[tuple[int, int]]()
+        joints = zip(model.jnt_type, model.jnt_qposadr, model.jnt_dofadr, strict=True)
+        for joint, q, v in joints:
+            straight = STRAIGHT.get(int(joint), 1)
+            self.places += range(q, q + straight)
+            self.rates += range(v, v + straight)
+            if straight != 1:
+                self.quaternions.append((int(q) + straight, int(v) + straight))
         # Steps hold an activation at its limit, the rates do not: beyond one there is no motion.
         self.least, self.most = np.full(model.na, -np.inf), np.full(model.na, np.inf)
         for i in np.flatnonzero(model.actuator_actlimited):

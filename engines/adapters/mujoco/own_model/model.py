@@ -20,6 +20,7 @@ from plumbob.engines.adapters.mujoco.options import collected
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
+from plumbob.engines.adapters.mujoco.own_model.policy import recorded
 from plumbob.engines.adapters.mujoco.own_model.readings import name_of, readings, unlikely
 from plumbob.engines.adapters.mujoco.own_model.refusals import refused
 from plumbob.engines.adapters.mujoco.own_model.solids import solids
@@ -38,6 +39,7 @@ from plumbob.engines.own_motion import (
     AS_IT_STANDS,
     Change,
     NotCertifiable,
+    Policy,
     Script,
     Solid,
     Start,
@@ -181,11 +183,14 @@ class MujocoModel:
     @property
     def layout(self) -> Layout:
         """Names of its joints and actuators, and where coordinates are."""
-        model, joints = self.effective, []
-        for i, (q, v) in enumerate(zip(model.jnt_qposadr, model.jnt_dofadr, strict=True)):
-            size = int(np.count_nonzero(model.dof_jntid == i))
-            drawn = model.qpos0[q : q + size + (size > 1)]  # a quaternion has one number more
-            joints.append(Joint(model.joint(i).name, size, int(q), int(v), drawn))
+        model = self.effective
+        sizes = np.diff([*model.jnt_dofadr, model.nv]).tolist()
+        drawn = np.split(model.qpos0, model.jnt_qposadr[1:])
+        places = zip(model.jnt_qposadr, model.jnt_dofadr, sizes, drawn, strict=True)
+        joints = (
+            Joint(model.joint(i).name, size, int(q), int(v), at)
+            for i, (q, v, size, at) in enumerate(places)
+        )
         bodies = (model.body(i).name for i in np.flatnonzero(model.body_weldid))
         actuators = (model.actuator(i).name for i in range(model.nu))
         return Layout(tuple(joints), tuple(actuators), tuple(filter(None, bodies)))
@@ -239,6 +244,11 @@ class MujocoModel:
         where the last one ended if that is no number, for what they cost."""
         model = _set(copy.copy(self.effective), integrator, script.period / parts)
         return TimedPeriods(model, self._begun(model), states, script.controls, steps)
+
+    def recorded(self, policy: Policy, period: float, duration: float) -> Array:
+        """The controls that a policy gives while it runs at its own step for a duration [s], called
+        at the beginning of each period [s], shape (periods, actuators); raises ParameterError."""
+        return recorded(self.effective, copy.copy(self.start), policy, period, duration)
 
     def changes(self, script: Script) -> tuple[Change, ...]:
         """Features to remove, chosen from its own steps under `script`, each to be tried."""
@@ -442,12 +452,13 @@ def clamped_for(model: Any, step: float) -> tuple[Any, Mapping[str, int]]:
 
 
 def _keyframe(model: Any, keyframe: int | str) -> int:
-    names = [model.key(i).name for i in range(model.nkey)]
-    if str(keyframe) in names:
-        return names.index(str(keyframe))
-    if str(keyframe).isdecimal() and int(keyframe) < model.nkey:
-        return int(keyframe)
-    offered = ", ".join(n or str(i) for i, n in enumerate(names)) or "none: the model has none"
+    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, str(keyframe))
+    if number < 0 and str(keyframe).isdecimal():
+        number = int(keyframe)
+    if 0 <= number < model.nkey:
+        return int(number)
+    names = (model.key(i).name or str(i) for i in range(model.nkey))
+    offered = ", ".join(names) or "none: the model has none"
     raise ParameterError("keyframe", keyframe, f"one of {offered}")
 
 

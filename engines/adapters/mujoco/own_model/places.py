@@ -116,13 +116,12 @@ def _softer(model: Any, name: str, field: str, rows: Sequence[int]) -> Element:
     sets = list[tuple[str, tuple[int, ...], float]]()
     for i in map(int, rows):
         constant, damping = getattr(model, field)[i].tolist()
-        if constant > 0.0:
-            sets.append((field, (2 * i,), LONGER * constant))
-        else:
-            sets += [(field, (2 * i,), constant / LONGER**2), (field, (2 * i + 1,), damping / 2.0)]
-    direct = f" {sets[-1][2]:.2g}" if constant > 0.0 else ""
-    softer = Change(f"solref{direct}", tuple(sets))
-    return Element(name, softer, softer)
+        softer = LONGER * constant, damping
+        if constant < 0.0:
+            softer = constant / LONGER**2, damping / LONGER
+        sets += [(field, (2 * i + k,), value) for k, value in enumerate(softer)]
+    change = Change(f"solref {softer[0]:.2g}" if constant > 0.0 else "solref", tuple(sets))
+    return Element(name, change, change)
 
 
 def _implicit_damping(model: Any) -> Iterator[Change]:

@@ -10,22 +10,17 @@ import numpy as np
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco.options import collected
-from plumbob.engines.adapters.mujoco.own_model.model import started
-from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.added import one_line
-from plumbob.engines.own_motion import Policy, Start
+from plumbob.engines.own_motion import Policy
 
 
-def recorded(model: Any, start: Start, policy: Policy, period: float, duration: float) -> Array:
-    """Controls of a user's `model`, shape (periods, actuators), from its `start` on: `policy`
-    is called with time [s], positions and velocities at the beginning of each `period` [s], the
+def recorded(model: Any, data: Any, policy: Policy, period: float, duration: float) -> Array:
+    """Controls of a compiled `model`, shape (periods, actuators), from its mjData on: `policy` is
+    called with time [s], positions and velocities at the beginning of each `period` [s], the
     multiple of the model's step that is nearest. Raises ParameterError."""
-    model, _, start = user_model(model, start)
-    step = float(model.opt.timestep)
-    held = max(1, round(period / step))
+    held, controls = max(1, round(period / model.opt.timestep)), list[Array]()
     with collected():
-        data, controls = started(model, start), []
-        for _ in range(max(1, round(duration / (held * step)))):
+        for _ in range(max(1, round(duration / (held * model.opt.timestep)))):
             state = float(data.time), np.array(data.qpos), np.array(data.qvel)
             controls.append(_checked(policy, state, int(model.nu)))
             data.ctrl[:] = controls[-1]

@@ -11,7 +11,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.abilities import Settings
@@ -39,6 +38,7 @@ from plumbob.engines.adapters.mujoco.user_file import user_model
 from plumbob.engines.method import Method, time_step
 from plumbob.engines.own_contacts import Slide, Standing
 from plumbob.engines.own_motion import NotCertifiable, Start
+from plumbob.engines.peer_model import rotation
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.trajectory import ByName
 
@@ -127,7 +127,7 @@ class SettledFloor:
         self.data.qvel[:2], self.data.qvel[5] = speed * way, spin
         fast = speed + self.gyration * abs(spin)
         places, slow = self._run(duration, PARTS, STILL * fast)
-        axes = Rotation.from_quat(places[:, 3:], scalar_first=True).as_matrix()
+        axes = rotation(places[:, 3:])
         yaws = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
         return Slide(float(places[-1, :2] @ way), float(yaws[-1] - yaws[0]), slow < RESTS * fast)
 
