@@ -203,7 +203,7 @@ class Course:
         return nudges or math.isinf(self.rate(integrator, step))
 
     def _lost(self, integrator: str, step: float, begin: int) -> bool:
-        script, nudged = self.script, self.model.nudged
+        script, followed = self.script, self.model.followed
         duration = min(max(script.duration - begin * script.period, LEAST * step), MOST * step)
         moving = begin < len(self.states)
         if moving:
@@ -214,20 +214,23 @@ class Course:
             return False
         begun, most = replace(script, start=start), LOST
         for tried in step * np.array(NEAR if moving else NEAR[:1]):
-            grown = nudged(begun, begin, integrator, tried, duration)
+            grown, _ = followed(begun, begin, integrator, tried, duration)
             if math.isinf(grown):
                 return True
             if grown > most == LOST:
                 fine = min(step / FINER, self.model.step)
-                most *= max(1.0, nudged(begun, begin, integrator, fine, duration))
+                most *= max(1.0, followed(begun, begin, integrator, fine, duration)[0])
             if grown <= most:
                 return False
         # A nudge may decide on which foot a body lands, and nothing thereafter.
-        return not moving or nudged(begun, begin, integrator, step, duration, MOST * step) > STILL
+        if not moving:
+            return True
+        return followed(begun, begin, integrator, step, duration, MOST * step)[0] > STILL
 
     def rate(self, integrator: str, step: float, duration: float | None = None) -> float:
-        """At the end of a run from the start with a step [s], see `rate_after`."""
-        return self.model.rate_after(self.script, integrator, step, duration or MOST * step)
+        """The largest velocity at the end of a run from the start with a step [s]."""
+        lasting = duration or MOST * step
+        return self.model.followed(self.script, 0, integrator, step, lasting, runs=1)[1]
 
 
 def limited(course: Course, integrator: str) -> Limit:

@@ -124,7 +124,7 @@ def test_growth_of_the_motion_itself_is_no_instability():
         jacobian = at.maps(integrator, step, DIFFERENCES[0])
         assert excess(jacobian, at.rates, step) <= 1.0 + MARGIN
         assert excess(jacobian, 0.0 * at.rates, step) > 1.0 + MARGIN
-        assert on.model.nudged(on.script, 0, integrator, step, 2.0) > LOST
+        assert on.model.followed(on.script, 0, integrator, step, 2.0)[0] > LOST
         assert not on.lost(integrator, step)
     assert not stability(on.model, on.script, on.states, Allowance()).unstable
 
@@ -146,9 +146,8 @@ def test_a_state_of_rest_is_left_as_it_is(text, at):
     maps = on.model.step_maps(np.array([-at, 0.0]), on.script.controls[0])
     for step in (on.model.step, 3.0 * on.model.step):
         rest = maps.at_rest("euler", step)
-        nudged = on.model.nudged(
-            replace(on.script, start=rest.state), 0, "euler", step, LEAST * step
-        )
+        begun = replace(on.script, start=rest.state)
+        nudged, _ = on.model.followed(begun, 0, "euler", step, LEAST * step)
         growing = excess(rest("euler", step, DIFFERENCES[0]), np.zeros(2), step) > 1.0 + MARGIN
         assert (growing, nudged > LOST) == (text is POLE, text is POLE)
         place, rate = rest.state

@@ -140,7 +140,7 @@ class MujocoModel:
         model, _ = self._neighbours
         return TangentMaps(model, self._begun(model), state, control)
 
-    def nudged(
+    def followed(
         self,
         script: Script,
         begin: int,
@@ -148,28 +148,14 @@ class MujocoModel:
         step: float,
         duration: float,
         after: float = 0.0,
-    ) -> float:
+        runs: int = 2,
+    ) -> tuple[float, float]:
         """How many times as far apart as a small nudge are positions, at most, when it has stepped
         for a duration [s], with the controls from the period `begin` on, the last one held for as
-        long as need be; infinite where a run diverges. The nudge is one of `script.start`, or of
-        where a run from there is `after` a time [s]."""
-        return self._followed(2, script, begin, integrator, step, duration, after)[0]
-
-    def rate_after(self, script: Script, integrator: str, step: float, duration: float) -> float:
-        """The largest velocity of a degree of freedom [m/s, rad/s] in the last tenth of a duration
-        [s] of such a run; infinite where it diverges."""
-        return self._followed(1, script, 0, integrator, step, duration)[1]
-
-    def _followed(
-        self,
-        runs: int,
-        script: Script,
-        begin: int,
-        integrator: str,
-        step: float,
-        duration: float,
-        after: float = 0.0,
-    ) -> tuple[float, float]:
+        long as need be; and the largest velocity of a degree of freedom [m/s, rad/s] in the last
+        tenth of these steps. The nudge is one of `script.start`, or of where a run from there is
+        `after` a time [s]; of one of two `runs`, or of the only one, for its velocity alone. Both
+        are infinite where a run diverges."""
         model = _set(self._neighbours[1], integrator, step)
         with collected():
             several = [self._begun(model) for _ in range(runs)]

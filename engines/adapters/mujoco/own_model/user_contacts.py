@@ -154,15 +154,14 @@ def own_contacts(
     with collected():
         data = started(model, start)
         piece = rigid_piece(model, data, body, friction)
-        return MujocoContacts(name, piece, model, start, friction)
+        return MujocoContacts(**vars(piece), name=name, whole=model, start=start, friction=friction)
 
 
 @dataclass(frozen=True)
-class MujocoContacts:
+class MujocoContacts(RigidPiece):
     """A user's body with its own contacts, and with those of `plumbob settings`."""
 
     name: str
-    piece: RigidPiece
     whole: Any  # mjModel that the piece is of
     start: Start
     friction: float | None  # in place of the model's own
@@ -170,23 +169,18 @@ class MujocoContacts:
     @property
     def step(self) -> float:
         """The model's own step [s]."""
-        return float(self.piece.model.opt.timestep)
+        return float(self.model.opt.timestep)
 
     @property
     def integrator(self) -> str:
         """The model's own integrator."""
-        return str(INTEGRATOR(self.piece.model.opt.integrator).name)[len("mjINT_") :].lower()
+        return str(INTEGRATOR(self.model.opt.integrator).name)[len("mjINT_") :].lower()
 
     @property
     def method(self) -> str:
         """The method whose settings are pasted; semi-implicit Euler's for an integrator with no
         settings."""
         return METHODS.get(self.integrator, METHODS["euler"])
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Features left out, and other remarks on the model."""
-        return self.piece.notes
 
     @cached_property
     def _settled(self) -> SettledFloor:
@@ -195,7 +189,7 @@ class MujocoContacts:
     @cached_property
     def standing(self) -> Standing:
         """The body as it rests under its own contacts; raises NotCertifiable."""
-        floor, piece = self._settled, self.piece
+        floor = self._settled
         friction, dimensions = floor.frictions, floor.dimensions
         if (dimensions < 3).any():
             raise NotCertifiable("contacts with the plane have no friction (condim 1)")
@@ -203,17 +197,17 @@ class MujocoContacts:
             raise NotCertifiable("friction has two coefficients, one for each direction")
         moments = (dimensions > 3) & (friction[:, 2] > 0.0)
         return Standing(
-            piece.body,
-            piece.plane,
-            float(piece.model.body_mass[1]),
-            piece.inertia,
-            -float(piece.model.opt.gravity[2]),
+            self.body,
+            self.plane,
+            float(self.model.body_mass[1]),
+            self.inertia,
+            -float(self.model.opt.gravity[2]),
             floor.feet,
             floor.points[:, :2],
             -float(floor.points[:, 2].mean()),
             tuple(friction[:, 0].tolist()),
             bool(moments.any()),
-            piece.locked,
+            self.locked,
         )
 
     def let_go(self, speed: float) -> tuple[MujocoModel, int, Array]:
@@ -231,7 +225,7 @@ class MujocoContacts:
         if diverged(data):
             raise NotCertifiable(f"the whole model diverges within {FREE_SETTLING:g} s at rest")
         body = model.body(self.standing.body).id
-        way = data.geom_xmat[self.piece.plane_number].reshape(3, 3)[:, 0].copy()
+        way = data.geom_xmat[self.plane_number].reshape(3, 3)[:, 0].copy()
         data.qvel[:] = 0.0
         first = model.body_dofadr[body]
         data.qvel[first : first + 3] = speed * way
@@ -240,18 +234,18 @@ class MujocoContacts:
 
     def frictions(self) -> ByName:
         """{foot: friction coefficient}."""
-        names = [self.piece.geoms[geom - 1] for geom in self._settled.touching]
+        names = [self.geoms[geom - 1] for geom in self._settled.touching]
         return dict(zip(names, self.standing.friction, strict=True))
 
     def own(self, step: float) -> SettledFloor:
         """On its own contacts at `step` [s]; raises NotCertifiable where it does not settle."""
-        model = copy.copy(self.piece.model)
+        model = copy.copy(self.model)
         model.opt.timestep = step
-        return SettledFloor(model, self.piece)
+        return SettledFloor(model, self)
 
     def pasted(self, step: float) -> SettledFloor:
         """On the pasted contacts, written for `step` [s]; raises NotCertifiable likewise."""
-        return SettledFloor(self._pasted(step, self.stiffness), self.piece)
+        return SettledFloor(self._pasted(step, self.stiffness), self)
 
     @cached_property
     def stiffness(self) -> float:
@@ -264,19 +258,19 @@ class MujocoContacts:
 
     def _pasted(self, step: float, stiffness: float) -> Any:
         """The piece with the settings of the method, as they are pasted into MJCF alone."""
-        spec, named = self.piece.spec.copy(), self._named
+        spec, named = self.spec.copy(), self._named
         frictions = self.frictions()
         for pair in list(spec.pairs):
             spec.delete(pair)
         fields = own_pair(named, step, 1.0, stiffness)
-        for k, name in enumerate(self.piece.geoms):
+        for k, name in enumerate(self.geoms):
             if name in frictions:
                 added = spec.add_pair(geomname1=FLOOR, geomname2=f"geom_{k}", condim=3)
                 added.friction[:2] = frictions[name]
                 for field, values in fields.items():
                     getattr(added, field)[: len(values)] = values
         model = spec.compile()
-        model.opt = self.piece.model.opt
+        model.opt = self.model.opt
         model.opt.timestep = step
         model.opt.integrator = kind(named.settings["integrator"])
         model.opt.cone = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
@@ -308,7 +302,7 @@ class MujocoContacts:
     def snippet(self) -> str:
         """Contact settings to paste for the model's own step, its feet by their names."""
         pairs = (
-            f'  <pair geom1="{self.piece.plane}" geom2="{foot}" friction="{mu:g} {mu:g}"/>'
+            f'  <pair geom1="{self.plane}" geom2="{foot}" friction="{mu:g} {mu:g}"/>'
             for foot, mu in self.frictions().items()
         )
         lines = "\n".join(("<contact>", *pairs, "</contact>"))
