@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +28,8 @@ class Start:
     stands; with these positions and velocities in place of those."""
 
     keyframe: int | str | None = None
-    qpos: tuple[float, ...] | None = None  # [m, rad], as many as the model has
-    qvel: tuple[float, ...] | None = None  # [m/s, rad/s]
+    qpos: Sequence[float] | None = None  # [m, rad], as many as the model has
+    qvel: Sequence[float] | None = None  # [m/s, rad/s]
 
 
 AS_IT_STANDS = Start()

@@ -68,7 +68,7 @@ def audit(
     positive("budget", budget)
     positive("jobs", jobs)
     _known(engines, model)
-    start = start_of(keyframe, qpos, qvel)
+    start = Start(keyframe, qpos, qvel)
     named = RECORDED if policy is not None else control if isinstance(control, str) else "given"
     if hasattr(getattr(model, "unwrapped", None), "frame_skip"):
         environment = model
@@ -122,22 +122,6 @@ def _user_models() -> UserModels:
     models = find_engine("mujoco").ability(UserModels)
     assert models is not None
     return models
-
-
-def start_of(
-    keyframe: int | str | None = None,
-    qpos: Sequence[float] | None = None,
-    qvel: Sequence[float] | None = None,
-) -> Start:
-    """The start that these say; raises ParameterError."""
-    states = {"qpos": qpos, "qvel": qvel}
-    numbers: dict[str, tuple[float, ...]] = {}
-    for name, state in states.items():
-        try:
-            numbers |= {} if state is None else {name: tuple(map(float, state))}
-        except (TypeError, ValueError):
-            raise ParameterError(name, state, "a list of numbers") from None
-    return Start(keyframe, **numbers)
 
 
 def audit_contacts(

@@ -9,31 +9,28 @@ from concurrent.futures import Executor
 from functools import partial
 from typing import Any
 
-Clock = Callable[[], float]
-
 
 def _silent(what: str) -> None:
     """Nobody is informed."""
 
 
 class Allowance:
-    """About so many `seconds` by a clock, from now on; work is done in an `executor` of two
+    """About so many `seconds` of processor time, from now on; work is done in an `executor` of two
     processes or more, if given, and `progress` is called with what is being done."""
 
     def __init__(
         self,
         seconds: float = math.inf,
-        clock: Clock = time.process_time,
         executor: Executor | None = None,
         progress: Callable[[str], None] = _silent,
     ) -> None:
-        self.seconds, self.clock, self.executor, self.progress = seconds, clock, executor, progress
-        self.begin = clock()
+        self.seconds, self.executor, self.progress = seconds, executor, progress
+        self.begin = time.process_time()
 
     @property
     def spent(self) -> float:
         """[s]"""
-        return self.clock() - self.begin
+        return time.process_time() - self.begin
 
     @property
     def left(self) -> float:
@@ -42,7 +39,7 @@ class Allowance:
 
     def part(self, fraction: float) -> Allowance:
         """A fraction of all of it, from now on."""
-        return Allowance(fraction * self.seconds, self.clock, self.executor, self.progress)
+        return Allowance(fraction * self.seconds, self.executor, self.progress)
 
     def start(self, do: Callable[..., Any], *arguments: Any) -> Callable[[], Any]:
         """Call a function beside what follows; its result is then waited for. Without an executor

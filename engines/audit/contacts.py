@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -136,11 +135,7 @@ class ContactAudit:
             )
 
 
-def contacts_audited(
-    model: ContactModel,
-    speed: float = SPEED,
-    clock: Callable[[], float] = time.process_time,
-) -> ContactAudit:
+def contacts_audited(model: ContactModel, speed: float = SPEED) -> ContactAudit:
     """The contact audit of `model` at `speed` [m/s]; raises NotCertifiable where the body does not
     stand."""
     begin, standing = time.perf_counter(), model.standing
@@ -176,9 +171,7 @@ def contacts_audited(
         (*why_not, *why_not_pasted),
         model.snippet(),
         model=model,
-        free=free_slide(model, speed, _lasting(standing, speed), clock)
-        if standing.locked
-        else None,
+        free=free_slide(model, speed, _lasting(standing, speed)) if standing.locked else None,
         seconds=time.perf_counter() - begin,
     )
 

@@ -257,7 +257,7 @@ def _refined(
 
     def course(by: float) -> Array:
         run = Run(method, tolerance, 0.0, allowance.left)
-        motion = computed(model, _moved(model, script, number, by), run, allowance.clock)
+        motion = computed(model, _moved(model, script, number, by), run)
         if motion.why:
             raise NotCertifiable(motion.why)
         return motion.states

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from plumbob.engines.audit.allowance import Allowance, Clock
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
 from plumbob.engines.audit.step_errors import known
@@ -29,7 +29,7 @@ class FreeSlide:
     why: str = ""  # it is not known, or not to the end
 
 
-def free_slide(model: ContactModel, speed: float, duration: float, clock: Clock) -> FreeSlide:
+def free_slide(model: ContactModel, speed: float, duration: float) -> FreeSlide:
     """The slide of the whole `model`, settled under its own controls, from `speed` [m/s] for
     `duration` [s]."""
     try:
@@ -37,7 +37,7 @@ def free_slide(model: ContactModel, speed: float, duration: float, clock: Clock)
         moved = script(whole, "rest", duration)
     except NotCertifiable as why:
         return FreeSlide(why=str(why))
-    reference = certified(whole, moved, Allowance(BUDGET, clock))
+    reference = certified(whole, moved, Allowance(BUDGET))
     index = known(reference)
     run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
     gone = [

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.allowance import Allowance, Clock
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.own_motion import Integration, NotCertifiable, OwnModel, Script
 
 TIGHT, LOOSE = 1e-10, 1e-8  # relative and absolute tolerances of the two smooth methods
@@ -70,8 +70,8 @@ def certified(model: OwnModel, script: Script, allowance: Allowance) -> Certific
     `why` says so."""
     tight = Run("DOP853", TIGHT, 0.0, FIRST * allowance.seconds)
     loose = Run("RK45", LOOSE, 0.0, (1.0 - FIRST) * allowance.seconds)
-    second = allowance.start(computed, model, script, loose, allowance.clock)
-    first = computed(model, script, tight, allowance.clock)
+    second = allowance.start(computed, model, script, loose)
+    first = computed(model, script, tight)
     smooth = _compared(model, first, second())
     if not first.why:
         return smooth
@@ -99,9 +99,7 @@ def _layered(
     while len(courses) < len(asked):
         seconds = allowance.left * pace / (len(asked) - len(courses))
         runs = [
-            allowance.start(
-                computed, model, script, Run("RK45", tolerance, width, seconds), allowance.clock
-            )
+            allowance.start(computed, model, script, Run("RK45", tolerance, width, seconds))
             for width, tolerance in asked[len(courses) :][:pace]
         ]
         courses += [run() for run in runs]
@@ -146,26 +144,24 @@ class _Watch:
     """Ends an integration where time runs out and, unless `many` events are allowed, where contacts
     chatter; `events` are the times [s] at which those that act changed."""
 
-    def __init__(self, field: Any, many: bool, clock: Clock, ends: float) -> None:
-        self.field, self.many, self.clock, self.ends = field, many, clock, ends
+    def __init__(self, field: Any, many: bool, seconds: float) -> None:
+        self.field, self.many, self.ends = field, many, time.process_time() + seconds
         self.events: list[float] = []
         self.before: bytes | None = None
 
-    def after_step(self, time: float) -> None:
-        """Look at the contacts at `time` [s]; raises NotCertifiable."""
+    def after_step(self, at: float) -> None:
+        """Look at the contacts `at` a time [s]; raises NotCertifiable."""
         if (acting := self.field.active()) != self.before:
-            self.events += [time] if self.before is not None else []
+            self.events += [at] if self.before is not None else []
             self.before = acting
         recent = self.events[-CHATTER - 1 :]
         if not self.many and len(recent) > CHATTER and recent[-1] - recent[0] < WITHIN:
             raise NotCertifiable(f"contacts chatter from {recent[0]:.4g} s on")
-        if self.clock() > self.ends:
-            raise NotCertifiable(f"{OUT_OF_TIME} at {time:.4g} s")
+        if time.process_time() > self.ends:
+            raise NotCertifiable(f"{OUT_OF_TIME} at {at:.4g} s")
 
 
-def computed(
-    model: OwnModel, script: Script, run: Run, clock: Clock = time.process_time
-) -> Integration:
+def computed(model: OwnModel, script: Script, run: Run) -> Integration:
     """The motion of `model` under `script` by an adaptive method of scipy's, begun anew with each
     control period; it gives up where its time ends, where the step collapses and, without a layer,
     where events come too often."""
@@ -173,7 +169,7 @@ def computed(
 
     solver: Any = getattr(integrate, run.method)
     field = model.field(run.width)
-    watch = _Watch(field, run.width > 0.0, clock, clock() + run.seconds)
+    watch = _Watch(field, run.width > 0.0, run.seconds)
     states = np.full((len(script.controls) + 1, script.start.size), np.nan)
     states[0] = y = field.normalised(script.start)
     size: float | None = None

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.audit.allowance import Allowance, Clock
+from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.costs import ALIKE, Ratio, costs_in_turns, ratio, timed_periods
 from plumbob.engines.audit.reference import RESOLVED, Certificate, largest
 from plumbob.engines.own_motion import OwnModel, Script
@@ -108,8 +108,7 @@ def compared(
     names = model.integrators
     groups = [names] if allowance.executor is None else [(name,) for name in names]
     runs = [
-        allowance.start(halved, model, script, reference, names, allowance.left, allowance.clock)
-        for names in groups
+        allowance.start(halved, model, script, reference, names, allowance.left) for names in groups
     ]
     errors = [step for run in runs for step in run()]
     allowance.progress("costs")
@@ -135,24 +134,24 @@ def halved(
     reference: Certificate,
     integrators: Sequence[str],
     seconds: float,
-    clock: Clock = time.process_time,
 ) -> list[StepError]:
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
     over all: about so many `seconds`; the model's own step whatever that takes."""
     reached = known(reference)
-    ends, usual = clock() + seconds, round(script.period / model.step)
+    ends, usual = time.process_time() + seconds, round(script.period / model.step)
     errors: list[StepError] = []
     going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
     while going:
         for name, parts in list(going.items()):
-            begin, due = clock(), name == model.integrator and parts <= usual
+            begin, due = time.process_time(), name == model.integrator and parts <= usual
             if errors and begin >= ends and not due:
                 del going[name]
                 continue
             errors.append(held(model, script, reference, name, parts))
             last = errors[-1].at(reached)
             fine = parts >= 4 * usual and last <= 2.0 * float(reference.uncertainty[reached])
-            late = clock() + 2.5 * (clock() - begin) > ends
+            now = time.process_time()
+            late = now + 2.5 * (now - begin) > ends
             needed = usual << (name == model.integrator)  # one halving at least
             if fine or (late and parts >= needed) or parts >= usual << HALVINGS:
                 del going[name]

@@ -33,7 +33,7 @@ from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
 from plumbob.engines.registry import find_engine
-from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, start_of
+from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.several_audits import Row, model_files, refused, shared_folder
@@ -265,7 +265,7 @@ def _result(
     )
     result = replace(result, name=chosen.gym or result.name)
     if chosen.write_trimmed is not None:
-        result = trimmed_file(result, model, Path(chosen.write_trimmed), start_of(**begun))
+        result = trimmed_file(result, model, Path(chosen.write_trimmed), Start(**begun))
     return result if old is None else replace(result, changes=changes(old, record(result)))
 
 

@@ -1,6 +1,5 @@
 """Scenes of ours and small models as an audit gets them: compiled, without any exact answer."""
 
-import time
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -98,9 +97,7 @@ def audit_of(model, control="rest", keyframe=None, budget=60.0, **motion):
     if isinstance(model, str):
         model = compiled(model)
     own = model if isinstance(model, MujocoModel) else own_model(model, "model", Start(keyframe))
-    return audited(
-        own, script(own, control, **motion), control, Allowance(budget, time.process_time)
-    )
+    return audited(own, script(own, control, **motion), control, Allowance(budget))
 
 
 def recast(kind, model, **more):

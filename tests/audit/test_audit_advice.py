@@ -1,7 +1,6 @@
 """what an audit advises: an option that a file takes, which does what was measured."""
 
 import math
-import time
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -32,7 +31,7 @@ from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendu
 @pytest.fixture(name="found", scope="module")
 def _found():
     model = ready(pendulum())
-    return audited(model, script(model, duration=0.4), "rest", Allowance(20.0, time.process_time))
+    return audited(model, script(model, duration=0.4), "rest", Allowance(20.0))
 
 
 def to_do(found):
@@ -166,7 +165,7 @@ def test_the_worst_body_is_the_one_that_is_furthest_off():
     )
     model = ready(compiled(text))
     motion = script(model, duration=0.2)
-    known = certified(model, motion, Allowance(20.0, time.process_time))
+    known = certified(model, motion, Allowance(20.0))
     assert held(model, motion, known, "euler", 2).worst == "tip"
 
 

@@ -21,18 +21,21 @@ from plumbob.tests.audit.scenes_as_models import PENDULUM, ball, compiled, pendu
 SECOND = 1000  # readings of a clock
 
 
-def clock():
-    """A clock that goes on by the same at each reading: what runs out does so at the same place."""
+@pytest.fixture
+def clock(monkeypatch):
+    """Processor time that goes on by the same at each reading: what runs out does so at the same
+    place."""
     readings = count()
-    return lambda: next(readings) / SECOND
+    monkeypatch.setattr(time, "process_time", lambda: next(readings) / SECOND)
 
 
+@pytest.mark.usefixtures("clock")
 @pytest.mark.parametrize(("budget", "least"), [(0.1, 0.06), (0.2, 0.1)])
 def test_what_is_certified_when_time_runs_out_is_kept(budget, least, monkeypatch):
     """A ball bounces, its contacts taken for chatter: layers end where their time does."""
     monkeypatch.setattr(reference_module, "CHATTER", 0)
     own = own_model(ball(0.13), "ball")
-    found = certified(own, script(own, duration=0.4), Allowance(budget, clock()))
+    found = certified(own, script(own, duration=0.4), Allowance(budget))
     assert least <= found.until < 0.4
     assert np.isfinite(found.uncertainty[: round(found.until / 0.02) + 1]).all()
     assert "the time given for it ended" in found.why
@@ -58,13 +61,14 @@ def test_the_first_line_is_written_before_anything_is_computed(asked, tmp_path, 
     assert asked or (first.startswith("rod.xml ") and text.count("rod.xml") == 1)
 
 
-def test_the_own_step_is_run_whatever_the_time():
+def test_the_own_step_is_run_whatever_the_time(request):
     own = own_model(pendulum(), "rod")
     motion = script(own, duration=0.2)
-    known = certified(own, motion, Allowance(20.0, time.process_time))
-    steps = halved(own, motion, known, own.integrators, 0.0, clock())
+    known = certified(own, motion, Allowance(20.0))
+    request.getfixturevalue("clock")
+    steps = halved(own, motion, known, own.integrators, 0.0)
     assert [(s.integrator, s.parts) for s in steps] == [("euler", 1), ("euler", 2)]
-    found = audited(own, motion, "rest", Allowance(1e-9, clock()))
+    found = audited(own, motion, "rest", Allowance(1e-9))
     assert found.found is None
     assert "the time given for it ended" in found.reference.why
 

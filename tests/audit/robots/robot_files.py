@@ -1,7 +1,6 @@
 """Model files that other packages distribute: found where they are installed, not imported."""
 
 import importlib.util
-import time
 from pathlib import Path
 
 import mujoco
@@ -33,4 +32,4 @@ def file_model(path):
 def file_audit(path, control, budget):
     """The audit of a file; `budget` is processor time [s], which other work does not change."""
     own = file_model(path)
-    return audited(own, script(own, control), control, Allowance(budget, time.process_time))
+    return audited(own, script(own, control), control, Allowance(budget))

@@ -1,7 +1,6 @@
 """Limits of the step of model files that dm_control and gymnasium distribute, beside what is known
 of them: two in the quick profile, all of them in the full one."""
 
-import time
 import tomllib
 from pathlib import Path
 
@@ -37,7 +36,7 @@ def limit_of(model, integrator):
     """A model along its certified motion, and its limit."""
     own = own_model(model, "model")
     moved = script(own, "rest")
-    reference = certified(own, moved, Allowance(10.0, time.process_time))
+    reference = certified(own, moved, Allowance(10.0))
     course = Course(own, moved, reference.course.states[: known(reference) + 1])
     return course, limited(course, integrator)
 

@@ -391,12 +391,17 @@ def started(model: Any, start: Start = AS_IT_STANDS) -> Any:
     if start.keyframe is not None:
         mujoco.mj_resetDataKeyframe(model, data, _keyframe(model, start.keyframe))
     for name, values in (("qpos", start.qpos), ("qvel", start.qvel)):
-        if values is not None:
-            state = getattr(data, name)
-            if len(values) != state.size or not np.isfinite(values).all():
-                given = f"{len(values)} numbers" if len(values) != state.size else values
-                raise ParameterError(name, given, f"{state.size} finite numbers, as the model has")
-            state[:] = values
+        if values is None:
+            continue
+        state = getattr(data, name)
+        try:
+            numbers = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            raise ParameterError(name, values, "a list of numbers") from None
+        if numbers.shape != state.shape or not np.isfinite(numbers).all():
+            given = f"{numbers.size} numbers" if numbers.size != state.size else values
+            raise ParameterError(name, given, f"{state.size} finite numbers, as the model has")
+        state[:] = numbers
     try:
         mujoco.mj_forward(model, data)
     except mujoco.FatalError as error:
