@@ -67,6 +67,13 @@ def needless_stages(model: mujoco.MjModel) -> int:
     return sum(int(bit) for bit, unused in without.items() if unused)
 
 
+def disabled(flags: int) -> tuple[str, ...]:
+    """Names of the stages that disable flags leave out."""
+    bits = BIT.__members__.items()
+    left_out = (name for name, bit in bits if name.startswith("mjDSBL_") and flags & int(bit))
+    return tuple(name.removeprefix("mjDSBL_").lower() for name in left_out)
+
+
 def _any(model: mujoco.MjModel, *fields: str) -> bool:
     return any(bool(np.any(getattr(model, field))) for field in fields)
 

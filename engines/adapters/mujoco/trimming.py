@@ -39,7 +39,7 @@ def trimming(
         costs[1],
         costs[2],
         bool((ends == ends[0]).all()),
-        tuple(_stages_off(trimmed)),
+        options.disabled(trimmed.opt.disableflags),
         parts,
     )
 
@@ -59,13 +59,6 @@ def _versions(
     default.opt.disableflags = 0
     shown.opt.disableflags = trimmed.opt.disableflags
     return default, shown, trimmed
-
-
-def _stages_off(model: mujoco.MjModel) -> Iterator[str]:
-    """Names of the stages that `model` leaves out."""
-    for name, bit in options.BIT.__members__.items():
-        if name.startswith("mjDSBL_") and model.opt.disableflags & int(bit):
-            yield name.removeprefix("mjDSBL_").lower()
 
 
 def _parts_left_out(complete: mujoco.MjSpec, trimmed: mujoco.MjSpec) -> Iterator[str]:

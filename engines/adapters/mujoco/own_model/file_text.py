@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.own_motion import Change
 
 MARK = 1e6  # [m] a margin that no model has, and numbers from there on: an element is known by it
@@ -131,11 +131,6 @@ def _without(root: Element, changes: Sequence[Change], makers: Makers) -> str:
             flags |= int(value)
         elif not indices:
             option.set(field, f"{value:.12g}")
-    names = {
-        name.removeprefix("mjDSBL_").lower(): "disable"
-        for name, bit in mujoco.mjtDisableBit.__members__.items()
-        if name.startswith("mjDSBL_") and flags & int(bit)
-    }
-    if names:
-        option.append(Element("flag", names))
-    return _written(root, edits, option if names or option.attrib else None)
+    if flags:
+        option.append(Element("flag", dict.fromkeys(disabled(flags), "disable")))
+    return _written(root, edits, option if flags or option.attrib else None)

@@ -23,18 +23,20 @@ def changes(model: Any, met: set[tuple[int, ...]]) -> Iterator[Change]:
     are all that touched."""
     collides = (model.geom_contype | model.geom_conaffinity) != 0
     yield from _never_touching(model, collides, met)
-    flags, idle = int(model.opt.disableflags), needless_stages(model)
-    if model.nsensor:
-        yield Change("sensors", (_flag(BITS.mjDSBL_SENSOR),))
-    unused = idle & ~flags & ~int(BITS.mjDSBL_SENSOR)
-    if unused:
-        yield Change("stages with nothing to do", (("disableflags", (), unused),))
-    if idle & int(BITS.mjDSBL_CONSTRAINT):
+    disabled, idle = int(model.opt.disableflags), needless_stages(model)
+    constrained = not idle & int(BITS.mjDSBL_CONSTRAINT)
+    sensors = int(BITS.mjDSBL_SENSOR)
+    stages = {
+        "sensors": sensors * bool(model.nsensor),
+        "stages with nothing to do": idle & ~disabled & ~sensors,
+    }
+    for name in STAGES * constrained:
+        stages[name.lower()] = int(getattr(BITS, f"mjDSBL_{name}", 0)) & ~disabled
+    for name, bits in stages.items():
+        if bits:
+            yield Change(name, (("disableflags", (), bits),))
+    if not constrained:
         return  # nothing below has anything to do
-    for name in STAGES:
-        bit = getattr(BITS, f"mjDSBL_{name}", None)
-        if bit is not None and not flags & int(bit):
-            yield Change(name.lower(), (_flag(bit),))
     if large := tuple(np.flatnonzero(collides & (model.geom_condim > 3)).tolist()):
         yield Change("condim above 3", (("geom_condim", large, 3),))
     for count in FEW:
@@ -55,10 +57,6 @@ def _never_touching(model: Any, collides: Any, met: set[tuple[int, ...]]) -> Ite
     if apart := tuple(i for i, pair in enumerate(pairs) if tuple(pair) not in met):
         name = f"{len(apart)} contact pairs that never touch"
         yield Change(name, (("pair_margin", apart, NEVER),))
-
-
-def _flag(bit: Any) -> tuple[str, tuple[int, ...], float]:
-    return ("disableflags", (), int(bit))
 
 
 def apply(model: Any, left_out: Sequence[Change]) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.adapters.mujoco.options import collected
+from plumbob.engines.adapters.mujoco.options import collected, disabled
 from plumbob.engines.adapters.mujoco.own_model import derivatives, left_out, urdf
 from plumbob.engines.adapters.mujoco.own_model.field import ContinuousField, without_step
 from plumbob.engines.adapters.mujoco.own_model.fields import fields
@@ -454,11 +454,6 @@ def _keyframe(model: Any, keyframe: int | str) -> int:
 
 
 def _notes(model: Any, start: Any) -> tuple[str, ...]:
-    flags = mujoco.mjtDisableBit.__members__.items()
-    disabled = [
-        name.removeprefix("mjDSBL_").lower()
-        for name, bit in flags
-        if name.startswith("mjDSBL_") and model.opt.disableflags & int(bit)
-    ]
-    notes = [f"disabled: {', '.join(disabled)}"] if disabled else []
+    stages = ", ".join(disabled(model.opt.disableflags))
+    notes = [f"disabled: {stages}"] if stages else []
     return (*notes, *unlikely(start))
