@@ -112,17 +112,13 @@ def with_engines(
         return audit
     count = audit.found.index if audit.found else 0
     held = held_against(Path(file), audit.model, audit.script, audit.reference, count, seconds)
-    rows = {name: _refusal(find_engine(name), audit) for name in names}
-    tasks = [
-        Task(n, engine_error, (n, held), HANGS + 4 * seconds, n)
-        for n, row in rows.items()
-        if not row.why
-    ]
+    tasks = [Task(n, engine_error, (n, held), HANGS + 4 * seconds, n) for n in dict.fromkeys(names)]
     with Workers(1) as workers:
-        for task, result in workers.results(tasks, lambda task: progress(str(task.key))):
-            lost = isinstance(result, Lost)
-            rows[task.key] = EngineError(task.key, why=result.why) if lost else result
-    return replace(audit, engines=tuple(rows.values()))
+        rows = [
+            EngineError(task.label, why=row.why) if isinstance(row, Lost) else row
+            for task, row in workers.results(tasks, lambda task: progress(task.label))
+        ]
+    return replace(audit, engines=tuple(rows))
 
 
 def held_against(
@@ -145,20 +141,15 @@ def readers() -> tuple[str, ...]:
     return tuple(engine.name for engine in able if installed(engine))
 
 
-def _refusal(engine: Engine, audit: Audit) -> EngineError:
-    """Why an engine is not run; an empty reason where it is."""
-    if engine.ability(RunsFiles) is None:
-        why = "plumbob has no reader of model files for it"
-    elif not installed(engine):
-        why = "it is not installed"
-    else:
-        why = "" if audit.found else "there is no certified motion"
-    return EngineError(engine.name, why=why)
-
-
 def engine_error(name: str, held: Held) -> EngineError:
     """The error of an engine, whose output is dropped."""
     engine = find_engine(name)
+    if engine.ability(RunsFiles) is None:
+        return EngineError(name, why="plumbob has no reader of model files for it")
+    if not installed(engine):
+        return EngineError(name, why="it is not installed")
+    if not len(held.script.controls):
+        return EngineError(name, why="there is no certified motion")
     try:
         with captured():
             return measured(engine, held)

@@ -184,10 +184,6 @@ class Course:
         rates = np.linalg.eigvals(step - np.eye(len(step))) / TINY
         return Point(index, maps, np.asarray(rates), index > last)
 
-    def changed(self, change: Change) -> Course:
-        """Of the model with a change, at the same states."""
-        return replace(self, model=self.model.changed((change,)))
-
     def finely_stepped(self, integrator: str) -> Array:
         """States at the ends of the periods as far as the motion is known, at small steps."""
         parts = FINE * round(self.script.period / self.model.step)
@@ -337,7 +333,7 @@ def remedied(course: Course, limits: Sequence[Limit]) -> tuple[Remedy, ...]:
     remedies, states = list[Remedy](), course.finely_stepped(best)
     there = RAISED * min(own.predicted or math.inf, own.largest_step or math.inf)
     for change in changes:
-        other = course.changed(change)
+        other = replace(course, model=course.model.changed((change,)))
         if unstable(other.point(own.index), own.integrator, there):
             continue
         limit = tried_below(other, limited(other, own.integrator))
