@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
+from plumbob.analytic.numerics.rotor.orbit import ANGLE
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import Scheme
 from plumbob.analytic.stability import LEVELS, Growth, LongRun
-from plumbob.analytic.theory import Coefficients
 
 PERIODS = 5  # over which the time ahead is followed
 SAMPLES = 128  # of a period
@@ -40,45 +40,32 @@ class PeriodicMotion:
         if not (self.errors.rotor.conservative and math.isfinite(self.period)):
             raise ParameterError("period", self.period, "finite, of an undamped unforced motion")
         times = np.arange(PERIODS * SAMPLES, dtype=np.float64) * self.period / SAMPLES
-        series = dict([*self.errors.series(scheme, times).items()][:TERMS])
+        series = [*self.errors.series(scheme, times).items()][:TERMS]
         if not series:
             return None
         observed = self.errors.exact.observe(times)
-        ahead, repeating = self._parts(times, observed, series, step)
+        error = {n: np.asarray(sum(step**p * part[n] for p, part in series)) for n in ANGLE}
+        ahead = self._time_ahead(times, error, observed)
+        steady = error["theta"] - np.polyval(ahead, times) * times * observed["theta_dot"]
         sign = math.copysign(1.0, ahead[0] or ahead[1])
-        reached = self._time_shifts(observed["theta"] / scale, repeating / scale, sign)
+        reached = self._time_shifts(observed["theta"] / scale, steady[:SAMPLES] / scale, sign)
         spent = {level: _when(ahead, shift) for level, shift in reached.items()}
         first = next((time for time in spent.values() if 0.0 < time < math.inf), self.period)
         quadratic = abs(ahead[0] * first) > abs(ahead[1])
         growth: Growth = "quadratic" if quadratic else "linear" if ahead[1] else "constant"
-        drift = self._energy_rate(scheme, step)
+        rates = self.errors.energy_drift_rate(self.period, scheme).items()
+        drift = sum(rate * step**p for p, rate in rates) / kinetic_energy(
+            self.errors.exact, self.period
+        )
         return LongRun(growth, float(ahead[0 if quadratic else 1]), drift, spent)
 
-    def _energy_rate(self, scheme: Scheme, step: float) -> float:
-        """Mean rate of the energy over the largest kinetic energy [1/s]."""
-        rates = self.errors.energy_drift_rate(self.period, scheme)
-        scale = kinetic_energy(self.errors.exact, self.period)
-        return sum(rate * step**order for order, rate in rates.items()) / scale
-
-    def _parts(
-        self, times: Array, observed: Mapping[str, Array], series: Coefficients, step: float
-    ) -> tuple[Array, Array]:
-        """b and a of the time ahead, and the error of the angle that repeats, over a period."""
-        theta, rate = observed["theta"], observed["theta_dot"]
-        push = self.errors.rotor.acceleration(0.0, theta, rate)
-        ahead, repeating = np.zeros(2), np.zeros(SAMPLES)
-        for order, error in series.items():
-            part = self._time_ahead(times, error, rate, push)
-            ahead += step**order * part
-            steady = error["theta"] - np.polyval(part, times) * times * rate
-            repeating += step**order * steady[:SAMPLES]
-        return ahead, repeating
-
     def _time_ahead(
-        self, times: Array, error: Mapping[str, Array], rate: Array, push: Array
+        self, times: Array, error: Mapping[str, Array], observed: Mapping[str, Array]
     ) -> Array:
         """b and a of b t^2 + a t, by the error's mean component along the motion in each period;
         of what is nothing, zero."""
+        theta, rate = observed["theta"], observed["theta_dot"]
+        push = self.errors.rotor.acceleration(0.0, theta, rate)
         scale = math.tau / self.period
         along = error["theta"] * rate + error["theta_dot"] * push / scale**2
         means = along.reshape(PERIODS, -1).mean(axis=1)
