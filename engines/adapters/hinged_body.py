@@ -105,7 +105,7 @@ def model_error_on_platform(case: Case, method: Method, step: float) -> ModelErr
 
 def platform_errors(problem: Any, duration: float) -> ModelError:
     """Bounds over `duration` [s] from the inertia of a platform that should keep its rate."""
-    from plumbob.analytic.errors.contact_models.driven_platform import platform_error
+    from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 
     errors = platform_error(problem, duration, on_a_platform(problem).platform_inertia)
     return {

@@ -55,7 +55,7 @@ def _scene(
 SYSTEMS = (
     contact_system(
         Incline,
-        theory="errors.contact_models.inclined_steps.incline_errors",
+        theory="errors.contact_models.held_bodies.incline_errors",
         name="incline",
         title="Cube on an incline",
         observables=(Observable("x", "m"), Observable("speed", "m/s")),

@@ -40,7 +40,7 @@ _HARD = "friction used up but for a thousandth of it"
 SYSTEMS = (
     contact_system(
         Pinch,
-        theory="errors.contact_models.pinch_steps.pinch_errors",
+        theory="errors.contact_models.held_bodies.pinch_errors",
         name="pinch",
         title="Cube between two fingers",
         observables=(Observable("slip", "m"), Observable("speed", "m/s")),

@@ -30,7 +30,7 @@ _two = partial(_scene, count=2)
 SYSTEMS = (
     contact_system(
         Stack,
-        theory="errors.contact_models.stack_steps.stack_errors",
+        theory="errors.contact_models.held_bodies.stack_errors",
         name="stack",
         title="Stack of cubes",
         observables=(Observable("top", "m"),),

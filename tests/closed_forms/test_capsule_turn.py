@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
+from plumbob.analytic.errors.sliding_motion.sliding_errors import plane_errors
 from plumbob.analytic.schemes import EULER as SEMI_IMPLICIT
 from plumbob.analytic.schemes import RK4, Scheme
 from plumbob.analytic.systems.capsule_setup import InWorld

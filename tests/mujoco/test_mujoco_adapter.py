@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.contact_models.driven_platform import platform_error
+from plumbob.analytic.errors.contact_models.added_inertia import platform_error
 from plumbob.engines.adapters.hinged_body import on_a_platform
 from plumbob.engines.adapters.mujoco import ENGINE
 from plumbob.engines.adapters.mujoco.cone_pendulum import whole

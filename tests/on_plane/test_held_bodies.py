@@ -11,8 +11,7 @@ import pytest
 from mpmath import mp
 
 from plumbob.analytic.errors.contact_models import soft_friction
-from plumbob.analytic.errors.contact_models.inclined_steps import corner
-from plumbob.analytic.errors.contact_models.stack_steps import corners
+from plumbob.analytic.errors.contact_models.held_bodies import corner, corners
 from plumbob.analytic.schemes import SoftPoint
 from plumbob.engines.abilities import SettingsToPaste
 from plumbob.engines.adapters.mujoco import contacts, incline, pinch, stack

@@ -27,7 +27,7 @@ import math
 import numpy as np
 import pytest
 
-from plumbob.analytic.errors.contact_models.driven_platform import drive_error
+from plumbob.analytic.errors.contact_models.added_inertia import drive_error
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import TrigonometricPotential
 from plumbob.analytic.systems.cone_pendulum import ConePendulum, cone
 from plumbob.analytic.systems.pendulums.harmonics import coefficients, needed, scale

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.largest_step import largest_step
-from plumbob.analytic.errors.stability.linear_steps import jacobians, stability_function
+from plumbob.analytic.errors.stability.adaptive_cost import stability_function
+from plumbob.analytic.errors.stability.largest_step import jacobians, largest_step
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.schemes import EULER, LEAPFROG, RK4, Scheme
 from plumbob.analytic.tableau import CLASSICAL, order_8

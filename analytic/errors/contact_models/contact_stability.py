@@ -9,8 +9,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from plumbob.analytic.errors.smooth_motion.stepped_rotor import many_steps
-from plumbob.analytic.errors.stability.largest_step import largest_step
-from plumbob.analytic.errors.stability.linear_steps import jacobians
+from plumbob.analytic.errors.stability.largest_step import (
+    jacobians,
+    largest_step,
+)
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import EULER, LINEARLY_IMPLICIT, STEPPED, Scheme

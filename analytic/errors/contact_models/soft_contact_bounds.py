@@ -50,8 +50,8 @@ from plumbob.analytic.errors.contact_models.soft_contact import (
     NormalContact,
     SoftContact,
 )
-from plumbob.analytic.errors.sliding_motion.plane_errors import MOST_STEPS
 from plumbob.analytic.errors.sliding_motion.plane_steps import trajectory
+from plumbob.analytic.errors.sliding_motion.sliding_errors import MOST_PLANE_STEPS
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, load_fractions, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
@@ -105,7 +105,7 @@ def _resting(
     if motion.formula:
         return still
     still &= motion.speed == 0.0
-    if (steps := round(duration / contact.step)) > MOST_STEPS:
+    if (steps := round(duration / contact.step)) > MOST_PLANE_STEPS:
         return still
     begun = cast(PlaneReference, problem.reference).begun
     driven = (motion.capsule, problem.motion.path, begun)

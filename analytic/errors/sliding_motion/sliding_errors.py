@@ -1,5 +1,5 @@
-"""Errors of fixed steps on coasting, and on motions along a line that friction brings to rest: the
-steps are taken (THEORY.md, section 4)."""
+"""Errors of fixed steps on a capsule: on coasting, on motions along a line that friction brings to
+rest (THEORY.md, section 4), and in the plane (section 7). The steps are taken."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.errors.sliding_motion.plane_errors import plane_errors
+from plumbob.analytic.errors.sliding_motion.plane_steps import COLUMNS, trajectory
+from plumbob.analytic.errors.sliding_motion.position_first import position_first_trajectory
 from plumbob.analytic.reference import Array, Reference
 from plumbob.analytic.schemes import RK4, Scheme
-from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes
+from plumbob.analytic.systems.capsule import NORMAL_FORCES, by_support, load_slopes, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem
 from plumbob.analytic.systems.manoeuvres.driving_force import driving_force
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -23,6 +24,7 @@ from plumbob.analytic.tableau import CLASSICAL, along
 from plumbob.analytic.theory import Errors, StepErrors, apart
 
 MOST_STEPS = 2_000_000  # of a run: some ten seconds
+MOST_PLANE_STEPS = 200_000  # each takes some tens of microseconds
 
 
 def capsule_errors(problem: CapsuleProblem) -> StepErrors:
@@ -66,6 +68,14 @@ def stepped(
     return np.array([*rows, (way, rate, math.nan)]).T
 
 
+def ways(speeds: Array, lead: float, step: float) -> Array:
+    """What is passed at the start and after each step of `step` [s], shape (n + 1, ...), at
+    `speeds` of that shape that are right at these times: each step has the part 1/2 + `lead` of
+    that at its end."""
+    mean = (0.5 - lead) * speeds[:-1] + (0.5 + lead) * speeds[1:]
+    return step * np.cumsum(np.concatenate([0.0 * speeds[:1], mean]), axis=0)
+
+
 @lru_cache(maxsize=16)  # the same for all methods of one scene
 def _body(motion: Any, scheme: Scheme, step: float, steps: int) -> Array:
     """`stepped` of the body under the mean reaction of the slider in each step."""
@@ -87,14 +97,9 @@ def line_errors(
         return {}
     kind = Scheme(scheme.integrator, position_first=scheme.position_first)
     way, rate, friction = _body(motion, kind, step, int(marks[-1]))[:, marks]
-    slider, capsule, exact = (
-        motion.relative_velocity,
-        motion.single.capsule,
-        reference.observe(times),
-    )
-    at_steps = slider(step * np.arange(marks[-1] + 2.0))
-    mean = (0.5 - lead) * at_steps[:-1] + (0.5 + lead) * at_steps[1:]
-    slid = step * np.append(0.0, np.cumsum(mean))[marks]
+    capsule, exact = motion.single.capsule, reference.observe(times)
+    at_steps = motion.relative_velocity(step * np.arange(marks[-1] + 2.0))
+    slid = ways(at_steps, lead, step)[marks]
     friction = (capsule.body_mass + capsule.slider_mass) * friction
     pushed = driving_force(capsule, friction, (np.diff(at_steps) / step)[marks])
     names = ("displacement", "velocity", "stroke", "friction_force", "driving_force")
@@ -130,6 +135,29 @@ def coasting_errors(motion: ResidualMotion, scheme: Scheme, step: float, times: 
     central = dict.fromkeys(("x", "y", "velocity_x", "velocity_y"), still)
     turned = {"heading": way, "heading_rate": rate}
     return {**(central if motion.centre == (0.0, 0.0) else {}), **turned, **loads}
+
+
+def plane_errors(reference: PlaneReference, scheme: Scheme, step: float, times: Array) -> Errors:
+    """Error that steps of `step` [s] make of the motion at grid `times` [s], shape (n,), by
+    observable of `PlaneReference`, found by taking them (`errors.plane_steps`,
+    `errors.position_first`); empty for other schemes, or more than MOST_PLANE_STEPS steps."""
+    times = np.asarray(times, dtype=np.float64)
+    marks = np.rint(times / step).astype(np.int64)
+    steps, motion = int(marks.max()), reference.motion
+    if steps > MOST_PLANE_STEPS or scheme.position_lead is None:
+        return {}
+    driven = (motion.capsule, motion.path, reference.begun)
+    if scheme.position_first:
+        rows = position_first_trajectory(*driven, step, steps)[marks]
+    else:
+        rows = trajectory(*driven, scheme.integrator, step, steps)[marks]
+    stepped = dict(zip(COLUMNS, rows.T, strict=True))
+    stepped["body_angle"] = stepped["heading"]
+    if not scheme.position_first:
+        places, speeds, _ = motion.path.kinematics(np.arange(steps + 1, dtype=np.float64) * step)
+        places = places[0] + ways(speeds, scheme.position_lead, step)[marks]
+        stepped |= by_support(normal_forces(motion.capsule, places))
+    return apart(stepped, reference.observe(times))
 
 
 # The line manoeuvre's end, for any step. The scheme

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from plumbob.analytic.errors.stability.largest_step import FACTOR, LEAST_STEPS
-from plumbob.analytic.errors.stability.linear_steps import Complex, stability_function
+from plumbob.analytic.errors.stability.largest_step import FACTOR, LEAST_STEPS, Complex
 from plumbob.analytic.tableau import Tableau
 
 FARTHEST = 20.0  # of |h lambda|, at which stability is looked for
 GRID = 4000
+
+
+def stability_function(tableau: Tableau, z: Complex) -> Complex:
+    """R(z) = 1 + z b^T (I - zA)^-1 1 of a Runge-Kutta method: what a step makes of 1 on x' = lambda
+    x, at z = h lambda of any shape (eq. 13.1)."""
+    change = tableau.change(lambda time, state: z * state, 0.0, np.ones_like(z), 1.0)
+    return np.asarray(1.0 + change)
 
 
 def stability_interval(tableau: Tableau, direction: complex) -> float:

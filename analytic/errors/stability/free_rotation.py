@@ -27,8 +27,11 @@ from plumbob.analytic.errors.stability.flow_growth import (
     growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
-from plumbob.analytic.errors.stability.largest_step import Marks, largest_step
-from plumbob.analytic.errors.stability.linear_steps import jacobians
+from plumbob.analytic.errors.stability.largest_step import (
+    Marks,
+    jacobians,
+    largest_step,
+)
 from plumbob.analytic.errors.stability.stepped_growth import (
     SHORT,
     SteppedMotion,

@@ -8,10 +8,11 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.stability.linear_steps import Complex, Matrices
+from plumbob.analytic.errors.smooth_motion.scheme_steps import Advance, Parts
 from plumbob.analytic.reference import Array
 from plumbob.analytic.stability import LARGEST, SMALLEST
 
+TINY = 1e-30  # an imaginary part that is a nudge: its square is lost in a double
 LEAST_STEPS = 10_000  # that a step must hold for
 LEAST_PERIODS = 100  # of the fastest mode
 FACTOR = 1e3  # by which a nudge may grow beyond the growth of the exact motion
@@ -22,6 +23,21 @@ QUIET = 1e-3  # of a swing: what is smaller has come to rest
 RANGE = (math.tau * SMALLEST, math.tau * LARGEST)  # of h |lambda|, the fastest mode's
 GRID = 600  # step sizes a factor of 1.02 apart: a window of instability that is narrower is missed
 Marks = npt.NDArray[np.bool_]
+Complex = npt.NDArray[np.complex128]
+Matrices = Callable[[Array], Array | Complex]
+"""Step sizes [s], shape (n,) -> matrices of a step, shape (n, m, m)."""
+
+
+def jacobians(advance: Advance, state: Parts, count: int) -> Array:
+    """The derivative of a step of `count` sizes at once, at a state of d numbers or arrays of shape
+    (count,), by imaginary parts: shape (count, d, d)."""
+    columns = []
+    for varied in range(len(state)):
+        nudges = (TINY * 1j * (varied == i) for i in range(len(state)))
+        nudged = [np.zeros(count) + x + nudge for x, nudge in zip(state, nudges, strict=True)]
+        after = [np.imag(part) / TINY for part in advance(0.0, nudged)]
+        columns.append(np.stack(after, axis=-1))
+    return np.stack(columns, axis=-1)
 
 
 def run_length(steps: Array, fastest: float) -> npt.NDArray[np.int64]:

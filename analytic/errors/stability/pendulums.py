@@ -20,8 +20,13 @@ from plumbob.analytic.errors.stability.flow_growth import (
     growth_along,
 )
 from plumbob.analytic.errors.stability.followed_runs import FollowedMotion
-from plumbob.analytic.errors.stability.largest_step import largest_lasting_step, largest_step
-from plumbob.analytic.errors.stability.linear_steps import TINY, Complex, jacobians
+from plumbob.analytic.errors.stability.largest_step import (
+    TINY,
+    Complex,
+    jacobians,
+    largest_lasting_step,
+    largest_step,
+)
 from plumbob.analytic.errors.stability.long_runs import PeriodicMotion, kinetic_energy
 from plumbob.analytic.errors.stability.pendulum_kinds import JUDGED, PendulumKinds
 from plumbob.analytic.errors.stability.stepped_growth import (

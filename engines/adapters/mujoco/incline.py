@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.inclined_steps import corner
+from plumbob.analytic.errors.contact_models.held_bodies import corner
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.rolling_ball import OVERSHOOT
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts

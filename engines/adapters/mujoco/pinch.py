@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plumbob.analytic.errors.contact_models.pinch_steps import TIP, fingertip
+from plumbob.analytic.errors.contact_models.held_bodies import TIP, fingertip
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.incline import DIRECTIONS
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts

@@ -9,8 +9,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from plumbob.analytic.errors.contact_models.held_bodies import corners
 from plumbob.analytic.errors.contact_models.soft_friction import rates
-from plumbob.analytic.errors.contact_models.stack_steps import corners
 from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import Translation, read, with_contacts
 from plumbob.engines.method import Method, ModelError

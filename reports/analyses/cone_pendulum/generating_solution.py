@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from plumbob.analytic.errors.contact_models.driven_platform import drive_error
+from plumbob.analytic.errors.contact_models.added_inertia import drive_error
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.results import Study
 from plumbob.engines.trajectory import Trajectory

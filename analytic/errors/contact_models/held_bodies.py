@@ -1,0 +1,103 @@
+"""Errors of steps on bodies that are held: a stack, a body between two fingers, a cube on a slope.
+
+None, or depths and drifts of soft contacts; or friction ends the slip of a cube within its step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plumbob.analytic.errors.contact_models.soft_friction import STEPPED, Held, drifted
+from plumbob.analytic.errors.sliding_motion.sliding_errors import stepped
+from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.systems.incline import Incline
+from plumbob.analytic.systems.pinch import Pinch
+from plumbob.analytic.systems.stack import Stack
+from plumbob.analytic.theory import Predicted, StepErrors, SteppedErrors, apart
+
+CORNERS = 4  # of a face that does not turn, which carry the same loads
+DEEPEST = 0.4  # chosen, of an edge: beyond a half, a contact pushes the cube through
+FINGERS = 2
+TIP = 0.2  # chosen: the radius of a fingertip over the cube's edge
+
+
+def corners(stack: Stack) -> list[Held]:
+    """Loads on a corner of each cube's lower face, from the lowest to the top."""
+    below = np.concatenate([[0.0], 1.0 / stack.masses[:-1]])
+    weights, parts = below + 1.0 / stack.masses, stack.masses / CORNERS
+    loads = stack.normal_forces / CORNERS
+    return [
+        Held(float(load), 0.0, np.zeros(2), float(weight), float(part))
+        for load, weight, part in zip(loads, weights, parts, strict=True)
+    ]
+
+
+def stack_errors(stack: Stack) -> StepErrors:
+    """The errors of steps on a stack; empty for schemes that are not stepped here, and where a
+    contact is too deep to push the right way."""
+
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        still = np.zeros(len(times))
+        if scheme.contact is None:
+            return {"top": still} if scheme.integrator == EULER else {}
+        depths = [held.depth(scheme.contact, step) for held in corners(stack)]
+        if scheme.integrator not in STEPPED or max(depths) > DEEPEST * stack.size:
+            return {}
+        return SteppedErrors({"top": still - sum(depths)}, stack.uncertainty(times))
+
+    return StepErrors(error)
+
+
+def fingertip(pinch: Pinch) -> Held:
+    """The load on one of the fingers."""
+    weight = 1.0 / pinch.mass + 1.0 / pinch.finger_mass
+    pull, part = pinch.pull / FINGERS, pinch.mass / FINGERS
+    return Held(pinch.normal_force, pinch.friction, pull, weight, part)
+
+
+def pinch_errors(pinch: Pinch) -> StepErrors:
+    """The errors of steps on a pinched body; empty for schemes that are not stepped here, and where
+    a friction pyramid does not hold it or a contact is too deep."""
+
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        held, still = fingertip(pinch), pinch.observe(times)
+        if scheme.contact is None:
+            return still if scheme.integrator == EULER else {}
+        drift = drifted(scheme, held, step, np.rint(times / step).astype(int))
+        deep = held.depth(scheme.contact, step) > TIP * pinch.size
+        if deep or not len(drift) or drift[0].max() > pinch.size / 2.0:  # off the face
+            return {}
+        return SteppedErrors(dict(zip(still, drift, strict=True)), pinch.uncertainty(times))
+
+    return StepErrors(error)
+
+
+def corner(cube: Incline) -> Held:
+    """The load on one of the corners."""
+    pull = cube.pull * np.array([np.cos(cube.heading), np.sin(cube.heading)])
+    part = cube.mass / CORNERS
+    return Held(part * cube.press, cube.friction, part * pull, 1.0 / cube.mass, part)
+
+
+def incline_errors(cube: Incline) -> StepErrors:
+    """The errors of steps on a cube; empty for schemes that are not stepped here, and of soft
+    contacts on a cube that slides, whose contacts chatter."""
+
+    def error(scheme: Scheme, step: float, times: Array) -> Predicted:
+        exact, marks = cube.observe(times), np.rint(times / step).astype(int)
+        if scheme.contact is None and scheme.integrator == EULER:
+            pulls, limit = [cube.pull] * int(marks[-1]), cube.friction * cube.press
+            reached = stepped(scheme, step, cube.speed, pulls, limit)[:, marks]
+            rounded = ULP * (abs(cube.speed) + cube.gravity * times)
+            return SteppedErrors(
+                apart(dict(zip(("x", "speed"), reached, strict=False)), exact),
+                {"x": rounded * (step + times), "speed": rounded},
+            )
+        drift = drifted(scheme, corner(cube), step, marks)
+        if cube.speed or not len(drift):
+            return {}
+        return SteppedErrors(dict(zip(exact, drift, strict=True)), cube.uncertainty(times))
+
+    return StepErrors(error)
