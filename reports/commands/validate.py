@@ -20,7 +20,7 @@ from plumbob.engines.study import store
 from plumbob.engines.study.checkpoint import measured_into
 from plumbob.engines.study.convergence import SEED
 from plumbob.engines.study.results import Analysed, Study
-from plumbob.engines.study.runner import pairs, run_study
+from plumbob.engines.study.runner import run_study
 from plumbob.engines.study.scheduler import Progress
 from plumbob.engines.workers import Workers
 from plumbob.models.registry import scenes as find_scenes
@@ -31,7 +31,6 @@ from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.arguments.like import METHODS as LIKE_METHODS
 from plumbob.reports.commands.arguments.like import SCENES as LIKE_SCENES
 from plumbob.reports.commands.arguments.like import beside, own_method
-from plumbob.reports.judge.expectations import as_expected
 from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.judge.study_verdicts import Judgements, judge_study
 from plumbob.reports.view.junit import write_junit
@@ -119,7 +118,8 @@ def _report(
     """Write the pages of the stored study of that number, as `plumbob report` does, and what else
     was asked for; returns the exit code."""
     from plumbob.reports.view.site.writing import write_page
-    from plumbob.reports.view.terminal import summary_lines
+    from plumbob.reports.view.terminal import study_values
+    from plumbob.reports.view.user_settings import cost_factor
 
     study = store.load(out / store.FILE, number)
     assert study
@@ -127,16 +127,17 @@ def _report(
     page, every = write_page(study, out), results_of(study, records_of(study))
     if junit:
         write_junit(junit, study, every)
-    if chosen.json:
-        values.print_json(records(study, judged, results))
-    else:
-        _print(study, every, chosen.verbose)
-        if results:
-            from plumbob.reports.view.user_settings import lines as own_lines
-
-            print(f"\nYour settings, {chosen.like}", *own_lines(results), sep="\n")
-        print("", *summary_lines(study, every, page), sep="\n")
-    return exit_code(study, judged)
+    values.show(
+        chosen,
+        records(study, judged, results),
+        "study",
+        **study_values(study, every, chosen.verbose),
+        page=page,
+        results=results,
+        like=chosen.like,
+        factor=cost_factor,
+    )
+    return exit_code(study, every)
 
 
 def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
@@ -147,35 +148,15 @@ def _methods(pattern: str | None, like: str | None) -> tuple[Method, ...]:
     return (own_method(like), *methods) if like else methods
 
 
-def exit_code(study: Study, judged: Judgements) -> int:
+def exit_code(study: Study, every: Results) -> int:
     """1 when a verdict is not as expected, else 3 when an engine is missing or the user's own
     settings ran nothing, else 0."""
-    if surprises(study, judged) or unexpected(judged_searches(study)):
+    if unexpected(judged_searches(study)) or "unexpected" in {of.meaning for of in every.values()}:
         return 1
-    user = {both.whole.verdict for (_, method), both in judged.items() if method == USER_METHOD}
-    if user and user <= {"unsupported", "missing"}:
-        return INCOMPLETE
-    return INCOMPLETE if any(both.whole.verdict == "missing" for both in judged.values()) else 0
-
-
-def surprises(study: Study, judged: Judgements) -> set[Pair]:
-    """The pairs whose verdict is not as expected."""
-    return {
-        (scene.name, method.name)
-        for scene, method in pairs(study.scenes, study.methods)
-        if not as_expected(scene, method, judged[scene.name, method.name].whole)
-    }
-
-
-def _print(study: Study, every: Results, verbose: bool) -> None:
-    from plumbob.reports.view import terminal
-
-    for line in terminal.unexpected_lines(study, every):
-        print(line)
-    for scene in study.scenes:
-        table = list(terminal.scene_lines(scene, every, verbose))
-        if table:
-            print("", *table, sep="\n")
+    verdicts = {of.judged.verdict for of in every.values()}
+    user = {of.judged.verdict for of in every.values() if of.name == USER_METHOD}
+    nothing = user and user <= {"unsupported", "missing"}
+    return INCOMPLETE if nothing or "missing" in verdicts else 0
 
 
 def noted(what: str) -> None:

@@ -5,55 +5,40 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
+from typing import Any
 
 from plumbob.engines.study.results import Study
-from plumbob.models.scene import Scene
 from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.view.content import Table
 from plumbob.reports.view.method_results import Results
-from plumbob.reports.view.tables import lines, table
+from plumbob.reports.view.tables import table
 
 
-def unexpected_lines(study: Study, every: Results) -> list[str]:
-    """The unexpected verdicts: scene, method, verdict, what was expected, and why; then those on
-    largest steps and derivatives."""
-    verdicts = [of for of in every.values() if of.judged.mark == "unexpected"]
-    return lines("unexpected", verdicts=verdicts, searches=unexpected(judged_searches(study)))
-
-
-def scene_lines(scene: Scene, every: Results, verbose: bool = False) -> Iterator[str]:
-    """The table of one scene, a row a method: its relative error at the reference step, and what
-    that costs; with `verbose` every reason, the confidence interval of every order, and the cost of
-    a step too."""
-    rows = [of for (name, _), of in every.items() if name == scene.name]
-    if not rows:
-        return
-    about = rows[0].quantities
-    heads, *cells = aligned(
-        table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
-    )
-    yield f"{scene.name}: {scene.summary}" if verbose else scene.name
-    yield f"  {heads}"
-    for of, line in zip(rows, cells, strict=True):
-        yield f"  {line}"
-        if verbose:
-            yield from (f"      {reason}" for reason in (of.judged.reason,) if reason)
-            yield from (f"      not judged: {n}, {why}" for n, why in of.judged.unjudged.items())
-
-
-def summary_lines(study: Study, every: Results, page: Path) -> list[str]:
-    """The last lines: runs, verdicts, known limits, unexpected verdicts, and where the page is."""
-    standings = Counter(of.judged.standing for of in every.values())
+def study_values(study: Study, every: Results, verbose: bool) -> dict[str, Any]:
+    """What the lines of a study are written of: unexpected verdicts, with those on largest steps
+    and derivatives; of each scene a line a method, its relative error at the reference step and
+    what that costs, and with `verbose` every interval of an order and the cost of a step too; and
+    counts."""
     searches = judged_searches(study)
-    return lines(
-        "summary",
-        runs=sum(len(of.errors) for of in every.values()),
-        verdicts=Counter(of.judged.verdict for of in every.values()),
-        known=standings["known limit"] + sum(bool(of.known and not of.surprise) for of in searches),
-        unexpected=standings["unexpected"] + sum(bool(of.surprise) for of in searches),
-        page=page,
-    )
+    scenes = []
+    for scene in study.scenes:
+        rows = [of for (name, _), of in every.items() if name == scene.name]
+        if rows:
+            about = rows[0].quantities
+            shown = table("scene", rows=rows, about=about, verbose=verbose, infinity=math.inf)
+            scenes.append((scene, list(zip((None, *rows), aligned(shown), strict=True))))
+    standings = Counter(of.judged.standing for of in every.values())
+    return {
+        "surprises": [of for of in every.values() if of.judged.mark == "unexpected"],
+        "searches": unexpected(searches),
+        "scenes": scenes,
+        "verbose": verbose,
+        "runs": sum(len(of.errors) for of in every.values()),
+        "verdicts": Counter(of.judged.verdict for of in every.values()),
+        "known": standings["known limit"]
+        + sum(bool(of.known and not of.surprise) for of in searches),
+        "unexpected": standings["unexpected"] + sum(bool(of.surprise) for of in searches),
+    }
 
 
 def aligned(table: Table) -> Iterator[str]:

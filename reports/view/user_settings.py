@@ -19,11 +19,6 @@ def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
     return tables.table_or_none("user_settings", rows=rows, factor=cost_factor)
 
 
-def lines(results: Sequence[UserResult]) -> list[str]:
-    """The same as lines for a terminal."""
-    return tables.lines("user_settings", results=results, factor=cost_factor)
-
-
 def cost_factor(choice: Choice, result: UserResult) -> str:
     """The cost of a choice in those of the user's own run."""
     if not math.isfinite(result.ns_per_second):
