@@ -140,15 +140,15 @@ def collocate(
     by the first k components of the state; f may depend weakly on the others. `start` (d,) is the
     state at c = 0, `guess` (n, d) the first slopes, `scale` (d,) the size of the state.
     """
-    slopes, previous, matrix = guess.copy(), 0.0, None
+    slopes, previous, newton = guess.copy(), 0.0, None
     for _ in range(ITERATIONS):
-        fresh = matrix is None
+        fresh = newton is None
         value, derivative = right_hand_side(start + rule.integral @ slopes, fresh)
         if fresh:
-            matrix = _NewtonMatrix.of(rule, derivative)
-        if matrix is None or not np.isfinite(value.sum()):
+            newton = _newton(rule, derivative)
+        if newton is None or not np.isfinite(value.sum()):
             return None
-        correction = matrix.correction(rule, value - slopes)
+        correction = newton(value - slopes)
         slopes += correction
         step = float((np.abs(rule.integral @ correction) / scale).max())
         # Newton's method converges quadratically, with an old matrix linearly: the next step is
@@ -158,49 +158,35 @@ def collocate(
         if step > DIVERGED:
             return None
         if step > FACTORED or (not fresh and step > SLOW * previous):
-            matrix = None
+            newton = None
         previous = step
     return None
 
 
-@dataclass(frozen=True)
-class _NewtonMatrix:
-    """The matrix of Newton's method, factored, implicit in the first k components and then explicit
-    in the rest."""
+def _newton(rule: Collocation, derivative: Array) -> Callable[[Array], Array] | None:
+    """Newton's correction of the slopes, shape (n, d), for their residual, which it replaces: by
+    the derivatives at the nodes, shape (n, d, k), implicit in the first k components and then
+    explicit in the others; None where its matrix is singular, or they are not finite."""
+    from scipy.linalg.lapack import dgetrf, dgetrs
 
-    factors: Array  # shape (n k, n k)
-    pivots: npt.NDArray[np.int32]
-    rest: Array  # derivatives of the components after the first k, shape (n, d - k, k)
+    if not np.isfinite(derivative.sum()):
+        return None
+    count, _, stiff = derivative.shape
+    across, others = derivative[:, :stiff].transpose(2, 0, 1), derivative[:, stiff:]
+    matrix = np.multiply(-rule.integral.T[:, None, :, None], across[None]).reshape(-1)
+    matrix[:: count * stiff + 1] += 1.0
+    square = matrix.reshape(count * stiff, count * stiff).T
+    factors, pivots, singular = dgetrf(square, overwrite_a=True)
 
-    @classmethod
-    def of(cls, rule: Collocation, derivative: Array) -> _NewtonMatrix | None:
-        """From the derivatives at the nodes, shape (n, d, k); None where it is singular, or they
-        are not finite."""
-        from scipy.linalg.lapack import dgetrf
-
-        if not np.isfinite(derivative.sum()):
-            return None
-        count, _, stiff = derivative.shape
-        across = derivative[:, :stiff].transpose(2, 0, 1)
-        matrix = np.multiply(-rule.integral.T[:, None, :, None], across[None]).reshape(-1)
-        matrix[:: count * stiff + 1] += 1.0
-        square = matrix.reshape(count * stiff, count * stiff).T
-        factors, pivots, singular = dgetrf(square, overwrite_a=True)
-        return None if singular else cls(factors, pivots, derivative[:, stiff:])
-
-    def correction(self, rule: Collocation, residual: Array) -> Array:
-        """Newton's correction of the slopes, shape (n, d), for their `residual`, which it
-        replaces."""
-        from scipy.linalg.lapack import dgetrs
-
-        stiff = self.rest.shape[2]
+    def correction(residual: Array) -> Array:
         right: Any = residual[:, :stiff].reshape(-1)  # one column, which LAPACK takes as a vector
-        solved = dgetrs(self.factors, self.pivots, right)[0]
-        residual[:, :stiff] = solved.reshape(-1, stiff)
+        residual[:, :stiff] = dgetrs(factors, pivots, right)[0].reshape(-1, stiff)
         if stiff < residual.shape[1]:
             moved = rule.integral @ residual[:, :stiff]
-            residual[:, stiff:] += (self.rest @ moved[:, :, None])[:, :, 0]
+            residual[:, stiff:] += (others @ moved[:, :, None])[:, :, 0]
         return residual
+
+    return None if singular else correction
 
 
 def linearised(rates: Array, derivative: Array, lengths: Array) -> Array:

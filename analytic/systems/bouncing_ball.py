@@ -15,9 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP
+from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
+
+ROUNDINGS = 8.0  # of each parameter
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,6 @@ class BouncingBall(LinearResponse):
         return {"z": np.where(times < self.zeno_time, np.nan_to_num(np.maximum(z, 0.0)), 0.0)}
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """Absolute errors, shape (n,): rounded parameters and operations move the moment of an
-        impact by a few units in the last place of the time, e's by n of them over 1 - e."""
-        since, speed = self._flight(times)
-        velocity = np.nan_to_num(np.abs(speed) + self.gravity * since)
-        flights = np.minimum(times / self.fall, 1.0 / max(1.0 - self.restitution, ULP))
-        late = 4.0 * ULP * (times * (1.0 + flights) + self.fall)
-        resting = np.where(times < self.zeno_time * (1.0 - 8.0 * ULP * flights), 1.0, 0.0)
-        return {"z": resting * velocity * late + ULP * self.height}
+        """Absolute errors, shape (n,): the effect of each parameter's rounding and a height's."""
+        doubts = rounded_inputs(self, lambda ball: ball.observe(times), ROUNDINGS)
+        return {"z": doubts["z"] + ULP * self.height}

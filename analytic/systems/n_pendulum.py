@@ -128,8 +128,8 @@ def _moments(p: Any, time: Any, q: Any, v: Any) -> list[Any]:
 
 def _tip(p: Any, q: Any, v: Any) -> Mapping[str, Any]:
     """Place of the last rod's end, from the axis [m]."""
-    lengths = [length for _, length, _ in _hanging(p, len(q))]
+    rods = [(length, t) for (_, length, _), t in zip(_hanging(p, len(q)), q, strict=True)]
     return {
-        "tip_x": sum(length * np.sin(t) for length, t in zip(lengths, q, strict=True)),
-        "tip_z": -sum(length * np.cos(t) for length, t in zip(lengths, q, strict=True)),
+        "tip_x": sum(length * np.sin(t) for length, t in rods),
+        "tip_z": -sum(length * np.cos(t) for length, t in rods),
     }

@@ -57,7 +57,6 @@ _STEEL: Parameters = MappingProxyType(
         "theta_dot": 37.0,
     }
 )
-_LEVEL: Parameters = MappingProxyType({"pivot_y": 0.0})
 _PITCHFORK = 6.4482287920129893  # [rad/s], omega^2 = c / (I_x - I_z), physics of the steel cone
 
 
@@ -166,6 +165,22 @@ _scene = partial(
 )
 
 
+_level = partial(_scene, pivot_y=0.0, theta_dot=0.0)
+_pitchfork = partial(
+    _level,
+    hard="quartic well: the period grows as 1/amplitude",
+    platform_rate=_PITCHFORK,
+    steps=step_sizes(2e-2, 2e-4),
+)
+_equal = partial(
+    _level,
+    hard="homoclinic to theta = 0: errors grow as e^(7.4 t)",
+    platform_rate=10.0,
+    theta=1e-3,
+    steps=step_sizes(5e-3, 5e-5),
+)
+
+
 def _near(side: str, k: int, theta_dot: float) -> Scene:
     """Energy a relative 10^-k off the barrier, over two passages of the saddle."""
     return _scene(
@@ -229,50 +244,24 @@ SCENES = (
         for k, *rates in _RATES
         for side, rate in zip(("above", "below"), rates, strict=True)
     ),
-    _scene(
+    _pitchfork(
         "pitchfork",
         "hanging at the rate where it stops being stable",
         20.0,
-        **_LEVEL,
-        hard="quartic well: the period grows as 1/amplitude",
-        platform_rate=_PITCHFORK,
         theta=0.1,
-        theta_dot=0.0,
-        steps=step_sizes(2e-2, 2e-4),
         profile="quick",
     ),
-    _scene(
+    _pitchfork(
         "pitchfork-small",
         "hanging at the rate where it stops being stable, at half the amplitude: twice the period",
         40.0,
-        **_LEVEL,
-        hard="quartic well: the period grows as 1/amplitude",
-        platform_rate=_PITCHFORK,
         theta=0.05,
-        theta_dot=0.0,
-        steps=step_sizes(2e-2, 2e-4),
     ),
-    _scene(
-        "equal-wells",
-        "beyond the pitchfork: from next to the saddle over both wells",
-        8.0,
-        hard="homoclinic to theta = 0: errors grow as e^(7.4 t)",
-        **_LEVEL,
-        platform_rate=10.0,
-        theta=1e-3,
-        theta_dot=0.0,
-        steps=step_sizes(5e-3, 5e-5),
-    ),
-    _scene(
+    _equal("equal-wells", "beyond the pitchfork: from next to the saddle over both wells", 8.0),
+    _equal(
         "equal-wells-short",
         "beyond the pitchfork: from next to the saddle until the first return",
         2.0,
-        hard="homoclinic to theta = 0: errors grow as e^(7.4 t)",
-        **_LEVEL,
-        platform_rate=10.0,
-        theta=1e-3,
-        theta_dot=0.0,
-        steps=step_sizes(5e-3, 5e-5),
         profile="quick",
     ),
     _scene(

@@ -32,18 +32,6 @@ SOURCE = (
     "Pêndulo Simples, course notebook: the simple pendulum, linear and non-linear, free, damped "
     "and forced, by RK4"
 )
-PARAMETERS = (
-    "length",
-    "gravity",
-    "damping_rate",
-    "forcing_amplitude",
-    "forcing_frequency",
-    "theta",
-    "theta_dot",
-    "mass",
-    "damping",
-    "force",
-)
 FROM_TOP = "theta_from_top"  # in place of theta
 # The notebook's own C [kg/s] and F_0 [N], of F(t) = F_0 sin(Omega t), in place of the rates.
 OWN_FORM = MappingProxyType({"damping": "damping_rate", "force": "forcing_amplitude"})
@@ -58,6 +46,7 @@ _REST: Parameters = MappingProxyType(
         "theta_dot": 0.0,
     }
 )
+PARAMETERS = (*_REST, "mass", "damping", "force")
 _DEGREE = math.pi / 180
 
 
@@ -91,14 +80,9 @@ def per_unit_mass(parameters: Parameters) -> dict[str, Any]:
 def change(parameters: Parameters, changes: Parameters) -> Parameters:
     """Parameters with some values changed; of theta and theta_from_top one takes the other's
     place, and so do C and its rate, F_0 and its amplitude."""
-    for name, rate in OWN_FORM.items():
-        if chosen := {name, rate}.intersection(changes):
-            parameters = {
-                n: v for n, v in parameters.items() if n not in (name, rate) or n in chosen
-            }
-    if chosen := {"theta", FROM_TOP}.intersection(changes):
-        kept = {n: v for n, v in parameters.items() if n not in ("theta", FROM_TOP) or n in chosen}
-        return {**kept, **changes}
+    for pair in (*OWN_FORM.items(), ("theta", FROM_TOP)):
+        if chosen := set(pair).intersection(changes):
+            parameters = {n: v for n, v in parameters.items() if n not in pair or n in chosen}
     return replaced(parameters, changes)
 
 

@@ -110,8 +110,7 @@ class SmoothSystem:
     def jacobian(self, time: Any, states: Array) -> Array:
         """Derivatives of the rates by the state, shape (2 n, 2 n, m), at `states`, shape
         (2 n, m)."""
-        ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
-        return np.asarray(self.slope(time, ahead).imag / TINY)
+        return jacobian(self.slope, time, states)
 
     def perturbed(self) -> SimpleNamespace:
         """The parameters with derivatives by their logarithms: those of number k in the row
@@ -125,6 +124,12 @@ class SmoothSystem:
                 for (name, value), row in zip(values, unit, strict=True)
             }
         )
+
+
+def jacobian(slope: Callable[[Any, Array], Array], time: Any, states: Array) -> Array:
+    """Derivatives, shape (d, d, m), of a `slope` at `time` [s] by `states`, shape (d, m)."""
+    ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
+    return np.asarray(slope(time, ahead).imag / TINY)
 
 
 def solved(matrix: Sequence[Elements], right: Elements) -> list[Any]:

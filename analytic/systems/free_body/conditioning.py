@@ -53,10 +53,10 @@ def nonlinearity(body: Rotation, times: Array, errors: Mapping[str, Array]) -> f
     if body.turning is None:
         return largest
     momentum = inertia * body.state(times)[0]
-    high, middle, low = np.argsort(-inertia[:, 0], kind="stable")
-    outer = (1 / inertia[middle] - 1 / inertia[high]), (1 / inertia[low] - 1 / inertia[middle])
-    drift = outer[0] * momentum[high] * change[high] - outer[1] * momentum[low] * change[low]
-    size = outer[0] * momentum[high] ** 2 + outer[1] * momentum[low] ** 2
+    # of the energy over the separatrix's, which has nothing from the middle axis
+    weights = 1.0 / np.median(inertia) - 1.0 / inertia
+    drift = (weights * momentum * change).sum(axis=0)
+    size = (np.abs(weights) * momentum**2).sum(axis=0)
     return max(largest, float(np.max(2.0 * np.abs(drift) / size)))
 
 

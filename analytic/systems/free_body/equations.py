@@ -6,12 +6,13 @@ w_i' = (I_j - I_k)/I_i w_j w_k (Euler),   q' = q w/2,   w in the body's axes, q 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
-from plumbob.analytic.numerics.smooth.smooth_system import TINY
+from plumbob.analytic.numerics.smooth.smooth_system import jacobian
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.free_body.problem import FreeBody
 from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, product
@@ -41,17 +42,13 @@ def free_rotation(body: FreeBody) -> SmoothMotion:
     def rates(times: Array, states: Array) -> Array:
         return np.array(slope(of, [*states]))
 
-    def jacobian(times: Array, states: Array) -> Array:
-        ahead = states[:, None] + 1j * TINY * np.eye(len(states))[:, :, None]
-        return rates(times, ahead).imag / TINY
-
     def read(times: Array, states: Array) -> Mapping[str, Array]:
         return dict(zip((*RATES, *ATTITUDE), states, strict=True))
 
     return SmoothMotion(
         np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),
         rates,
-        jacobian,
+        partial(jacobian, rates),
         lambda times: np.concatenate(body.rotation.state(times)),
         2 * body.fastest,
         read,

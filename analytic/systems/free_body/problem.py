@@ -96,7 +96,8 @@ class FreeBody:
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Angular velocity [rad/s] in the body's axes and attitude, a unit quaternion from body to
         world, continuous from 1, at `times` [s], shape (n,)."""
-        return self.rotation.observe(times)
+        rates, attitude = self.rotation.state(times)
+        return dict(zip((*RATES, *ATTITUDE), (*rates, *attitude), strict=True))
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """See `plumbob.analytic.reference.Reference`."""

@@ -19,7 +19,7 @@ the turning rate of the shortest-arc frame, which is singular nowhere on the mot
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -63,8 +63,9 @@ class Rotation:
 
     @cached_property
     def _steady(self) -> bool:
-        (a, b, c), (x, y, z) = self.inertia, self.momentum
-        return bool((a - b) * x * y == 0 and (b - c) * y * z == 0 and (c - a) * z * x == 0)
+        moments, parts = self.inertia, self.momentum
+        torques = ((moments[i] - moments[i - 1]) * parts[i] * parts[i - 1] for i in range(3))
+        return not any(torques)
 
     def state(self, times: Array) -> tuple[Array, Array]:
         """Angular velocity [rad/s] in the body's axes, shape (3, n), and attitude, shape (4, n), at
@@ -75,11 +76,6 @@ class Rotation:
         momentum, angle = self.turning.at(times)
         rates = momentum / np.array([double(i) for i in self.inertia])[:, None]
         return rates, self._attitude(momentum, angle)
-
-    def observe(self, times: Array) -> Mapping[str, Array]:
-        """Angular velocity [rad/s] and attitude at `times` [s], by name, shape (n,) each."""
-        rates, attitude = self.state(times)
-        return dict(zip((*RATES, *ATTITUDE), (*rates, *attitude), strict=True))
 
     def _uniform(self, times: Array) -> tuple[Array, Array]:
         rates = np.array([double(w) for w in self.rates])

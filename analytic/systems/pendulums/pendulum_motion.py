@@ -189,20 +189,19 @@ class PendulumMotion:
         not. With `theta_from_top` that of a motion from the start rounded to double, which is where
         an engine starts, and the distance of the two motions."""
         times = np.asarray(times, dtype=float)
-        theta, rate = self.closed_form.state(times)
         if self.theta_from_top is not None:
             return self._of_rounded_start(times)
+        theta, rate = self.closed_form.state(times)
         finite = np.isfinite(self.period)
         # time is rounded four times in the closed form
         late = ULP * (np.abs(times) + (2 * self.period if finite else 0.0))
-        bend = np.asarray(self.rotor.acceleration(times, theta, rate))
-        moved = [ULP * np.abs(x) + ULP + late * np.abs(v) for x, v in ((theta, rate), (rate, bend))]
+        slopes = np.array([rate, self.rotor.acceleration(times, theta, rate)])
+        moved = ULP * np.abs([theta, rate]) + ULP + late * np.abs(slopes)
         near = [self.neighbours.state(times[None, :])]
         if finite:
             near.append(self._rounded(times, theta))
-        for states in near:
-            for i, values in enumerate(states):
-                moved[i] += np.abs(values[1:] - values[:1]).sum(axis=0)
+        for states in map(np.array, near):
+            moved += np.abs(states[:, 1:] - states[:, :1]).sum(axis=1)
         return {"theta": moved[0] + 2 * ULP * abs(self.tilt), "theta_dot": moved[1]}
 
     def _of_rounded_start(self, times: Array) -> Mapping[str, Array]:
@@ -223,13 +222,12 @@ class PendulumMotion:
     def _rounded(self, times: Array, angles: Array) -> tuple[Array, Array]:
         """States of the motion, which is at `angles` [rad] at `times` [s], shape (n,), then with
         theta rounded where it is fastest, then with theta_dot."""
-        (time, theta, rate), ulp = self._fastest, quad(ULP)
+        time, theta, rate = self._fastest
         # The rounding of an angle grows with the number of turns, and the force's with it; late
         # roundings have less time to act, so that half of the last angle represents all of them.
         wound = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
-        starts = quad(theta) + np.array([[quad(0.0)], [wound * ulp], [quad(0.0)]])
-        speeds = quad(rate) + np.array([[quad(0.0)], [quad(0.0)], [rate * ulp]])
-        later = solve(self.exact_potential, self.inertia, starts, speeds)
+        starts, speeds = quad(ULP * np.array([[0.0, wound, 0.0], [0.0, 0.0, rate]]))[..., None]
+        later = solve(self.exact_potential, self.inertia, theta + starts, rate + speeds)
         return later.state(np.maximum(times - time, 0.0)[None, :])
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
