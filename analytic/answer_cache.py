@@ -47,14 +47,12 @@ def expected(
     at = np.frombuffer(times)
     series = theory.value.series(scheme, at)
     powers = {p: {n: c * step**p for n, c in terms.items()} for p, terms in series.items()}
-    names = dict.fromkeys(name for terms in powers.values() for name in terms)
+    common = set.intersection(*map(set, powers.values())) if powers else set()
+    started = at > 0.0  # before, no step has been taken, and no joint has pulled
     total = {
-        name: sum((terms[name] for terms in powers.values()), np.zeros(len(at)))
-        for name in names
-        if all(name in terms for terms in powers.values())
+        name: np.where(started, sum(terms[name] for terms in powers.values()), 0.0)
+        for name in sorted(common)
     }
-    for values in total.values():
-        values[at == 0.0] = 0.0  # no step has been taken, and no joint has pulled
     return powers, total, exact.value.nonlinearity(at, total) if total else 0.0
 
 

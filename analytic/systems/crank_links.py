@@ -39,6 +39,14 @@ def _derivatives(links: Sequence[Link]) -> Iterator[tuple[Any, Any, Any]]:
         end = end + 2 * half
 
 
+def potential(gravity: float, links: Sequence[Link]) -> Any:
+    """Potential energy [J] of `links` under `gravity` [m/s^2], 0 where they are level."""
+    end, energy = 0.0, 0.0
+    for mass, (_, rise), *_ in links:
+        energy, end = energy + gravity * mass * (end + rise / 2), end + rise
+    return energy
+
+
 def crank_motion(
     problem: Any,
     constants: Sequence[str],

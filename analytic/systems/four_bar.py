@@ -28,7 +28,7 @@ from plumbob.analytic.numerics.smooth.soft_loop import loop_force, softened
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
 from plumbob.analytic.schemes import SoftLoop
-from plumbob.analytic.systems.crank_links import Link, crank_motion
+from plumbob.analytic.systems.crank_links import Link, crank_motion, potential
 from plumbob.analytic.systems.n_pendulum import NPendulum
 
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -140,9 +140,7 @@ class FourBar:
 
     def potential(self, observed: Mapping[str, Array]) -> Any:
         """Potential energy [J], 0 for links on the line."""
-        u, v, w = _vectors(self, observed["angle"])
-        (first, second, third), half = self.chain.each("masses"), self.gravity / 2
-        return half * ((first + 2 * second) * u[1] + second * v[1] + third * w[1])
+        return potential(self.gravity, _links(self, observed["angle"]))
 
 
 def _vectors(p: Any, t: Any) -> tuple[Any, Any, Any]:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -198,14 +197,13 @@ class EllipticMotion:
         turns = np.floor((theta - double(self.theta0)) * self.sense / (2 * np.pi))
         turns = np.maximum(turns, 0.0) if self.rotation and finite else 0.0 * theta
         wanted = theta - turns * self.sense * 2 * np.pi
-        times = np.full(theta.shape, np.nan)
-        for first, second in pairwise([0.0, *self._turning_points(last), last]):
-            ends = np.sort(self.state(np.array([first, second]))[0])
-            near = _REACHED * (1 + np.abs(theta))
-            inside = np.isnan(times) & (wanted >= ends[0] - near) & (wanted <= ends[1] + near)
-            begin, end = (np.full(inside.sum(), edge) for edge in (first, second))
-            times[inside] = self._passed(0, wanted[inside], begin, end)
-        times += turns * (last if finite else 0.0)
+        edges = np.array([0.0, *self._turning_points(last), last])
+        ends, near = self.state(edges)[0], _REACHED * (1 + np.abs(theta))
+        least, most = np.minimum(ends[:-1], ends[1:]), np.maximum(ends[:-1], ends[1:])
+        inside = (least <= (wanted + near)[:, None]) & (most >= (wanted - near)[:, None])
+        part = inside.argmax(axis=1)
+        times = self._passed(0, wanted, edges[part], edges[part + 1])
+        times = np.where(inside.any(axis=1), times + turns * (last if finite else 0.0), np.nan)
         return np.where(theta == double(self.theta0), 0.0, times)
 
     def _turning_points(self, last: float) -> Array:

@@ -40,6 +40,11 @@ class RodMotion:
         """The motion's closed form; None where there is none."""
         return self.motion.closed_form
 
+    @property
+    def rotor(self) -> Any:
+        """Its equation."""
+        return self.motion.rotor
+
     def observe(self, times: Array) -> Mapping[str, Array]:
         """theta [rad], theta_dot [rad/s] and tension [N] at `times` [s], shape (n,)."""
         return self.system.observed(self.system.state(self.motion.observe(times)))
