@@ -26,7 +26,7 @@ from plumbob.engines.adapters.mujoco.contacts import (
     profile,
 )
 from plumbob.engines.adapters.mujoco.settings_to_paste import OWN_STIFFNESS, own_pair
-from plumbob.engines.adapters.mujoco.user_file import compiled_model
+from plumbob.engines.adapters.mujoco.user_file import ENDS, compiled_model
 from plumbob.engines.method import Method, time_step
 
 CLOSE = 1e-6  # relative difference of values that are the same but for the digits written
@@ -54,22 +54,13 @@ def _options(
 ) -> Iterator[tuple[str, str, str]]:
     asked = mujoco.MjSpec()
     options.apply(asked, {"integrator": method.settings["integrator"], **wanted}, 1.0)
-    kinds = {name: (kind, prefix) for name, kind, prefix in options.CHOICES}
     for name in ("integrator", *wanted):
-        value, there = getattr(model.opt, name), getattr(asked.option, name)
+        value, there = (float(getattr(of, name)) for of in (model.opt, asked.option))
         if name == "impratio" and "coulomb" in str(method.settings.get("contact")):
-            if any(_close(value, REGULARISATION_RATIO * s) for s in _softenings()):
-                continue
-            there = REGULARISATION_RATIO
-        if name in ("tolerance", "noslip_tolerance") and value <= there * (1.0 + CLOSE):
-            continue  # tighter is no worse
-        if not _close(float(value), float(there)):
-            if name in kinds:
-                kind, prefix = kinds[name]
-                words = [kind(int(v)).name.removeprefix(prefix).lower() for v in (value, there)]
-                yield f"option/{name}", words[0], words[1]
-            else:
-                yield f"option/{name}", f"{value:g}", f"{there:g}"
+            there = REGULARISATION_RATIO * _softening(model)
+        tighter = name in ENDS and value <= there  # is no worse
+        if not (tighter or _close(value, there)):
+            yield f"option/{name}", options.word(name, value), options.word(name, there)
 
 
 def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tuple[str, str, str]]:
@@ -82,10 +73,10 @@ def _contacts(model: mujoco.MjModel, method: Method, step: float) -> Iterator[tu
         right = any(_close(model.pair_solreffriction[i, 1], rate) for rate in _rates(method, step))
         wanted = own_pair(method, step, softening, stiffness or OWN_STIFFNESS)
         for name, there in wanted.items():
-            value, width = getattr(model, f"pair_{name}")[i], 3 if name == "solimp" else 2
-            fits = all(map(_close, value[:width], there[:width]))
+            value, there = getattr(model, f"pair_{name}")[i][:3], there[:3]
+            fits = all(map(_close, value, there))
             if not (fits or (right and name == "solreffriction")):
-                yield f"pair/{name}", _numbers(value[:width]), _numbers(there[:width])
+                yield f"pair/{name}", _numbers(value), _numbers(there)
         if model.pair_dim[i] != 3:
             yield "pair/condim", str(model.pair_dim[i]), "3"
 
@@ -165,12 +156,8 @@ def frequency_ratio(model: mujoco.MjModel) -> float:
 
 def _softening(model: mujoco.MjModel) -> float:
     """The factor on inverse weights that the file's `impratio` is for; 1 where it is none."""
-    softenings = [s for s in _softenings() if _close(model.opt.impratio, REGULARISATION_RATIO * s)]
-    return softenings[0] if softenings else 1.0
-
-
-def _softenings() -> tuple[float, ...]:
-    return 1.0, SOFTENING, PLANE_SOFTENING
+    ratio = model.opt.impratio / REGULARISATION_RATIO
+    return next((s for s in (SOFTENING, PLANE_SOFTENING) if _close(ratio, s)), 1.0)
 
 
 def _close(value: float, other: float) -> bool:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -16,11 +17,13 @@ from plumbob.engines.method import Options, Unsupported
 
 BIT = mujoco.mjtDisableBit
 # option -> its enumeration and the prefix of that enumeration's names
-CHOICES: tuple[tuple[str, type[Any], str], ...] = (
-    ("integrator", mujoco.mjtIntegrator, "mjINT_"),
-    ("cone", mujoco.mjtCone, "mjCONE_"),
-    ("solver", mujoco.mjtSolver, "mjSOL_"),
-    ("jacobian", mujoco.mjtJacobian, "mjJAC_"),
+CHOICES: Mapping[str, tuple[type[Any], str]] = MappingProxyType(
+    {
+        "integrator": (mujoco.mjtIntegrator, "mjINT_"),
+        "cone": (mujoco.mjtCone, "mjCONE_"),
+        "solver": (mujoco.mjtSolver, "mjSOL_"),
+        "jacobian": (mujoco.mjtJacobian, "mjJAC_"),
+    }
 )
 # Settings that builders and runs read, not options.
 ELSEWHERE = (
@@ -32,20 +35,26 @@ ELSEWHERE = (
 def apply(spec: mujoco.MjSpec, settings: Options, step: float) -> None:
     """Set `step` [s] and the options named in `settings` on `spec`; raises ParameterError."""
     spec.option.timestep = step
-    choices = {option: (kind, prefix) for option, kind, prefix in CHOICES}
     for option, value in settings.items():
         if option in ELSEWHERE:
             continue
-        if option not in choices:
-            if not hasattr(spec.option, option):
-                raise ParameterError(option, value, "an option that MuJoCo has")
-            setattr(spec.option, option, value)
-            continue
-        kind, prefix = choices[option]
-        if (chosen := kind.__members__.get(prefix + str(value).upper())) is None:
-            known = (name.removeprefix(prefix).lower() for name in kind.__members__)
-            raise ParameterError(option, value, f"one of {', '.join(known)}")
-        setattr(spec.option, option, int(chosen))
+        chosen = value
+        if option in CHOICES:
+            numbers = [int(number) for number in CHOICES[option][0].__members__.values()]
+            known = {word(option, number): number for number in numbers}
+            if (chosen := known.get(str(value).lower())) is None:
+                raise ParameterError(option, value, f"one of {', '.join(known)}")
+        elif not hasattr(spec.option, option):
+            raise ParameterError(option, value, "an option that MuJoCo has")
+        setattr(spec.option, option, chosen)
+
+
+def word(option: str, value: float) -> str:
+    """The value of an option as a user writes it."""
+    if option not in CHOICES:
+        return f"{value:g}"
+    kind, prefix = CHOICES[option]
+    return str(kind(int(value)).name.removeprefix(prefix).lower())
 
 
 def needless_stages(model: mujoco.MjModel) -> int:

@@ -14,6 +14,7 @@ from plumbob.engines.adapters.mujoco import contacts
 from plumbob.engines.adapters.mujoco.translation import (
     Observed,
     Translation,
+    at_rest,
     read,
     with_contacts,
 )
@@ -59,9 +60,7 @@ def settled(spec: mujoco.MjSpec, tune: Callable[[mujoco.MjModel], None]) -> floa
     """Static penetration [m] of the contact."""
     model = spec.compile()
     tune(model)
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, nstep=SETTLING)
-    return -float(data.qpos[1])
+    return -float(at_rest(model, SETTLING)[1])
 
 
 def whole(mjcf: Path, problem: Any) -> mujoco.MjSpec:

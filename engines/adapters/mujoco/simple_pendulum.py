@@ -43,7 +43,6 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
         control=(lambda times: problem.rotor.forcing(times)[:, None]) if driven else None,
         control_at=float(method.settings.get("control_at", 0.0)),
         sensors=None if problem.linear else _readings,
-        tune=_without_sensor,
     )
 
 
@@ -97,8 +96,3 @@ def _readings(sensors: Array) -> Observed:
 def of_hinge(qpos: Array, qvel: Array) -> Observed:
     """The observables of one hinge."""
     return {"theta": qpos[:, 0], "theta_dot": qvel[:, 0]}, {}
-
-
-def _without_sensor(model: mujoco.MjModel) -> None:
-    """Disable the sensor stage in the steps: sensors are read at the samples alone."""
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)

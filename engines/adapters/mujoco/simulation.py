@@ -23,6 +23,8 @@ from plumbob.models.scene import Case
 
 STATE = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)  # time, qpos, qvel and so on
 
+SENSOR = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)  # no stage of a step: read at the samples alone
+
 
 class MujocoSimulation(SteppedSimulation):
     """A compiled model with its start; every `run` starts afresh."""
@@ -92,7 +94,7 @@ class MujocoSimulation(SteppedSimulation):
         begin there, of shape (n, k); the solver begins each time where the run has ended."""
         model, data, rows = self.model, self.data, []
         option, before = model.opt, (model.opt.disableflags, model.opt.integrator)
-        option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        option.disableflags &= ~SENSOR
         option.integrator = int(mujoco.mjtIntegrator.mjINT_EULER)
         marks = sampling.sampled(self.steps, self.samples)[: len(states)].astype(np.float64)
         for state, control in zip(states, self.held_controls(marks, self.step), strict=True):
@@ -128,7 +130,7 @@ def compiled(case: Case, method: Method, step: float) -> MujocoSimulation:
         options.apply(translation.spec, method.settings, step)
         begin = time.perf_counter()
         model = options.compiled(translation.spec)
-        model.opt.disableflags |= options.needless_stages(model)
+        model.opt.disableflags |= options.needless_stages(model) | SENSOR
         translation.tune(model)
         seconds = time.perf_counter() - begin
     return MujocoSimulation(translation, model, steps, step, seconds, case.samples, logged)

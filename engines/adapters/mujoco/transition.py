@@ -23,6 +23,7 @@ for the mean of one of NUDGE and one of -NUDGE, and by a, of which g is a linear
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -33,13 +34,13 @@ import numpy as np
 from plumbob.analytic.reference import Array
 from plumbob.engines.adapters.mujoco import options
 from plumbob.engines.adapters.mujoco.simulation import MujocoSimulation, compiled
+from plumbob.engines.adapters.mujoco.terms import apart, put, shifted, state_of
 from plumbob.engines.adapters.own_derivatives import NUDGE, moved, nudged
 from plumbob.engines.adapters.stepping import Named
 from plumbob.engines.method import Method, Unsupported
 from plumbob.engines.trajectory import ByName
 from plumbob.models.gradient import Number
 
-Beside = tuple[MujocoSimulation, MujocoSimulation, MujocoSimulation, float]
 TOUCHING = 1e-7  # of a state's number
 BESIDE = MappingProxyType({NUDGE: 10.0, TOUCHING: 0.5})  # times as large, to tell their rounding
 
@@ -50,23 +51,72 @@ def difference(model: mujoco.MjModel) -> float:
     return TOUCHING if touching else NUDGE
 
 
+@dataclass(frozen=True)
+class Sides:
+    """Runs with a number a little smaller, as it is, and larger, and how far the outer ones are
+    apart."""
+
+    runs: tuple[MujocoSimulation, ...]
+    apart: float
+
+    @property
+    def by_model(self) -> bool:
+        """Whether the number is one of the model's."""
+        return len({_numbers(run.model) for run in self.runs}) > 1
+
+    @property
+    def controls(self) -> tuple[Array, Array]:
+        """Those of each step, and their derivatives."""
+        low, here, high = (
+            run.held_controls(np.arange(float(run.steps)), run.step) for run in self.runs
+        )
+        return here, (high - low) / self.apart
+
+    def at_start(self) -> Array:
+        """The derivative of the state that runs start in, with the run there."""
+        _, run, _ = self.runs
+        mujoco.mj_resetData(run.model, run.data)
+        starts = [(each.translation.qpos, each.translation.qvel) for each in self.runs]
+        low, here, high = (np.concatenate([*start, run.data.act]) for start in starts)
+        put(run.data, here)
+        return apart(run.model, high, low) / self.apart
+
+    def read(self, along: Array) -> ByName:
+        """The derivatives of the observables in a state that changes `along` a tangent, read as the
+        cases on both sides read them."""
+        low, here, high = self.runs
+        model, state = here.model, state_of(here.data)
+        sizes = [model.nv, model.nv, model.na]
+
+        def observe(place: float, rate: float, run: MujocoSimulation = here) -> Named:
+            end = shifted(model, state, along * np.repeat([place, rate, 0.0], sizes))[None]
+            qpos, qvel, _ = np.split(end, (model.nq, model.nq + model.nv), axis=1)
+            return run.translation.observe(qpos, qvel)[0]
+
+        less, more = (observe(0.0, 0.0, run) for run in (low, high))
+        return {
+            name: slope + float(more[name][0] - less[name][0]) / self.apart
+            for name, slope in moved(observe, *along[: 2 * model.nv].reshape(2, -1)).items()
+        }
+
+
 def transition(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
     """Derivatives of the observables that a state gives, by differences `beside` the usual ones or
     by these; raises Unsupported."""
-    runs = low, here, high, _ = _beside(number, method, step)
-    if _numbers(low.model) != _numbers(high.model):
+    sides = _sides(number, method, step)
+    if sides.by_model:
         raise Unsupported(
             f"mjd_transitionFD has derivatives by state and control: {number.name} "
             "is a parameter of the model"
         )
-    model, along = here.model, _at_start(runs)
-    by_forces = model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
-    nudge = NUDGE if by_forces else difference(model)
+    run, along = sides.runs[1], sides.at_start()
+    by_forces = run.model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER
+    nudge = NUDGE if by_forces else difference(run.model)
     if beside:
         nudge *= BESIDE[nudge]
     with options.collected():  # warnings are those of the run itself
-        *_, along = advanced(model, here.data, along, *_controls(runs), nudge)
-        return _read(runs, along)
+        *_, along = advanced(run.model, run.data, along, *sides.controls, nudge)
+        return sides.read(along)
 
 
 def advanced(
@@ -86,26 +136,25 @@ def advanced(
 
 def inverse(number: Number, method: Method, step: float, beside: bool = False) -> ByName:
     """The same by eq. 2; raises Unsupported."""
-    runs = low, here, high, _ = _beside(number, method, step)
-    model, data = here.model, here.data
+    sides = _sides(number, method, step)
+    model, data = sides.runs[1].model, sides.runs[1].data
     if model.ngeom or model.dof_frictionloss.any():
         raise Unsupported(
             "mjd_inverseFD has differences of accelerations that are too large for friction"
         )
-    controls, changes = _controls(runs)
-    if _numbers(low.model) != _numbers(high.model) or changes.any():
+    controls, changes = sides.controls
+    if sides.by_model or changes.any():
         raise Unsupported(f"mjd_inverseFD has derivatives by the state alone, not by {number.name}")
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_INVDISCRETE)
-    along, before = _at_start(runs), mujoco.MjData(model)
+    along, before = sides.at_start(), mujoco.MjData(model)
     nudge = NUDGE * BESIDE[NUDGE] if beside else NUDGE
     with options.collected():
         for control in controls:
-            before.qpos[:], before.qvel[:] = data.qpos, data.qvel
+            put(before, state_of(data))
             before.ctrl[:] = data.ctrl[:] = control
             mujoco.mj_step(model, data)
-            both = along[: 2 * model.nv].reshape(2, -1)
-            _step_ahead(model, before, data.qvel, both, nudge)
-        return _read(runs, along)
+            _step_ahead(model, before, data.qvel, along[: 2 * model.nv].reshape(2, -1), nudge)
+        return sides.read(along)
 
 
 transition_beside, inverse_beside = (partial(way, beside=True) for way in (transition, inverse))
@@ -133,21 +182,13 @@ def _step_ahead(
     mujoco.mj_differentiatePos(model, places, 2 * nudge, *ends)
 
 
-def _beside(number: Number, method: Method, step: float) -> Beside:
-    """Runs with a number a little smaller, as it is, and larger, and how far the outer ones are
-    apart; raises Unsupported."""
+def _sides(number: Number, method: Method, step: float) -> Sides:
+    """Runs on both sides of a number; raises Unsupported."""
     cases, apart = nudged(number)
-    low, here, high = (compiled(case, method, step) for case in cases)
-    if here.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+    sides = Sides(tuple(compiled(case, method, step) for case in cases), apart)
+    if sides.runs[1].model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
         raise Unsupported("mjd_transitionFD and mjd_inverseFD refuse RK4")
-    return low, here, high, apart
-
-
-def _controls(beside: Beside) -> tuple[Array, Array]:
-    """Those of each step, and their derivatives."""
-    *runs, apart = beside
-    low, here, high = (run.held_controls(np.arange(float(run.steps)), run.step) for run in runs)
-    return here, (high - low) / apart
+    return sides
 
 
 def _numbers(model: mujoco.MjModel) -> bytes:
@@ -156,36 +197,3 @@ def _numbers(model: mujoco.MjModel) -> bytes:
     model.key_qpos[:], model.key_qvel[:] = 0.0, 0.0
     mujoco.mj_saveModel(model, None, held)
     return held.tobytes()
-
-
-def _at_start(beside: Beside) -> Array:
-    """The derivative of the state that runs start in, with the run there."""
-    *runs, apart = beside
-    low, here, high = (run.translation for run in runs)
-    model, data = runs[1].model, runs[1].data
-    mujoco.mj_resetData(model, data)
-    data.qpos[:], data.qvel[:] = here.qpos, here.qvel
-    along = np.zeros(2 * model.nv + model.na)
-    mujoco.mj_differentiatePos(model, along[: model.nv], apart, low.qpos, high.qpos)
-    along[model.nv : 2 * model.nv] = (high.qvel - low.qvel) / apart
-    return along
-
-
-def _read(beside: Beside, along: Array) -> ByName:
-    """The derivatives of the observables in a state that changes `along` a tangent, read as the
-    cases on both sides read them."""
-    low, here, high, apart = beside
-    model, data = here.model, here.data
-    places, rates = along[: 2 * model.nv].reshape(2, -1)
-
-    def observe(place: float, rate: float) -> Named:
-        qpos, qvel = data.qpos.copy(), data.qvel + rate * rates
-        mujoco.mj_integratePos(model, qpos, places, place)
-        return here.translation.observe(qpos[None], qvel[None])[0]
-
-    end = data.qpos[None], data.qvel[None]
-    less, more = (run.translation.observe(*end)[0] for run in (low, high))
-    slopes = moved(observe, places, rates)
-    return {
-        name: slope + float(more[name][0] - less[name][0]) / apart for name, slope in slopes.items()
-    }

@@ -110,6 +110,23 @@ def with_contacts(
     return tune
 
 
+def at_rest(model: mujoco.MjModel, steps: int) -> Array:
+    """Coordinates, shape (nq,), after so many `steps` of a model from its own."""
+    held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, held)
+    return np.array(_ended(held.tobytes(), steps))
+
+
+@lru_cache(maxsize=256)
+def _ended(model: bytes, steps: int) -> tuple[float, ...]:
+    """Coordinates after so many `steps` of a model in MuJoCo's binary format: the same for methods
+    that differ in what they do later."""
+    loaded = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": model})
+    data = mujoco.MjData(loaded)
+    mujoco.mj_step(loaded, data, nstep=steps)
+    return tuple(data.qpos.tolist())
+
+
 def read(mjcf: Path, gravity: float = 0.0) -> mujoco.MjSpec:
     """Model in the file `mjcf`, open to changes, under gravity [m/s^2]; raises ParameterError when
     it holds none."""

@@ -48,8 +48,7 @@ def user_method(path: str | Path) -> Method:
     file's own step. Raises ParameterError for a file that holds no MJCF model."""
     spec = _read(path, "like")
     settings: dict[str, Any] = {
-        option: kind(int(getattr(spec.option, option))).name.removeprefix(prefix).lower()
-        for option, kind, prefix in options.CHOICES
+        option: options.word(option, getattr(spec.option, option)) for option in options.CHOICES
     }
     for name in NUMBERS:
         if hasattr(spec.option, name):

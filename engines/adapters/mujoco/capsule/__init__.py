@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -36,7 +36,12 @@ from plumbob.engines.adapters.mujoco.contacts import (
     soft_contact,
     tilt_inertia,
 )
-from plumbob.engines.adapters.mujoco.translation import Translation, read
+from plumbob.engines.adapters.mujoco.translation import (
+    Translation,
+    at_rest,
+    read,
+    with_contacts,
+)
 from plumbob.engines.adapters.three_feet import gravity, limits
 from plumbob.engines.method import Method, ModelError, Options, Unsupported
 
@@ -70,12 +75,9 @@ def build(mjcf: Path, problem: CapsuleProblem, method: Method, step: float) -> T
             # MuJoCo's own is of a force at C, which also turns a body with its slider elsewhere:
             # with m/M = 1e3 the contacts would be 80 times softer than they are meant to be.
             weight[0] = chosen.softening / (setup.capsule.body_mass + setup.capsule.slider_mass)
-        # Read at the samples alone.
-        compiled.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
     if chosen.convergent:
-        ahead = float(method.settings.get("slider_ahead", 0.0))
-        deflected = statics(setup, chosen.compliance(step), ahead)
+        deflected = statics(_ahead(setup, method.settings), chosen.compliance(step))
         rest_qpos = settled(spec, tune, setup.press, step, SETTLED, deflected)
     else:
         rest_qpos = settled(spec, tune, setup.press, DEFAULT_STEP, SETTLING)
@@ -118,7 +120,7 @@ def whole(
     than in the problem, which may be where no reference goes: beyond an edge the body tips over.
     """
     chosen = settings or {"contact": "coulomb"}
-    setup, height = problem.setup, float(chosen.get("height", 0.0))
+    setup, height = _ahead(problem.setup, chosen), float(chosen.get("height", 0.0))
     spec = read(mjcf if setup.plane_velocity is None else mjcf.with_name(TURNING))
     capsule, body = setup.capsule, spec.body("body")
     spec.option.gravity = gravity(setup)
@@ -129,12 +131,19 @@ def whole(
         support = spec.geom(f"support_{i + 1}")
         support.pos = [x, y, support.size[0] - height]
     set_contacts(spec, contacts(problem, chosen), capsule.friction, step)
-    x, y = math.cos(setup.direction), math.sin(setup.direction)
-    ahead = float(chosen.get("slider_ahead", 0.0))
-    spec.body("slider").pos = [setup.slider[0] + ahead * x, setup.slider[1] + ahead * y, 0.0]
-    set_slider(spec, setup, (x, y))
-    spec.body("slider").inertia = [POINT] * 3
+    slider = spec.body("slider")
+    slider.pos, slider.inertia = [*setup.slider, 0.0], [POINT] * 3
+    if setup.plane_velocity is None:
+        spec.joint("slider").axis = [math.cos(setup.direction), math.sin(setup.direction), 0.0]
+    set_slider(spec, setup)
     return spec
+
+
+def _ahead(setup: CapsuleSetup, settings: Options) -> CapsuleSetup:
+    """The set-up with its slider further along its line by `settings["slider_ahead"]` [m]."""
+    (x, y), ahead = setup.slider, float(settings.get("slider_ahead", 0.0))
+    unit = math.cos(setup.direction), math.sin(setup.direction)
+    return replace(setup, slider=(x + ahead * unit[0], y + ahead * unit[1]))
 
 
 def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, step: float) -> None:
@@ -142,15 +151,14 @@ def set_contacts(spec: mujoco.MjSpec, chosen: ContactProfile, friction: float, s
     the profile leaves open takes MuJoCo's default, whatever the file says."""
     defaults = mujoco.MjSpec()
     pair = defaults.add_pair()
-    fields = {name: np.array(getattr(pair, name)) for name in PAIR} | dict(chosen.pair(step))
     for name in OPTIONS:
         setattr(spec.option, name, getattr(defaults.option, name))
-    options.apply(spec, chosen.options, step)
     for contact in spec.pairs:
         contact.friction[:2] = friction
         contact.condim = 3 if friction > 0.0 else 1  # MuJoCo lifts a friction of 0 to 1e-5
-        for name, value in fields.items():
-            setattr(contact, name, value)
+        for name in PAIR:
+            setattr(contact, name, getattr(pair, name))
+    with_contacts(spec, chosen, step)
 
 
 def settled(
@@ -175,36 +183,23 @@ def settled(
         if not (upright := 1.0 - float(np.square(model.qpos0[4:6]).sum())) > 0.0:
             raise Unsupported("at this step the body tips over on its contacts: they are too soft")
         model.qpos0[3] = math.sqrt(upright)
-    held = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, held)
-    qpos = np.array(_at_rest(held.tobytes(), steps))
+    qpos = at_rest(model, steps)
     qpos[:2] = qpos[7:] = 0.0
     qpos[3:7] = turned(qpos[3:7], -float(heading(qpos[3:7])))
     return qpos
 
 
-def statics(setup: CapsuleSetup, compliance: float, ahead: float = 0.0) -> Array | None:
+def statics(setup: CapsuleSetup, compliance: float) -> Array | None:
     """Height of C over the plane [m] and gradient of the body's plane along its x and y, shape
-    (3,), on contacts that deflect by `compliance` [m/N] times M + m under the loads of statics,
-    with the slider `ahead` [m] on its line; None where it stands beyond an edge, and nothing rests.
+    (3,), on contacts that deflect by `compliance` [m/N] times M + m under the loads of statics;
+    None where the slider stands beyond an edge, and nothing rests.
 
     A body that begins elsewhere drops: a support with hardly any load then takes off, and lands
     when the rest has long settled.
     """
-    capsule, (x, y) = setup.capsule, setup.slider
-    x, y = x + ahead * math.cos(setup.direction), y + ahead * math.sin(setup.direction)
-    loads = load_fractions(capsule, capsule.mass_ratio * np.array([x, y]))
+    capsule = setup.capsule
+    loads = load_fractions(capsule, capsule.mass_ratio * np.array(setup.slider))
     if loads.min() <= 0.0:
         return None
     places = np.column_stack([np.ones(3), np.asarray(capsule.supports)])
     return np.linalg.solve(places, -compliance * setup.press * loads)
-
-
-@lru_cache(maxsize=256)
-def _at_rest(model: bytes, steps: int) -> tuple[float, ...]:
-    """Coordinates after so many `steps` of a model in MuJoCo's binary format: the same for methods
-    that differ in what they do later."""
-    loaded = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": model})
-    data = mujoco.MjData(loaded)
-    mujoco.mj_step(loaded, data, nstep=steps)
-    return tuple(data.qpos.tolist())

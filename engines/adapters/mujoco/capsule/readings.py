@@ -30,28 +30,24 @@ CONTACT = sum(
 """The fields read of a contact: whether it is there, then force, normal and tangent, 10 numbers."""
 
 
-def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup, axis: tuple[float, float]) -> None:
-    """Give the slider its mass, and its joint along `axis`, or its two joints of the plane, the
-    armature that imposes its motion; a slider without imposed motion is fixed in the body. The
-    file's keyframe goes: the start is a scene's own, at rest on contacts that have settled.
+def set_slider(spec: mujoco.MjSpec, setup: CapsuleSetup) -> None:
+    """Give the slider its mass, and its joint, or its two joints of the plane, the armature that
+    imposes its motion; a slider without imposed motion is fixed in the body. The file's keyframe
+    goes: the start is a scene's own, at rest on contacts that have settled.
 
     The solver's tolerance is scaled with the armature: its criterion is relative to the trace of
     the mass matrix, which the armature inflates, so that a nominal 1e-8 would act as 1e2.
     """
-    capsule, in_plane = setup.capsule, setup.plane_velocity is not None
+    capsule, hold = setup.capsule, armature(setup)
     spec.body("slider").mass = capsule.slider_mass
     for key in tuple(spec.keys):
         spec.delete(key)
-    names = ("slider_x", "slider_y") if in_plane else ("slider",)
-    if setup.relative_velocity is None and not in_plane:
+    if not on_three_feet(setup).tracks:
         spec.delete(spec.actuator("slider"))
         spec.delete(spec.joint("slider"))
         return
-    hold = armature(setup)
-    if not in_plane:
-        spec.joint("slider").axis = [*axis, 0.0]
-    for name in names:
-        spec.joint(name).armature = spec.actuator(name).gear[0] = hold
+    for motor in spec.actuators:
+        spec.joint(motor.target).armature = motor.gear[0] = hold
     scale = (capsule.body_mass + capsule.slider_mass) / hold
     spec.option.tolerance *= scale
     spec.option.noslip_tolerance *= scale
@@ -110,9 +106,9 @@ def heading(attitude: Array) -> Array:
 
 def turned(attitude: Array, angle: float) -> Array:
     """The quaternion `attitude`, shape (4,), turned by `angle` [rad] about the vertical."""
-    cos, sin = math.cos(0.5 * angle), math.sin(0.5 * angle)
-    w, x, y, z = attitude
-    return np.array([cos * w - sin * z, cos * x - sin * y, cos * y + sin * x, cos * z + sin * w])
+    turn, both = np.array([math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)]), np.empty(4)
+    mujoco.mju_mulQuat(both, turn, attitude)
+    return both
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
@@ -131,15 +127,6 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
     spec.add_sensor(type=SENSOR.mjSENS_SUBTREECOM, objtype=BODY, objname="body")
 
 
-def _contacts(touching: Array) -> tuple[Array, Array, Array]:
-    """Number of contacts, shape (n,), normal forces [N], shape (n, 3), and friction in all [N],
-    shape (n, 3), from the feet's sensors, shape (n, 3, 10)."""
-    ahead, upwards = touching[..., 7:], touching[..., 4:7]
-    across = np.cross(upwards, ahead)
-    friction = touching[..., 2, None] * ahead + touching[..., 3, None] * across
-    return touching[..., 0].sum(axis=1), touching[..., 1], friction.sum(axis=1)
-
-
 def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
     """Sensor data at the samples, shape (n, 36) -> the normal forces N_i and, along a line,
     friction and the force of the actuator on the slider (what a force sensor between them reads,
@@ -149,12 +136,15 @@ def reading(setup: CapsuleSetup) -> Callable[[Array], Observed]:
     line = np.array([math.cos(angle), math.sin(angle), 0.0])
 
     def read(data: Array) -> Observed:
-        counts, normal, force = _contacts(data[:, :30].reshape(-1, 3, 10))
-        loads = by_support(normal)
+        feet = data[:, :30].reshape(-1, 3, 10)  # as in CONTACT
+        loads, counts = by_support(feet[..., 1]), feet[..., 0].sum(axis=1)
         if setup.in_plane:
             return loads, {"contacts": counts}
+        ahead = feet[..., 7:]
+        friction = feet[..., 2, None] * ahead
+        friction += feet[..., 3, None] * np.cross(feet[..., 4:7], ahead)
         forces = {
-            "friction_force": force @ line,
+            "friction_force": friction.sum(axis=1) @ line,
             "driving_force": setup.capsule.slider_mass * (data[:, 30:33] @ line),
         }
         return {**loads, **forces}, {"contacts": counts, "centre_of_mass": data[:, 33:36] @ line}

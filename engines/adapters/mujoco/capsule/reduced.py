@@ -28,7 +28,7 @@ def build(mjcf: Path, problem: CapsuleProblem, step: float) -> Translation:
     spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
     spec.option.gravity = [setup.pull, 0.0, -setup.press]
     spec.body("body").mass = capsule.body_mass
-    set_slider(spec, setup, (1.0, 0.0))
+    set_slider(spec, setup)
     joint = spec.joint("body")
     weight = (capsule.body_mass + capsule.slider_mass) * setup.press
     joint.frictionloss = capsule.friction * weight
