@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 from plumbob.analytic.errors.smooth_motion.rotor_errors import RotorErrors
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.engines.registry import method as find_method
@@ -21,11 +20,10 @@ def early(case, time):
     problem = case.problem
     rotor = replace(problem.rotor, forcing_phase=problem.forcing_frequency * time)
     start = (problem.theta, problem.theta_dot)
-    angle, rod = DrivenMotion(rotor, *start), Rod(problem.length, problem.gravity, problem.mass)
-    if problem.linear:
-        return replace(case, reference=angle, errors=RotorErrors(rotor, *start))
-    motion = RodMotion(angle, problem.system)
-    return replace(case, reference=motion, errors=RotorErrors(rotor, *start, rod=rod))
+    motion = DrivenMotion(rotor, *start)
+    if not problem.linear:
+        motion = RodMotion(motion, problem.system)
+    return replace(case, reference=motion, errors=RotorErrors(rotor, *start, motion))
 
 
 @pytest.mark.long(keep=3)

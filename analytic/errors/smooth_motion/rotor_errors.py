@@ -18,18 +18,21 @@ from plumbob.analytic.errors.smooth_motion.rotor_steps import (
     simplest,
 )
 from plumbob.analytic.errors.smooth_motion.scheme_steps import advance
-from plumbob.analytic.errors.smooth_motion.stepped_rotor import Rod, stepped_errors
+from plumbob.analytic.errors.smooth_motion.stepped_rotor import TINY, orbit, steps_until
+from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.power_series import constant
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
 from plumbob.analytic.numerics.rotor.orbit import ANGLE, rotor_motion, smooth_system
 from plumbob.analytic.numerics.smooth.smooth_motion import SmoothMotion
+from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import EULER, Scheme
+from plumbob.analytic.schemes import EULER, STEPPED, Scheme
 from plumbob.analytic.systems.pendulums.driven_motion import DrivenMotion
 from plumbob.analytic.systems.pendulums.pendulum_motion import PendulumMotion
+from plumbob.analytic.systems.pendulums.rod_tension import RodMotion
 from plumbob.analytic.systems.simple_pendulum import SimplePendulum
-from plumbob.analytic.theory import Coefficients, SteppedErrors
+from plumbob.analytic.theory import Coefficients, SteppedErrors, apart
 
 SAMPLES = 65  # of a period, for the size of the errors there
 NEGLIGIBLE = 1e-10  # of an energy error's size in a period: what collocation and round-off leave
@@ -38,19 +41,24 @@ NEGLIGIBLE = 1e-10  # of an energy error's size in a period: what collocation an
 @dataclass(frozen=True, eq=False)
 class RotorErrors:
     """The error expansions of the motion of `rotor` from `theta` [rad], `theta_dot` [rad/s], which
-    is `known` exactly or else integrated, and of the tension of a `rod`; an `ErrorTheory`."""
+    is `known` exactly or else integrated, and of the tension where that is a `RodMotion`; an
+    `ErrorTheory`."""
 
     rotor: DrivenRotor
     theta: float
     theta_dot: float
     known: Reference | None = None
     terms: int = 4
-    rod: Rod | None = None
 
     @cached_property
     def exact(self) -> Reference:
         """The exact motion."""
         return self.known or DrivenMotion(self.rotor, self.theta, self.theta_dot)
+
+    @property
+    def rod(self) -> SmoothSystem | None:
+        """What reads a rod's tension off the angle; None where there is no rod."""
+        return self.known.system if isinstance(self.known, RodMotion) else None
 
     @cached_property
     def motion(self) -> SmoothMotion:
@@ -87,13 +95,42 @@ class RotorErrors:
         for power, coefficients in terms.items():
             for name, part in state.items():
                 part.terms[power] = coefficients[name]
-        pull = self.rod.tension(*state.values()).terms
-        return {power: {**errors, "tension": pull[power]} for power, errors in terms.items()}
+        theta, theta_dot = state.values()
+        read = self.rod.readings(self.rod.values, (theta,), (theta_dot,)).items()
+        return {
+            power: {**errors, **{name: part.terms[power] for name, part in read}}
+            for power, errors in terms.items()
+        }
 
     def at_step(self, scheme: Scheme, step: float, times: Array) -> SteppedErrors:
-        """The scheme stepped, less the exact motion, see `stepped_errors`."""
-        start = self.theta, self.theta_dot
-        return stepped_errors(self.rotor, start, scheme, step, times, self.exact, self.rod)
+        """The scheme stepped at `times` [s], shape (n,), less the exact motion: empty for more than
+        MOST_STEPS steps, for times that are no multiples of the step, and for an orbit that
+        diverges."""
+        marks = steps_until(times, step) if scheme.integrator in STEPPED else None
+        if marks is None:
+            return SteppedErrors({})
+        exact, start = self.exact.observe(times), (self.theta, self.theta_dot)
+        sizes = tuple(float(np.abs(exact[name]).max()) for name in ANGLE)
+        scheme = simplest(scheme, self.rotor)
+        states = orbit(self.rotor, start, scheme, step, marks.tobytes(), sizes)
+        if states is None:
+            return SteppedErrors({})
+        stepped = dict(zip(ANGLE, states, strict=False))
+        if self.rod is not None:
+            p, (x, v, *joint) = self.rod.values, states
+            stepped |= self.rod.readings(p, (x,), (v,))
+            if joint:
+                stepped["tension"] = p.mass * p.length * joint[-1]
+        doubts = {
+            name: np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real))
+            for name, x in stepped.items()
+        }
+        if self.rod is not None:
+            of_rod = self.rod.doubts(states[:2].real, np.zeros((2, len(times))))
+            doubts["tension"] += of_rod["tension"]
+        if not np.isfinite([*doubts.values()]).all():
+            return SteppedErrors({})
+        return SteppedErrors(apart({n: x.real for n, x in stepped.items()}, exact), doubts)
 
     def energy_drift_rate(self, period: float, scheme: Scheme) -> Mapping[int, float]:
         """Coefficients D_p of the mean rate sum_p D_p step^p at which `scheme` changes the energy
@@ -123,5 +160,4 @@ def pendulum_errors(motion: PendulumMotion) -> RotorErrors:
 def simple_pendulum_errors(pendulum: SimplePendulum) -> RotorErrors:
     """The theory of a simple pendulum, with its rod's tension, or of its linear companion."""
     start = pendulum.started
-    rod = None if pendulum.linear else Rod(pendulum.length, pendulum.gravity, pendulum.mass)
-    return RotorErrors(pendulum.rotor, start.theta, start.theta_dot, pendulum.motion, rod=rod)
+    return RotorErrors(pendulum.rotor, start.theta, start.theta_dot, pendulum.motion)

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plumbob.analytic.errors.smooth_motion.rotor_steps import equations_of, simplest
+from plumbob.analytic.errors.smooth_motion.rotor_steps import equations_of
 from plumbob.analytic.errors.smooth_motion.scheme_steps import (
     READ_AT,
     Advance,
@@ -41,11 +41,8 @@ from plumbob.analytic.errors.smooth_motion.scheme_steps import (
 )
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
-from plumbob.analytic.numerics.rotor.orbit import ANGLE
-from plumbob.analytic.reference import Array, Reference
-from plumbob.analytic.schemes import STEPPED, Scheme
-from plumbob.analytic.systems.pendulums.rod_tension import tension
-from plumbob.analytic.theory import SteppedErrors
+from plumbob.analytic.reference import Array
+from plumbob.analytic.schemes import Scheme
 
 MOST_STEPS = 2_000_000  # of a run: a few seconds
 FORCE_ROUNDINGS = 8.0  # of a force, whose parts an engine adds up along its own way
@@ -54,20 +51,6 @@ OFF = 1e-6  # of a step: samples this far from a whole number of steps are not o
 TINY = 1e-30  # imaginary part of a derivative: its square is lost in a double
 Marks = npt.NDArray[np.int64]
 Complex = npt.NDArray[np.complex128]
-
-
-@dataclass(frozen=True)
-class Rod:
-    """A rod's length [m], the gravity [m/s^2] and the bob's mass [kg] that together make its
-    tension."""
-
-    length: float
-    gravity: float
-    mass: float
-
-    def tension(self, theta: Any, theta_dot: Any) -> Any:
-        """The tension [N], of arrays or power series."""
-        return tension(self.length, self.gravity, theta, theta_dot, self.mass)
 
 
 def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | None:
@@ -80,45 +63,8 @@ def steps_until(times: Array, step: float, most: int = MOST_STEPS) -> Marks | No
     return marks if off <= OFF + ULP * marks[-1] else None
 
 
-def stepped_errors(
-    rotor: DrivenRotor,
-    start: tuple[float, float],
-    scheme: Scheme,
-    step: float,
-    times: Array,
-    exact: Reference,
-    rod: Rod | None = None,
-) -> SteppedErrors:
-    """Error of `scheme` with `step` [s] from `start`, theta [rad] and theta_dot [rad/s], at `times`
-    [s], shape (n,), beside the `exact` motion: of theta, theta_dot, and of the tension where there
-    is a rod. Empty for other schemes, for more than MOST_STEPS steps, for times that
-    are no multiples of the step, and for an orbit that diverges."""
-    marks = steps_until(times, step) if scheme.integrator in STEPPED else None
-    if marks is None:
-        return SteppedErrors({})
-    truth = exact.observe(times)
-    sizes = tuple(float(np.abs(truth[name]).max()) for name in ANGLE)
-    states = _orbit(rotor, start, simplest(scheme, rotor), step, marks.tobytes(), sizes)
-    if states is None:
-        return SteppedErrors({})
-    observed, parts = dict(zip(ANGLE, states, strict=False)), 0.0
-    if rod is not None:
-        x, v = states[:2]
-        joint = len(states) > 2
-        observed["tension"] = rod.mass * (rod.length * states[-1]) if joint else rod.tension(x, v)
-        parts = rod.length * v.real**2 + rod.gravity * np.abs(np.cos(x.real))
-        parts = 3 * rod.mass * ULP * parts
-    doubts = {
-        name: np.abs(x.imag) / TINY + ULP * (1.0 + np.abs(x.real)) + (name == "tension") * parts
-        for name, x in observed.items()
-    }
-    if not np.isfinite([*doubts.values()]).all():
-        return SteppedErrors({})
-    return SteppedErrors({name: x.real - truth[name] for name, x in observed.items()}, doubts)
-
-
 @lru_cache(maxsize=16)  # the same for all methods of one scene
-def _orbit(
+def orbit(
     rotor: DrivenRotor,
     start: tuple[float, float],
     scheme: Scheme,
@@ -126,9 +72,10 @@ def _orbit(
     marks: bytes,
     sizes: tuple[float, ...],
 ) -> Complex | None:
-    """States after these increasing numbers of steps, shape (d, n), and in the imaginary parts TINY
-    times their response to a unit in the last place of each coefficient, and to the roundings of a
-    step of a motion of these `sizes`; None where they exceed the range of the sine."""
+    """States from `start`, theta [rad] and theta_dot [rad/s], after increasing numbers of steps
+    `marks`, shape (d, n), and in the imaginary parts TINY times their response to a unit in the
+    last place of each coefficient, and to the roundings of a step of a motion of these `sizes`;
+    None where they exceed the range of the sine."""
     take, state = _stepper(rotor, 1.0 + 1j * TINY * ULP, start, scheme, step, cmath)
     # Towards rest, since a stronger pull and a smaller swing both make a pendulum faster.
     nudges = zip(state, _rounded(rotor, scheme, step, *sizes), strict=False)
