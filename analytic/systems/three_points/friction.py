@@ -17,11 +17,10 @@ from plumbob.analytic.numerics.collocation import radau_collocation
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, validity
-from plumbob.analytic.systems.slider_path import Piece, SliderPath, StraightPiece
+from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import (
     Configuration,
     Mechanics,
-    configuration,
     mechanics,
 )
 from plumbob.analytic.systems.three_points.implicit_friction import onset, slip_onset
@@ -35,6 +34,7 @@ from plumbob.analytic.systems.three_points.rest import (
 from plumbob.analytic.systems.three_points.sliding import STUCK, Guess, slide
 from plumbob.analytic.systems.three_points.smooth_segment import (
     Accuracy,
+    Interval,
     Mode,
     SmoothSegment,
     State,
@@ -103,79 +103,64 @@ def three_point_motion(
     return ThreePointMotion(capsule, path, body, integrated, coarser)
 
 
-def _piece_motion(
-    body: Mechanics,
-    piece: Piece,
-    number: int,
-    duration: float,
-    now: Now,
-    accuracy: Accuracy,
-) -> tuple[list[SmoothSegment], Now]:
+def _piece_motion(interval: Interval, now: Now) -> Phase:
     """All segments of one piece, and the mode at its end."""
     segments = list[SmoothSegment]()
     for _ in range(EVENTS):
         phase = {"rest": _resting, "pivot": _pivoting, "slide": _sliding}[now.mode]
-        phase_segments, now, over = phase(body, piece, number, duration, now, accuracy)
+        phase_segments, now = phase(interval, now)
         segments += phase_segments
-        if over:
+        if not now.state.time < interval.piece.duration:
             return segments, now
-    raise RuntimeError(f"{EVENTS} events did not finish piece {number}")
+    raise RuntimeError(f"{EVENTS} events did not finish piece {interval.number}")
 
 
-Phase = tuple[list[SmoothSegment], Now, bool]
-"""Segments of one mode, the mode after it, and whether the piece is over."""
+Phase = tuple[list[SmoothSegment], Now]
+"""Segments of one mode, and the mode after it, at the end of the piece the same one."""
 
 
-def _resting(
-    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
-) -> Phase:
+def _resting(interval: Interval, now: Now) -> Phase:
     """Rest until static friction no longer suffices."""
-    broken = held_until(body, piece, now.state.time, duration)
+    duration = interval.piece.duration
+    broken = held_until(interval.body, interval.piece, now.state.time)
     end = duration if broken is None else broken
-    segments = [resting(number, end, now.state)] if end > now.state.time else []
+    segments = [resting(interval.number, end, now.state)] if end > now.state.time else []
     state, horizon = replace(now.state, time=end), duration - end
     if broken is None:
-        return segments, Now(state, "rest"), True
-    later = _leave_later(partial(_from_rest, body, piece, state), "rest", horizon)
+        return segments, Now(state, "rest")
+    later = _leave_later(partial(_from_rest, interval, state), "rest", horizon)
     if later.mode == "rest":  # the load only touched the limit
         later = Now(replace(state, time=end + LATER * horizon), "rest")
-    return segments, later, False
+    return segments, later
 
 
-def _pivoting(
-    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
-) -> Phase:
+def _pivoting(interval: Interval, now: Now) -> Phase:
     """Pivot until the turning stops or the support slips."""
-    turning = Pivot(body, piece, now.support, now.sense)
-    segments, state, ending = pivot(turning, number, duration, now.state, accuracy)
+    turning = Pivot(interval, now.support, now.sense)
+    segments, state, ending = pivot(turning, now.state)
     if ending == "time":
-        return segments, replace(now, state=state), True
+        return segments, replace(now, state=state)
     if ending == "slip":
-        motion = turning.motion(turning.at(np.array([state.time])), np.array([state.omega]))
-        horizon = min(duration - state.time, abs(state.omega / float(motion.omega_rate[0])))
-        following = partial(_with_one_at_rest, body, piece, state, now.support)
-        return segments, _leave_later(following, "pivot", horizon), False
-    return segments, _stopped(body, piece, state), False
+        rate = turning.motion(interval.at(state.time), np.array([state.omega]))[0]
+        horizon = min(interval.piece.duration - state.time, abs(state.omega / float(rate[0])))
+        following = partial(_with_one_at_rest, interval, state, now.support)
+        return segments, _leave_later(following, "pivot", horizon)
+    return segments, _stopped(interval, state)
 
 
-def _sliding(
-    body: Mechanics, piece: Piece, number: int, duration: float, now: Now, accuracy: Accuracy
-) -> Phase:
+def _sliding(interval: Interval, now: Now) -> Phase:
     """Slide until a support, or the whole body, comes to rest."""
-    state, slipped = now.state, now.support
-    slid = slide(body, piece, number, duration, state, accuracy, now.departure, slipped)
-    if not slid.still:
-        return slid.segments, Now(slid.state, "slide"), True
-    if len(slid.still) == 1:
-        later = _with_one_at_rest(body, piece, slid.state, slid.still[0], 0.0)
-        return slid.segments, later, False
-    return slid.segments, _stopped(body, piece, slid.state), False
+    segments, state, still = slide(interval, now.state, now.departure, now.support)
+    if not still:
+        return segments, Now(state, "slide")
+    if len(still) == 1:
+        return segments, _with_one_at_rest(interval, state, still[0], 0.0)
+    return segments, _stopped(interval, state)
 
 
-def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
-    at = configuration(body, piece, np.zeros(1))
-    omega, velocity = start.angular_velocity, complex(*start.velocity)
-    point = velocity + 1j * omega * body.mass_ratio * complex(at.position[0])
+def _initial(interval: Interval, start: Start) -> Now:
+    omega, velocity, body = start.angular_velocity, complex(*start.velocity), interval.body
+    point = velocity + 1j * omega * body.mass_ratio * complex(interval.at(0.0).position[0])
     state = State(0.0, complex(point), omega, 0.0, 0j)
     if point == omega == 0.0:
         return Now(state, "rest")
@@ -184,17 +169,13 @@ def _initial(body: Mechanics, piece: Piece, start: Start) -> Now:
     return Now(state, "pivot", int(still[0])) if still.size else Now(state, "slide")
 
 
-def _integrate(
-    body: Mechanics,
-    path: SliderPath,
-    start: Start,
-    accuracy: Accuracy,
-) -> Segments:
+def _integrate(body: Mechanics, path: SliderPath, start: Start, accuracy: Accuracy) -> Segments:
     pieces = (*path.pieces, StraightPiece(np.inf, path.end, 0.0, 0.0, 0.0, 0.0))
-    now, segments = _initial(body, pieces[0], start), list[SmoothSegment]()
+    now, segments = None, list[SmoothSegment]()
     for number, piece in enumerate(pieces):
-        now = _begin(body, piece, now)
-        piece_segments, now = _piece_motion(body, piece, number, piece.duration, now, accuracy)
+        interval = Interval(body, piece, number, accuracy)
+        now = _begin(interval, now or _initial(interval, start))
+        piece_segments, now = _piece_motion(interval, now)
         segments += piece_segments
         now = replace(now, state=replace(now.state, time=0.0), departure=None)
     return tuple(segments)
@@ -223,13 +204,13 @@ def _slide_from_pivot(support: int, slip: complex, omega: float, rate: float, ra
     return guess
 
 
-def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
+def _from_rest(interval: Interval, state: State, ramp: float) -> Now:
     """The mode that follows rest now; with `ramp` > 0 the one that much later [s], where the wrench
     has just reached the friction limit."""
-    at = configuration(body, piece, np.array([state.time + ramp]))
-    force, torque = needed_wrench(body, at)
+    at = interval.at(state.time + ramp)
+    force, torque = needed_wrench(interval.body, at)
     linear, angular = onset(
-        *(body.mass, float(at.inertia[0]), at.limits[0], at.arms[0]),
+        *(interval.body.mass, float(at.inertia[0]), at.limits[0], at.arms[0]),
         *(complex(force[0]), float(torque[0])),
     )
     if linear == angular == 0.0:
@@ -240,23 +221,21 @@ def _from_rest(body: Mechanics, piece: Piece, state: State, ramp: float) -> Now:
     return Now(state, "slide", departure=_slide_from_rest(linear, angular, ramp))
 
 
-def _with_one_at_rest(
-    body: Mechanics, piece: Piece, state: State, support: int, ramp: float
-) -> Now:
+def _with_one_at_rest(interval: Interval, state: State, support: int, ramp: float) -> Now:
     """The mode with `support` at rest while the others slide, now or `ramp` [s] later: a pivot
     while it sticks, else a slide."""
-    at = configuration(body, piece, np.array([state.time]))
-    omega, sense = np.array([state.omega]), float(np.sign(state.omega))
-    turning = Pivot(body, piece, support, sense)
-    motion = turning.motion(at, omega)
-    rate = float(motion.omega_rate[0])
+    at, sense = interval.at(state.time), float(np.sign(state.omega))
+    turning = Pivot(interval, support, sense)
+    (rate,), (needed,) = turning.motion(at, np.array([state.omega]))
     if ramp:
-        at = configuration(body, piece, np.array([state.time + ramp]))
-        motion = turning.motion(at, omega + ramp * rate)
-    needed, limit = complex(motion.needed_force[0]), float(at.limits[0, support])
+        at = interval.at(state.time + ramp)
+        _, (needed,) = turning.motion(at, np.array([state.omega + ramp * rate]))
+    mass, limit = interval.body.mass, float(at.limits[0, support])
     if abs(needed) <= limit * (1.0 + EDGE):
         return Now(state, "pivot", support, sense)
-    slip = slip_onset(body.mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), needed)
+    slip = slip_onset(
+        mass, float(at.inertia[0]), limit, complex(at.arms[0, support]), complex(needed)
+    )
     guess = _slide_from_pivot(support, slip, state.omega, rate, ramp)
     return Now(state, "slide", support, departure=guess)
 
@@ -270,15 +249,15 @@ def _leave_later(following: Callable[[float], Now], stays: Mode, horizon: float)
     return now
 
 
-def _stopped(body: Mechanics, piece: Piece, state: State) -> Now:
+def _stopped(interval: Interval, state: State) -> Now:
     """The mode that follows where the body has come to rest."""
-    return _from_rest(body, piece, replace(state, point=0j, omega=0.0), 0.0)
+    return _from_rest(interval, replace(state, point=0j, omega=0.0), 0.0)
 
 
-def _begin(body: Mechanics, piece: Piece, now: Now) -> Now:
+def _begin(interval: Interval, now: Now) -> Now:
     """The mode at the start of a piece, where the slider's acceleration may have jumped."""
     if now.mode == "rest":
-        return _stopped(body, piece, now.state)
+        return _stopped(interval, now.state)
     if now.mode == "pivot":
-        return _with_one_at_rest(body, piece, now.state, now.support, 0.0)
+        return _with_one_at_rest(interval, now.state, now.support, 0.0)
     return now

@@ -14,16 +14,9 @@ import numpy as np
 
 from plumbob.analytic.numerics.collocation import evaluate
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.slider_path import Piece
-from plumbob.analytic.systems.three_points.equations import (
-    Complex,
-    Configuration,
-    Mechanics,
-    configuration,
-    cross,
-)
+from plumbob.analytic.systems.three_points.equations import Complex, Configuration, cross
 from plumbob.analytic.systems.three_points.smooth_segment import (
-    Accuracy,
+    Interval,
     SmoothSegment,
     State,
     fitted,
@@ -46,30 +39,18 @@ Pivoted = tuple[list[SmoothSegment], State, Ending]
 
 
 @dataclass(frozen=True)
-class PivotMotion:
-    """The pivot at n times: d(omega)/dt [rad/s^2], and the friction force F_i [N] that keeps the
-    support at rest, in body axes."""
-
-    omega_rate: Array
-    needed_force: Complex
-
-
-@dataclass(frozen=True)
 class Pivot:
     """A pivot about `support` in the direction `sense`, the sign of the turning, which decides the
     friction where it has no rate, during one piece of the slider's path."""
 
-    body: Mechanics
-    piece: Piece
+    interval: Interval
     support: int
     sense: float
 
-    def at(self, times: Array) -> Configuration:
-        return configuration(self.body, self.piece, times)
-
     def about(self, at: Configuration) -> tuple[Complex, Array]:
         """Slider from A_i [m] and moment of inertia about A_i [kg m^2], each of shape (n,)."""
-        body, support = self.body, self.body.supports[self.support]
+        body = self.interval.body
+        support = body.supports[self.support]
         arm = at.position - support
         slider = body.mass * body.mass_ratio
         inertia = body.body_inertia + (body.mass - slider) * abs(support) ** 2
@@ -77,13 +58,14 @@ class Pivot:
 
     def moment(self, at: Configuration) -> Array:
         """Moment about A_i of sliding friction [N m], shape (n,)."""
-        supports = self.body.supports
+        supports = self.interval.body.supports
         return np.asarray(-self.sense * at.limits @ np.abs(supports - supports[self.support]))
 
-    def motion(self, at: Configuration, omega: Array) -> PivotMotion:
-        """Motion, and the friction force at the support at rest, while the body turns at `omega`
-        [rad/s], shape (n,)."""
-        body, mu = self.body, self.body.mass_ratio
+    def motion(self, at: Configuration, omega: Array) -> tuple[Array, Complex]:
+        """d(omega)/dt [rad/s^2] while the body turns at `omega` [rad/s], shape (n,), and the
+        friction force F_i [N] that keeps the support at rest, in body axes."""
+        body = self.interval.body
+        mu = body.mass_ratio
         (arm, inertia), slider = self.about(at), body.mass * mu
         growth = 2.0 * slider * (arm.conjugate() * at.velocity).real
         moment = self.moment(at)
@@ -95,42 +77,43 @@ class Pivot:
         levers = body.supports - body.supports[self.support]
         levers = levers / np.where(levers == 0.0, 1.0, np.abs(levers))
         others = -1j * self.sense * at.limits @ levers
-        return PivotMotion(rate, body.mass * acceleration - others)
+        return rate, np.asarray(body.mass * acceleration - others)
 
     def margins(self, coefficients: Array, places: Array) -> tuple[Array, Array, Array]:
         """Turning speed [rad/s] and how far |F_i| is below its limit [N] at `places` of an element,
         shape (n,), each positive until its event; and that limit."""
         _, _, omega, time, *_ = evaluate(coefficients, places).T
-        at = self.at(time)
-        needed, limit = np.abs(self.motion(at, omega).needed_force), at.limits[:, self.support]
+        at = self.interval.at(time)
+        needed, limit = np.abs(self.motion(at, omega)[1]), at.limits[:, self.support]
         return self.sense * omega, limit - needed, limit
 
 
-def pivot(
-    turning: Pivot, number: int, duration: float, state: State, accuracy: Accuracy
-) -> Pivoted:
-    """Turn about a support from `state` until the turning stops, the support slips, or `duration`
-    [s] of piece `number` is over.
+def pivot(turning: Pivot, state: State) -> Pivoted:
+    """Turn about a support from `state` until the turning stops, the support slips, or the piece is
+    over.
 
     Raises RuntimeError if no step is small enough.
     """
     segments: list[SmoothSegment] = []
+    interval = turning.interval
+    number, duration = interval.number, interval.piece.duration
+    tolerance = interval.accuracy.tolerance
     size = _first_size(turning, state, duration - state.time)
     while len(segments) < ELEMENTS:
         remaining = duration - state.time
         if remaining <= 0.0:
             return segments, state, "time"
         size = min(size, remaining)
-        coefficients, truncation, rounding = _solved(turning, accuracy, state, size)
+        coefficients, truncation, rounding = _solved(turning, state, size)
         place, ending = 0.0, STOP
-        if truncation <= accuracy.tolerance:
+        if truncation <= tolerance:
             place, ending = _first_event(turning, coefficients, rounding)
         if place == 0.0 and ending == STOP and size > SHORTEST * min(remaining, 1.0):
             # Not accurate, or it turns and stops before the first sample: from rest it would never
             # begin.
             size *= 0.5
             continue
-        if truncation > accuracy.tolerance:
+        if truncation > tolerance:
             raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
         reached = state_at(coefficients, place)
         end = duration if ending == "time" and size == remaining else reached.time
@@ -151,21 +134,20 @@ def _first_size(turning: Pivot, state: State, remaining: float) -> float:
     friction needs to stop the turning."""
     if np.isfinite(remaining):
         return remaining
-    here = turning.at(np.array([state.time]))
+    here = turning.interval.at(state.time)
     braking = abs(float(turning.moment(here)[0]))
     return 1.5 * abs(state.omega) * float(turning.about(here)[1][0]) / braking
 
 
-def _solved(
-    turning: Pivot, accuracy: Accuracy, state: State, size: float
-) -> tuple[Array, float, float]:
+def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, float]:
     """Coefficients of a SmoothSegment from `state` over `size` [s], their relative truncation
     error, and the rounding of omega [rad/s]."""
-    rule, here = accuracy.rule, turning.at(np.array([state.time]))
-    at = turning.at(state.time + size * rule.nodes)
+    interval = turning.interval
+    body, rule, here = interval.body, interval.accuracy.rule, interval.at(state.time)
+    at = interval.at(state.time + size * rule.nodes)
     (arm, inertia), moment = turning.about(at), turning.moment(at)
     # From the angular momentum about the support.
-    omega = moment - turning.body.mass * turning.body.mass_ratio * cross(arm, at.acceleration)
+    omega = moment - body.mass * body.mass_ratio * cross(arm, at.acceleration)
     omega = (turning.about(here)[1] * state.omega + size * rule.integral @ omega) / inertia
     # The round-off speed that the support had as it stuck is set to zero here.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
@@ -176,7 +158,7 @@ def _solved(
     rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
     speed = rate * float(np.abs(here.arms).max())
     return (
-        fitted(rule, turning.body, turning.piece, replace(state, point=point), slopes),
+        fitted(interval, replace(state, point=point), slopes),
         rule.truncation(slopes, np.array([speed, speed, rate, size])),
         ROUNDING * gain,
     )

@@ -8,6 +8,7 @@ friction discs. How motion starts, where it does not, is decided in `implicit_fr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -63,29 +64,15 @@ class _Dissipation:
         return float(self.limits @ np.linalg.norm(self.velocities(y), axis=1))
 
     def minimum(self) -> Array:
-        """The y of least dissipation, shape (2,)."""
-        can_rest = np.abs(np.linalg.det(self.flat)) > PARALLEL
-        corners = {
-            i: np.linalg.solve(self.flat[i], -self.offsets[i]) for i in np.flatnonzero(can_rest)
+        """The y of least dissipation, shape (2,): the lowest pivot where its support needs no more
+        than its friction limit, else below that, where no step of Newton's method reaches a
+        pivot."""
+        pivots = {
+            i: np.linalg.solve(self.flat[i], -self.offsets[i])
+            for i in np.flatnonzero(np.abs(np.linalg.det(self.flat)) > PARALLEL)
         }
-        y, level = np.zeros(2), self.value(np.zeros(2))
-        if corners:
-            support = min(corners, key=lambda i: self.value(corners[i]))
-            if (least := self.value(corners[support])) <= level:
-                way = self.descent(corners[support], int(support))
-                if way is None:
-                    return corners[support]
-                y, level = corners[support], least
-                # Below every pivot no step reaches one.
-                while way.any() and not self.value(y + way) < level:
-                    way = 0.5 * way
-                y = y + way
-        return self.lowest(y)
-
-    def descent(self, corner: Array, support: int) -> Array | None:
-        """A way downwards from the pivot about `support`, shape (2,); None where it is the minimum,
-        the support needing no more than its friction limit."""
-        others = np.arange(3) != support
+        support = min(pivots, key=lambda i: self.value(pivots[i]))
+        corner, others = pivots[support], np.arange(3) != support
         velocities = self.velocities(corner)[others]
         directions = velocities / np.linalg.norm(velocities, axis=1)[:, None]
         gradient = np.einsum("i,ij,ijk", self.limits[others], directions, self.flat[others])
@@ -93,9 +80,12 @@ class _Dissipation:
         size = float(np.linalg.norm(needed))
         # At the limit itself rounding decides; what lies below the corner is then of second order.
         if size <= (1.0 + EDGE) * self.limits[support]:
-            return None
+            return np.asarray(corner)
         reach = (1.0 + float(np.linalg.norm(corner))) / size
-        return np.asarray(np.linalg.solve(self.flat[support], reach * needed))
+        way, level = np.linalg.solve(self.flat[support], reach * needed), self.value(corner)
+        while way.any() and not self.value(corner + way) < level:
+            way = 0.5 * way
+        return self.lowest(corner + way)
 
     def lowest(self, y: Array) -> Array:
         """The minimum by Newton's method with halving from `y`, below the value at every pivot."""
@@ -159,21 +149,17 @@ def holding_limit(capsule: Capsule, place: complex, direction: float) -> float:
     return trial / (1.0 + excess_load(mechanics(capsule), piece, 0.0))
 
 
-def held_until(body: Mechanics, piece: Piece, start: float, duration: float) -> float | None:
+def held_until(body: Mechanics, piece: Piece, start: float) -> float | None:
     """First local time [s] after `start` at which static friction no longer suffices, or None if it
-    does until `duration` [s]; on a piece of infinite duration nothing changes."""
+    does to the end of the `piece`; where that has no end nothing changes."""
     from scipy.optimize import brentq
 
-    if not np.isfinite(duration):
+    if not np.isfinite(duration := piece.duration):
         return None
     fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES)))
     times = start + (duration - start) * fractions
     at = configuration(body, piece, times)
-    held = simply_held(at, *needed_wrench(body, at))
-
-    def excess(time: float) -> float:
-        return excess_load(body, piece, time)
-
+    held, excess = simply_held(at, *needed_wrench(body, at)), partial(excess_load, body, piece)
     for k in np.flatnonzero(~held):
         if k == 0 or excess(float(times[k])) <= EDGE:
             continue

@@ -20,20 +20,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plumbob.analytic.numerics.collocation import Collocation, collocate, linearised
+from plumbob.analytic.numerics.collocation import collocate, linearised
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.slider_path import Piece
 from plumbob.analytic.systems.three_points.equations import (
     IN_TIME,
     Clock,
     Configuration,
-    Mechanics,
-    configuration,
     sliding_rates,
     support_velocities,
 )
 from plumbob.analytic.systems.three_points.smooth_segment import (
-    Accuracy,
+    Interval,
     SmoothSegment,
     State,
     fitted,
@@ -56,94 +53,90 @@ FLOOR = 0.3  # of the speed at which a support counts as stuck: where an element
 ELEMENTS = 2000  # in one piece, before giving up
 
 Guess = Callable[[Array, Configuration], Array]  # times since the start, slider -> states (n, 3)
-
-
-@dataclass(frozen=True)
-class Slid:
-    """Result of a slide: its segments, the state at its end, and the supports then at rest."""
-
-    segments: list[SmoothSegment]
-    state: State
-    still: tuple[int, ...]
+Slid = tuple[list[SmoothSegment], State, tuple[int, ...]]
+"""The segments of a slide, the state at its end, and the supports then at rest."""
 
 
 @dataclass(frozen=True)
 class ElementPlan:
-    """How the next element is to be solved.
+    """How the element from `state`, with the slider as in `at`, is to be solved.
 
-    `clock` is that of `sliding_rates`, `longest` the largest
-    length in its variable, `guess` gives first slopes at the nodes for a length. The rest is the
-    size of what the state holds: `time_scale` [s]; `speed` [m/s]; `acceleration` [m/s^2] that the
-    forces would give if they did not balance; `inverse_gyration` [1/m], the reciprocal radius of
-    gyration; `slowing` [m/s^2], the largest |dv_i/dt|.
+    `clock` is that of `sliding_rates`, `time_scale` [s] and `longest` the length to begin with and
+    the largest in its variable; `slowing` [m/s^2] is the largest |dv_i/dt|, and `guess` gives first
+    slopes at the nodes for a length.
     """
 
+    interval: Interval
+    state: State
+    at: Configuration
     clock: Clock
     longest: float
     time_scale: float
-    speed: float
-    acceleration: float
-    inverse_gyration: float
     slowing: float
     guess: Callable[[float], Array]
 
+    def scale(self, change: Array) -> Array:
+        """Size of (p_x, p_y, omega, t) in an element with a first guess of its largest `change`,
+        shape (4,): of the speed not below what forces would give if they did not balance."""
+        mass = self.interval.body.mass
+        unbalanced = UNBALANCED * _acceleration(self.interval, self.at) * change[3]
+        speed = max(speed_scale(self.at, self.state), float(change[:2].max()), unbalanced)
+        time = speed / self.slowing if self.clock is not IN_TIME else self.time_scale
+        return np.array([speed, speed, speed * float(np.sqrt(mass / self.at.inertia[0])), time])
 
-@dataclass(frozen=True)
-class Element:
-    """A solved element: SmoothSegment coefficients, its length in its variable, and the next
-    one's."""
+    def slopes(self, size: float, scale: Array, guess: Array) -> Array | None:
+        """Slopes at the nodes, shape (n, 4), of the element of length `size`, from a `guess`; None
+        where Newton's method does not converge."""
+        body, rule = self.interval.body, self.interval.accuracy.rule
 
-    coefficients: Array
-    size: float
-    next_size: float
+        def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
+            at = self.interval.at(states[:, 3])
+            rates, derivative = sliding_rates(body, at, states, self.clock, derived)
+            return size * rates, size * derivative
+
+        with np.errstate(all="ignore"):
+            return collocate(rule, right_hand_side, self.state.row, guess, scale)
 
 
 def slide(
-    body: Mechanics,
-    piece: Piece,
-    number: int,
-    duration: float,
-    state: State,
-    accuracy: Accuracy,
-    departure: Guess | None = None,
-    slipped: int = -1,
+    interval: Interval, state: State, departure: Guess | None = None, slipped: int = -1
 ) -> Slid:
-    """Slide from `state` until a support comes to rest or `duration` [s] of piece `number` is over.
+    """Slide from `state` until a support comes to rest or the piece is over.
 
     `departure` gives first guesses of (p_x, p_y, omega) where a support starts from rest: the
     equations define no direction at v_i = 0, and one solution leaves it smoothly. `slipped` is that
     support. Raises RuntimeError when no element is small enough.
     """
     segments: list[SmoothSegment] = []
-    size, timed, fastest = 0.0, True, 0.0
+    size, timed, fastest, duration = 0.0, True, 0.0, interval.piece.duration
     while len(segments) < ELEMENTS:
         remaining = duration - state.time
-        at = configuration(body, piece, np.array([state.time]))
+        at = interval.at(state.time)
         fastest = max(fastest, speed_scale(at, state))
         still = () if departure is not None else _at_rest(at, state, fastest)
         if still or remaining <= 0.0:
-            return Slid(segments, state, still)
+            return segments, state, still
         if departure is not None:
-            plan = _departing(body, piece, at, accuracy.rule, state, remaining, departure)
+            plan = _departing(interval, at, state, departure)
         else:
-            plan = _continuing(body, at, accuracy.rule, state, remaining, fastest)
+            plan = _continuing(interval, at, state, fastest)
         if size == 0.0 or timed != (plan.clock is IN_TIME):
             timed = plan.clock is IN_TIME
             size = plan.time_scale if timed else FIRST
-        element = _element(body, piece, accuracy, state, plan, min(size, plan.longest))
+        coefficients, length, size = _element(plan, min(size, plan.longest))
 
-        last, end = 1.0, float(element.coefficients[:, 3].sum())
-        if timed and element.size == remaining:
+        last, end = 1.0, float(coefficients[:, 3].sum())
+        if timed and length == remaining:
             end = duration
         elif end > duration:
-            last = float(monotone_root(element.coefficients[:, 3], np.array([duration]))[0])
+            last = float(monotone_root(coefficients[:, 3], np.array([duration]))[0])
             end = duration
         segments.append(
-            SmoothSegment("slide", slipped, number, state.time, end, element.coefficients, last)
+            SmoothSegment("slide", slipped, interval.number, state.time, end, coefficients, last)
         )
-        state = replace(state_at(element.coefficients, last), time=end)
-        size, departure, slipped = element.next_size, None, -1
-    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
+        state = replace(state_at(coefficients, last), time=end)
+        departure, slipped = None, -1
+    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
 
 
 def _at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]:
@@ -156,65 +149,42 @@ def _at_rest(at: Configuration, state: State, fastest: float) -> tuple[int, ...]
     return tuple(int(i) for i in np.flatnonzero(speeds <= STUCK * speed_scale(at, state)))
 
 
-def _row(state: State) -> Array:
-    return np.array([state.point.real, state.point.imag, state.omega, state.time])
-
-
-def _acceleration(body: Mechanics, at: Configuration) -> float:
+def _acceleration(interval: Interval, at: Configuration) -> float:
     """Acceleration [m/s^2] that the forces would give if they did not balance."""
+    body = interval.body
     push = body.mass_ratio * abs(complex(at.acceleration[0]))
     return float(at.limits[0].sum()) / body.mass + push
 
 
 def _departing(
-    body: Mechanics,
-    piece: Piece,
-    at: Configuration,
-    rule: Collocation,
-    state: State,
-    remaining: float,
-    departure: Guess,
+    interval: Interval, at: Configuration, state: State, departure: Guess
 ) -> ElementPlan:
-    """The element in which a support starts from rest, in time; `at` is where the slider is then,
-    `remaining` [s] are left of the piece."""
-    speed, acceleration = speed_scale(at, state), _acceleration(body, at)
-    time_scale = remaining if np.isfinite(remaining) else 4.0 * speed / acceleration
+    """The element in which a support starts from rest, in time; `at` is where the slider is
+    then."""
+    time_scale, rule = interval.piece.duration - state.time, interval.accuracy.rule
+    if not np.isfinite(time_scale):
+        time_scale = 4.0 * speed_scale(at, state) / _acceleration(interval, at)
 
     def guess(size: float) -> Array:
         times = size * rule.nodes
-        later = configuration(body, piece, state.time + times)
+        later = interval.at(state.time + times)
         states = np.column_stack([departure(times, later), state.time + times])
-        return np.asarray(np.linalg.solve(rule.integral, states - _row(state)))
+        return np.asarray(np.linalg.solve(rule.integral, states - state.row))
 
-    return ElementPlan(
-        clock=IN_TIME,
-        longest=time_scale,
-        time_scale=time_scale,
-        speed=speed,
-        acceleration=acceleration,
-        inverse_gyration=float(np.sqrt(body.mass / at.inertia[0])),
-        slowing=0.0,
-        guess=guess,
-    )
+    return ElementPlan(interval, state, at, IN_TIME, time_scale, time_scale, 0.0, guess)
 
 
-def _continuing(
-    body: Mechanics,
-    at: Configuration,
-    rule: Collocation,
-    state: State,
-    remaining: float,
-    fastest: float,
-) -> ElementPlan:
-    """The element that continues sliding from `state`, with the slider as in `at`; `remaining` [s]
-    are left of the piece, `fastest` [m/s] is the largest speed scale met in it."""
-    start = _row(state)[None, :]
+def _continuing(interval: Interval, at: Configuration, state: State, fastest: float) -> ElementPlan:
+    """The element that continues sliding from `state`, with the slider as in `at`; `fastest` [m/s]
+    is the largest speed scale met in the piece."""
+    body, start = interval.body, state.row[None, :]
     velocities = support_velocities(at, np.array([state.point]), np.array([state.omega]))[0]
     rate = sliding_rates(body, at, start, derived=False)[0][0]
     changes = complex(rate[0], rate[1]) + 1j * rate[2] * at.arms[0]
     changes = changes - 1j * state.omega * body.mass_ratio * at.velocity[0]
-    speeds, slowing, speed = np.abs(velocities), np.abs(changes), speed_scale(at, state)
-    time_scale = min(remaining, REACH * float((speeds / slowing).max()))
+    speeds, slowing = np.abs(velocities), np.abs(changes)
+    time_scale = interval.piece.duration - state.time
+    time_scale = min(time_scale, REACH * float((speeds / slowing).max()))
     clock, longest = IN_TIME, time_scale
     # v_i + t dv_i/dt vanishes at a complex time, |v_i|/|dv_i/dt| from here: a pole of the forces.
     if (speeds < NEAR_POLE * time_scale * slowing).any():
@@ -222,21 +192,12 @@ def _continuing(
     rates, derivative = sliding_rates(body, at, start, clock)
     if clock is not IN_TIME:
         decay = -float(rates[0, 3]) * (velocities.conjugate() * changes).real / speeds**2
-        longest = _longest_decay(decay, speeds, speed, fastest)
+        longest = _longest_decay(decay, speeds, speed_scale(at, state), fastest)
 
     def guess(size: float) -> Array:
-        return size * linearised(rates[0], derivative[0], size * rule.nodes)
+        return size * linearised(rates[0], derivative[0], size * interval.accuracy.rule.nodes)
 
-    return ElementPlan(
-        clock=clock,
-        longest=longest,
-        time_scale=time_scale,
-        speed=speed,
-        acceleration=_acceleration(body, at),
-        inverse_gyration=float(np.sqrt(body.mass / at.inertia[0])),
-        slowing=float(slowing.max()),
-        guess=guess,
-    )
+    return ElementPlan(interval, state, at, clock, longest, time_scale, float(slowing.max()), guess)
 
 
 def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) -> float:
@@ -249,52 +210,21 @@ def _longest_decay(decay: Array, speeds: Array, speed: float, fastest: float) ->
     return float(np.log(speeds[first] / floor) / decay[first])
 
 
-def _element(
-    body: Mechanics, piece: Piece, accuracy: Accuracy, state: State, plan: ElementPlan, size: float
-) -> Element:
-    """The element from `state` of length `size` or less, shortened until its truncation error is
-    within the tolerance. Raises RuntimeError when none is short enough."""
-    rule, least = accuracy.rule, SMALLEST * (1.0 if plan.clock is not IN_TIME else plan.time_scale)
+def _element(plan: ElementPlan, size: float) -> tuple[Array, float, float]:
+    """SmoothSegment coefficients of the element of length `size` or less, shortened until its
+    truncation error is within the tolerance; its length in its variable, and the next one's. Raises
+    RuntimeError when none is short enough."""
+    rule, tolerance = plan.interval.accuracy.rule, plan.interval.accuracy.tolerance
+    least = SMALLEST * (1.0 if plan.clock is not IN_TIME else plan.time_scale)
     guess = plan.guess(size)
     while size >= least:
-        scale = _state_scale(plan, np.abs(rule.integral @ guess).max(axis=0))
-        slopes = _solved(body, piece, rule, state, plan.clock, size, scale, guess)
+        scale = plan.scale(np.abs(rule.integral @ guess).max(axis=0))
+        slopes = plan.slopes(size, scale, guess)
         truncation = np.inf if slopes is None else rule.truncation(slopes, scale)
-        change = 0.9 * (accuracy.tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS
-        if slopes is not None and truncation <= accuracy.tolerance:
-            coefficients = fitted(rule, body, piece, state, slopes)
-            return Element(coefficients, size, size * change)
+        change = 0.9 * (tolerance / max(truncation, LEAST_TRUNCATION)) ** STEEPNESS
+        if slopes is not None and truncation <= tolerance:
+            return fitted(plan.interval, plan.state, slopes), size, size * change
         shorter = min(GROWTH[1], max(GROWTH[0], change))
         size *= shorter
         guess = plan.guess(size) if slopes is None else rule.shortened(slopes, shorter)
-    raise RuntimeError(f"no step is small enough at {state.time!r} s of a piece")
-
-
-def _solved(
-    body: Mechanics,
-    piece: Piece,
-    rule: Collocation,
-    state: State,
-    clock: Clock,
-    size: float,
-    scale: Array,
-    guess: Array,
-) -> Array | None:
-    """Slopes at the nodes, shape (n, 4), of the element of length `size` that begins at `state`,
-    from a `guess`; None where Newton's method does not converge."""
-
-    def right_hand_side(states: Array, derived: bool) -> tuple[Array, Array]:
-        at = configuration(body, piece, states[:, 3])
-        rates, derivative = sliding_rates(body, at, states, clock, derived)
-        return size * rates, size * derivative
-
-    with np.errstate(all="ignore"):
-        return collocate(rule, right_hand_side, _row(state), guess, scale)
-
-
-def _state_scale(plan: ElementPlan, change: Array) -> Array:
-    """Size of (p_x, p_y, omega, t) in an element with a first guess of its largest `change`, shape
-    (4,)."""
-    speed = max(plan.speed, float(change[:2].max()), UNBALANCED * plan.acceleration * change[3])
-    time = speed / plan.slowing if plan.clock is not IN_TIME else plan.time_scale
-    return np.array([speed, speed, speed * plan.inverse_gyration, time])
+    raise RuntimeError(f"no step is small enough at {plan.state.time!r} s of a piece")

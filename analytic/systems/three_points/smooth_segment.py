@@ -33,6 +33,20 @@ class Accuracy:
 
 
 @dataclass(frozen=True)
+class Interval:
+    """The time in which the slider follows one piece of its path, of that `number`."""
+
+    body: Mechanics
+    piece: Piece
+    number: int
+    accuracy: Accuracy
+
+    def at(self, times: float | Array) -> Configuration:
+        """The slider's part in the equations at local `times` [s], shape (n,), or at one."""
+        return configuration(self.body, self.piece, np.atleast_1d(times))
+
+
+@dataclass(frozen=True)
 class State:
     """State at local `time` [s] of a piece: velocity p of the body's point at G in body axes
     [m/s], angular velocity [rad/s], heading psi [rad], place of C on the ground [m]."""
@@ -42,6 +56,11 @@ class State:
     omega: float
     heading: float
     place: complex
+
+    @property
+    def row(self) -> Array:
+        """(p_x, p_y, omega, t)."""
+        return np.array([self.point.real, self.point.imag, self.omega, self.time])
 
 
 @dataclass(frozen=True)
@@ -101,18 +120,17 @@ def monotone_root(series: Array, values: Array) -> Array:
     return x
 
 
-def fitted(rule: Collocation, body: Mechanics, piece: Piece, first: State, slopes: Array) -> Array:
+def fitted(interval: Interval, first: State, slopes: Array) -> Array:
     """Coefficients of a SmoothSegment, shape (n + 1, 7), from the `slopes`, shape (n, 4), of (p_x,
     p_y, omega, t) at the nodes; heading and place of C follow by integration."""
-    start = [first.point.real, first.point.imag, first.omega, first.time, first.heading]
-    start += [first.place.real, first.place.imag]
-    states = np.array(start[:4]) + rule.integral @ slopes
+    rule, body = interval.accuracy.rule, interval.body
+    start = np.array([*first.row, first.heading, first.place.real, first.place.imag])
+    states = start[:4] + rule.integral @ slopes
     turning = slopes[:, 3] * states[:, 2]
     heading = first.heading + rule.integral @ turning
-    at = configuration(body, piece, states[:, 3])
+    at = interval.at(states[:, 3])
     drift = slopes[:, 3] * velocity_of_c(body, at.position, states) * np.exp(1j * heading)
-    everything = np.column_stack([slopes, turning, drift.real, drift.imag])
-    return rule.primitive(np.array(start), everything)
+    return rule.primitive(start, np.column_stack([slopes, turning, drift.real, drift.imag]))
 
 
 def velocity_of_c(body: Mechanics, slider: Complex, states: Array) -> Complex:
