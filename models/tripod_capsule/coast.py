@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite, known
+from plumbob.analytic.parameters import finite, known
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule, Point
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
-from plumbob.analytic.systems.manoeuvres.residual_motion import ResidualMotion, spin, translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
 from plumbob.analytic.systems.three_points.motion import ThreePointMotion
@@ -58,36 +58,16 @@ def problem(parameters: Parameters) -> CapsuleProblem:
     setup = CapsuleSetup(
         body, slider, line, turned, (vx, vy), rate, press=body.gravity, in_plane=True
     )
-    closed = _closed_form(body, slider, (vx, vy), rate)
+    closed = coasting(body, slider, (vx, vy), rate)
     if closed is not None:
         return CapsuleProblem(closed, closed, setup)
-    motion = _coasting(body, slider, Start(velocity=(vx, vy), angular_velocity=rate))
+    motion = _coupled(body, slider, Start(velocity=(vx, vy), angular_velocity=rate))
     return CapsuleProblem(motion, PlaneReference(motion), setup)
 
 
 @lru_cache(maxsize=8)  # the same for every method and step of a scene
-def _coasting(body: Capsule, slider: Point, begun: Start) -> ThreePointMotion:
+def _coupled(body: Capsule, slider: Point, begun: Start) -> ThreePointMotion:
     return three_point_motion(body, fixed(slider), begun)
-
-
-def _closed_form(
-    body: Capsule, slider: Point, velocity: Point, rate: float
-) -> ResidualMotion | None:
-    """The formula for a start with C at `velocity` [m/s] and a turn at `rate` [rad/s], or None
-    where spin and translation are coupled."""
-    vx, vy = velocity
-    if rate == 0.0:
-        return translation(body, slider, math.hypot(vx, vy), math.atan2(vy, vx))
-    mu = body.mass_ratio
-    (gx, gy), same = (mu * slider[0], mu * slider[1]), 1e-12
-    if abs(vx - rate * gy) > same or abs(vy + rate * gx) > same:
-        return None
-    try:
-        return spin(body, slider, rate)
-    except ParameterError as unequal:  # arms: a turn about the combined centre moves it too
-        if unequal.name != "supports":
-            raise
-        return None
 
 
 def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -104,27 +84,16 @@ def invariants(problem: CapsuleProblem, observed: Mapping[str, Array]) -> Mappin
 
 def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """How far and how long the body coasts."""
-    motion = problem.motion
+    motion, about = problem.motion, dict[str, Any]()
     if motion.kind == "plane":
-        lasting, about = (
-            motion.rest_time,
-            {
-                "events": [
-                    {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
-                ]
-            },
-        )
+        about["events"] = [
+            {"t": e.time, "mode": e.mode, "support": e.support + 1} for e in motion.events
+        ]
     else:
-        lasting, about = (
-            motion.sliding_time,
-            {
-                "distance": motion.distance,
-                "deceleration": motion.deceleration,
-            },
-        )
-    end = problem.in_world.observe(np.array([lasting]))
+        about |= {"distance": motion.distance, "deceleration": motion.deceleration}
+    end = problem.in_world.observe(np.array([motion.sliding_time]))
     pose = {name: float(end[name][0]) for name in ("x", "y", "heading")}
-    return {"t_rest": lasting, "rest": pose, **about}
+    return {"t_rest": motion.sliding_time, "rest": pose, **about}
 
 
 _scene = partial(

@@ -135,14 +135,14 @@ def test_uncertainty_is_small():
 def test_without_friction_the_combined_centre_stays(line):
     """Eq. 15's upper bound on w2 then has no effect, because the body stops with the slider."""
     times = np.linspace(0.0, 1.5 * line.t2, 40)
-    centre = line.body_displacement(times) + line.capsule.mass_ratio * line.strokes(times)
+    centre = line.at(times).displacement + line.capsule.mass_ratio * line.at(times).stroke
     assert np.abs(centre).max() <= 8 * 2.0**-52 * line.stroke  # the roundings of either term
     assert line.t_star == line.t2
 
 
 def test_printed_velocity_contradicts_the_stopping_time():
     times = np.linspace(0.0, LINE.t2, 400)
-    printed, own = printed_body_velocity(LINE, times), LINE.body_velocity(times)
+    printed, own = printed_body_velocity(LINE, times), LINE.at(times).velocity
     pushing = times < LINE.t1
     np.testing.assert_array_equal(printed[pushing], own[pushing])
     assert abs(own[times > LINE.t_star]).max() == 0.0

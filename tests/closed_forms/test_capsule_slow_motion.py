@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import normal_forces, validity
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.analytic.systems.manoeuvres.residual_motion import translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke, slow_return
 from plumbob.analytic.systems.manoeuvres.tilted_hold import TiltedHold, tilt_angle, tilted_gravity
 from plumbob.analytic.systems.slider_path import straight
@@ -49,8 +49,8 @@ def test_slow_stroke_is_the_motion_of_its_acceleration(length, fraction, heading
         count * math.sqrt(abs(length) / (fraction * LIMIT)), rel=1e-14
     )
     edges = np.linspace(0.0, slow.duration, count + 1)
-    w, v = slow.relative_acceleration(edges[:-1] + edges[1] / 2), slow.relative_velocity(edges)
-    span, top, places = edges[1], slow.acceleration * edges[1], slow.strokes(edges)
+    w, v = slow.at(edges[:-1] + edges[1] / 2).pull, slow.relative_velocity(edges)
+    span, top, places = edges[1], slow.acceleration * edges[1], slow.at(edges).stroke
     np.testing.assert_allclose(np.diff(v), w * span, rtol=0, atol=1e-14 * top)
     expected = v[:-1] * span + 0.5 * w * span**2
     np.testing.assert_allclose(np.diff(places), expected, rtol=0, atol=1e-14 * top * span)
@@ -107,7 +107,7 @@ def test_slow_return_goes_back_over_the_same_path():
     [
         SlowStroke(CHECK, 0.08, 0.9),
         TiltedHold(CHECK, 0.9),
-        translation(CHECK, (0.05, 0.0), 0.4, 0.7),
+        coasting(CHECK, (0.05, 0.0), (0.4 * math.cos(0.7), 0.4 * math.sin(0.7))),
     ],
     ids=lambda motion: motion.kind,
 )

@@ -9,7 +9,7 @@ import pytest
 from plumbob.analytic.errors.sliding_motion.sliding_errors import coasting_errors, line_errors
 from plumbob.analytic.schemes import EULER, RK4, Scheme
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
-from plumbob.analytic.systems.manoeuvres.residual_motion import translation
+from plumbob.analytic.systems.manoeuvres.residual_motion import coasting
 from plumbob.analytic.systems.manoeuvres.slow_motion import SlowStroke
 from plumbob.tests.support.fixed_step import mean_acceleration
 from plumbob.tests.support.random_capsules import CHECK, LIMIT, LINE
@@ -96,7 +96,7 @@ def test_slow_stroke(both):
 @pytest.mark.parametrize("scheme", [EULER, RK4])
 @pytest.mark.parametrize("speed", [0.4, -0.4])
 def test_coasting(speed, scheme):
-    motion, step = translation(CHECK, (0.05, 0.0), speed, 0.0), 1e-3
+    motion, step = coasting(CHECK, (0.05, 0.0), (speed, 0.0)), 1e-3
     times = np.arange(200, dtype=np.float64) * step
     found = simulated(np.zeros(199), step, scheme, speed)
     exact, predicted = motion.observe(times), coasting_errors(motion, Scheme(scheme), step, times)

@@ -148,7 +148,7 @@ def test_the_exact_condition_for_contact_and_beyond():
     tipped, line = ran.answer(tipping.TIPPED), problem(tipping.EDGE).motion
     lifted = tipped.times[np.argmax(tipped.channels["contacts"] < 3)]
     # below zero statics asks for a pull, which a plane that only pushes cannot give
-    places = (line.start + tipping.BEYOND + line.strokes(tipped.times))[:, None] * line.unit
+    places = (line.start + tipping.BEYOND + line.at(tipped.times).stroke)[:, None] * line.unit
     needed = normal_forces(line.capsule, places)[:, 0]
     # a foot leaves the plane then, within the contacts' delay
     assert lifted == pytest.approx(tipped.times[np.argmax(needed < 0.0)], abs=2e-3)

@@ -37,9 +37,9 @@ def test_a_line_manoeuvre_is_its_formula(capsule, w1, w2, t1, heading):
     times = np.linspace(0.0, 1.2 * line.t2, 41)
     at = motion.at(times)
     np.testing.assert_allclose(
-        at.position, line.body_displacement(times)[:, None] * line.unit, rtol=0, atol=ROUND
+        at.position, line.at(times).displacement[:, None] * line.unit, rtol=0, atol=ROUND
     )
-    speeds = line.body_velocity(times)[:, None] * line.unit
+    speeds = line.at(times).velocity[:, None] * line.unit
     np.testing.assert_allclose(at.velocity, speeds, rtol=0, atol=1e-12 * w1 * t1)
     assert np.abs(at.heading).max() <= ROUND
     assert motion.rest_time == pytest.approx(line.t_star, rel=1e-11)

@@ -46,10 +46,9 @@ def demand(motion: Any, duration: float) -> Demand:
     """
     edges = np.unique(np.clip([*(phase.start for phase in motion.phases), duration], 0.0, duration))
     middles = 0.5 * (edges[1:] + edges[:-1])
-    forces = motion.driving_force(middles)
+    forces, now = motion.driving_force(middles), motion.at(middles)
     # constant force, linear velocity: the largest product is at an end of the interval
-    half = 0.5 * np.diff(edges) * motion.relative_acceleration(middles)
-    speeds = np.abs(motion.relative_velocity(middles)) + np.abs(half)
+    speeds = np.abs(now.stroke_rate) + np.abs(0.5 * np.diff(edges) * now.pull)
     return Demand(
         peak=float(np.abs(forces).max()),
         rms=math.sqrt(float(np.sum(forces**2 * np.diff(edges))) / duration),

@@ -134,18 +134,15 @@ class LineManoeuvre(SingleMotion, LineMotion):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Push, brake until the body stops, brake, and rest."""
-        w1, w2, t1, t_star, t2 = self.w1, self.w2, self.t1, self.t_star, self.t2
-        back, spent, end = self.closed.backward, self.closed.braking_time, self.displacement
-        pushed, speed = 0.5 * w1 * t1**2, w1 * t1
-        fall, brake = -0.5 * back * t1**2, self.closed.braking
-        return (
-            Phase(0.0, 0.0, 0.0, w1, acceleration=-back, slides=True),
-            Phase(t1, pushed, speed, -w2, fall, -back * t1, brake, slides=True),
-            Phase(
-                t_star, pushed + spent * (speed - 0.5 * w2 * spent), speed - w2 * spent, -w2, end
-            ),
-            Phase(t2, self.stroke, 0.0, 0.0, end),
+        closed = self.closed
+        push = Phase(0.0, 0.0, 0.0, self.w1, acceleration=-closed.backward, slides=True)
+        brake = push.after(self.t1)._replace(pull=-self.w2, acceleration=closed.braking)
+        end = Phase(self.t2, self.stroke, 0.0, 0.0, self.displacement)
+        held = brake.after(closed.braking_time)
+        held = end._replace(
+            start=self.t_star, stroke=held.stroke, stroke_rate=held.stroke_rate, pull=held.pull
         )
+        return push, brake, held, end
 
 
 def printed_body_velocity(manoeuvre: LineManoeuvre, times: Array) -> Array:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -44,12 +44,15 @@ class Phase(NamedTuple):
     acceleration: float = 0.0
     slides: bool = False
 
-    def later(self, time: float, stroke: float, displacement: float) -> Phase:
-        """The phase `time` [s] later, with so much more [m] behind it."""
+    def after(self, time: Any) -> Phase:
+        """What it has come to after a `time` [s], or after each of several, shape (n,)."""
         return self._replace(
             start=self.start + time,
-            stroke=self.stroke + stroke,
-            displacement=self.displacement + displacement,
+            stroke=self.stroke + time * (self.stroke_rate + 0.5 * self.pull * time),
+            stroke_rate=self.stroke_rate + self.pull * time,
+            displacement=self.displacement
+            + time * (self.velocity + 0.5 * self.acceleration * time),
+            velocity=self.velocity + self.acceleration * time,
         )
 
 
@@ -120,46 +123,32 @@ class LineMotion(LinearResponse):
         phase = self._table[:, which]
         return done, np.maximum(times - phase[0], 0.0), phase
 
-    def relative_acceleration(self, times: Array) -> Array:
-        """Slider's acceleration in the body w [m/s^2] at `times` [s], shape (n,) (eq. 14)."""
-        return np.asarray(self._now(times)[2][3])
+    def at(self, times: Array) -> Any:
+        """The Phase that has come at `times` [s], each of its quantities of shape (n,) (eqs. 11-16,
+        19)."""
+        done, spent, phase = self._now(times)
+        now = Phase(*phase).after(spent)
+        moved = done * self.phases[-1].displacement
+        return now._replace(displacement=now.displacement + moved)
 
     def relative_velocity(self, times: Array) -> Array:
         """Slider's velocity in the body v [m/s] at `times` [s], shape (n,) (eq. 16)."""
-        _, spent, phase = self._now(times)
-        return np.asarray(phase[2] + phase[3] * spent)
-
-    def strokes(self, times: Array) -> Array:
-        """Slider's displacement in the body xi [m] at `times` [s], shape (n,) (eq. 12)."""
-        _, spent, phase = self._now(times)
-        return np.asarray(phase[1] + spent * (phase[2] + 0.5 * phase[3] * spent))
-
-    def body_velocity(self, times: Array) -> Array:
-        """Velocity of C [m/s] at `times` [s], shape (n,) (eq. 19 as it follows from eq. 11)."""
-        _, spent, phase = self._now(times)
-        return np.asarray(phase[5] + phase[6] * spent)
-
-    def body_displacement(self, times: Array) -> Array:
-        """Displacement of C [m] at `times` [s], shape (n,) (eq. 12)."""
-        done, spent, phase = self._now(times)
-        here = phase[4] + spent * (phase[5] + 0.5 * phase[6] * spent)
-        return np.asarray(here + done * self.phases[-1].displacement)
+        return np.asarray(self.at(times).stroke_rate)
 
     def friction_force(self, times: Array) -> Array:
         """Resultant of friction on the body [N] at `times` [s], shape (n,): f (M + m) g while it
         slides backward, and static friction m w at rest (eqs. 1, 8)."""
-        _, _, phase = self._now(times)
-        sliding = self.capsule.friction * self.capsule.weight
-        return np.where(phase[7] > 0.0, sliding, self.capsule.slider_mass * phase[3])
+        now, sliding = self.at(times), self.capsule.friction * self.capsule.weight
+        return np.where(now.slides, sliding, self.capsule.slider_mass * now.pull)
 
     def driving_force(self, times: Array) -> Array:
         """Force F of the actuator on the slider [N] at `times` [s], shape (n,) (eqs. 3, 9)."""
-        friction, slid = self.friction_force(times), self.relative_acceleration(times)
-        return driving_force.driving_force(self.capsule, friction, slid)
+        friction, pull = self.friction_force(times), self.at(times).pull
+        return driving_force.driving_force(self.capsule, friction, pull)
 
     def normal_forces(self, times: Array) -> Array:
         """Normal forces N_i [N] at `times` [s], shape (n, 3)."""
-        places = (self.start + self.strokes(times))[:, None] * self.unit
+        places = (self.start + self.at(times).stroke)[:, None] * self.unit
         return normal_forces(self.capsule, places)
 
     def observe(self, times: Array) -> Mapping[str, Array]:
@@ -167,14 +156,14 @@ class LineMotion(LinearResponse):
         displacement, velocity of C [m, m/s]; stroke, stroke_rate of the slider in the body [m,
         m/s]; heading [rad]; sideways, of C across the line [m]; normal_force_1..3, friction_force
         (resultant on the body) and driving_force (of the actuator on the slider) [N]."""
-        times = np.asarray(times, dtype=np.float64)
+        now, still = self.at(times), np.zeros(np.shape(times))
         return {
-            "displacement": self.body_displacement(times),
-            "velocity": self.body_velocity(times),
-            "stroke": self.strokes(times),
-            "stroke_rate": self.relative_velocity(times),
-            "heading": np.zeros_like(times),
-            "sideways": np.zeros_like(times),
+            "displacement": now.displacement,
+            "velocity": now.velocity,
+            "stroke": now.stroke,
+            "stroke_rate": now.stroke_rate,
+            "heading": still,
+            "sideways": still,
             **by_support(self.normal_forces(times)),
             "friction_force": self.friction_force(times),
             "driving_force": self.driving_force(times),
@@ -204,7 +193,7 @@ class LineMotion(LinearResponse):
             **dict.fromkeys(NORMAL_FORCES, still + slack),
             "friction_force": still + FEW * capsule.friction * capsule.weight,
             "driving_force": driving_force.uncertainty(
-                capsule, self.friction_force(times), self.relative_acceleration(times)
+                capsule, self.friction_force(times), self.at(times).pull
             ),
         }
 

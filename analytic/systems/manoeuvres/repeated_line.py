@@ -66,10 +66,16 @@ class RepeatedLine(LineMotion):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Those of a manoeuvre and of the return."""
-        there, line = self.manoeuvre.phases[:-1], self.manoeuvre
-        back = self.returning.phases
-        late = tuple(phase.later(line.t2, line.stroke, line.displacement) for phase in back)
-        return (*there, *late)
+        *there, end = self.manoeuvre.phases
+        back = (
+            p._replace(
+                start=end.start + p.start,
+                stroke=end.stroke + p.stroke,
+                displacement=end.displacement,
+            )
+            for p in self.returning.phases
+        )
+        return (*there, *back)
 
     @property
     def sliding_time(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF
-from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.parameters import positive
 from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     Capsule,
@@ -26,6 +26,7 @@ from plumbob.analytic.systems.slider_path import SliderPath, fixed
 
 ROUNDINGS = 32  # upper bound: of the parameters, and between them and a place
 ROUND = 1e-12  # largest relative difference of arms that count as equal
+ABOUT = 1e-12  # [m/s]: a slower combined centre stays where it is
 
 # Spin and translation are coupled, and in general there is no formula. There is one when each
 # support moves on a circle and the sum of friction forces, f N_i against its motion, is constant:
@@ -89,7 +90,7 @@ class ResidualMotion(SingleMotion, LinearResponse):
             "velocity_y": speed.imag,
             "heading": way,
             "heading_rate": rate,
-            **by_support(np.tile(_placed(self.capsule, self.slider), (len(way), 1))),
+            **by_support(normal_forces(self.capsule, np.tile(self.slider, (len(way), 1)))),
         }
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
@@ -109,37 +110,29 @@ class ResidualMotion(SingleMotion, LinearResponse):
         }
 
 
-def _placed(capsule: Capsule, slider: Point) -> Array:
-    """Normal forces [N], shape (3,), with Q at `slider`. Raises ParameterError."""
-    positive("friction", capsule.friction)
-    place = (finite("slider", slider[0]), finite("slider", slider[1]))
-    for breach in validity(capsule, (Segment(place, place),)):
-        raise breach
-    return np.asarray(normal_forces(capsule, np.array([place]))[0])
+def coasting(
+    capsule: Capsule, slider: Point, velocity: Point, rate: float = 0.0
+) -> ResidualMotion | None:
+    """Coasting of a body whose C begins at `velocity` [m/s] and which turns at `rate` [rad/s], Q at
+    `slider` relative to C [m]; None where spin and translation are coupled. Raises ParameterError.
 
-
-def translation(capsule: Capsule, slider: Point, speed: float, direction: float) -> ResidualMotion:
-    """Coasting without spin at `speed` [m/s] along `direction` [rad], Q at `slider` relative to C
-    [m]: over v0^2/(2 f g) in v0/(f g), wherever Q is. Raises ParameterError."""
-    _placed(capsule, slider)
-    deceleration, direction = capsule.friction * capsule.gravity, finite("direction", direction)
-    return ResidualMotion(capsule, finite("speed", speed), deceleration, None, direction, slider)
-
-
-def spin(capsule: Capsule, slider: Point, rate: float) -> ResidualMotion:
-    """Coasting about the combined centre mu r at `rate` [rad/s], Q at `slider` relative to C [m].
-
-    The supports must be at one distance R from that centre (from C, with Q at C); then
-    (J + mu M r^2) omega' = -f (M + m) g R. Raises ParameterError otherwise. Chernousko 2020, eq.
-    23 with v = w = 0.
+    Without spin it goes over v0^2/(2 f g) in v0/(f g), wherever Q is. A turn about the combined
+    centre mu r, of supports that are at one distance R from it, obeys (J + mu M r^2) omega' = -f (M
+    + m) g R (Chernousko 2020, eq. 23 with v = w = 0).
     """
-    _placed(capsule, slider)
+    positive("friction", capsule.friction)
+    for breach in validity(capsule, (Segment(slider, slider),)):
+        raise breach
+    if rate == 0.0:
+        speed, direction = math.hypot(*velocity), math.atan2(velocity[1], velocity[0])
+        deceleration = capsule.friction * capsule.gravity
+        return ResidualMotion(capsule, speed, deceleration, None, direction, slider)
     mu = capsule.mass_ratio
     centre = (mu * slider[0], mu * slider[1])
     arms = [math.dist(centre, support) for support in capsule.supports]
-    if max(arms) - min(arms) > ROUND * max(arms):
-        need = f"equally far from the combined centre, not {', '.join(f'{a:.6g}' for a in arms)} m"
-        raise ParameterError("supports", capsule.supports, need)
+    moved = abs(complex(*velocity) + 1j * rate * complex(*centre))
+    if moved > ABOUT or max(arms) - min(arms) > ROUND * max(arms):
+        return None
     inertia = capsule.inertia + mu * capsule.body_mass * (slider[0] ** 2 + slider[1] ** 2)
     torque = capsule.friction * capsule.weight * sum(arms) / 3
-    return ResidualMotion(capsule, finite("rate", rate), torque / inertia, centre, slider=slider)
+    return ResidualMotion(capsule, rate, torque / inertia, centre, slider=slider)

@@ -52,13 +52,12 @@ class SlowStroke(SingleMotion, LineMotion):
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The halves of each way, and rest; the body does not move."""
-        half, pull = 0.5 * self.one_way, math.copysign(self.acceleration, self.length)
-        middle, fast = 0.5 * self.length, pull * half
-        ways = [(0.0, 0.0, pull), (middle, fast, -pull), (self.length, 0.0, -pull)]
-        ways += [(middle, -fast, pull), (0.0, 0.0, 0.0)]
-        if not self.there_and_back:
-            ways[2:] = [(self.length, 0.0, 0.0)]
-        return tuple(Phase(i * half, *way) for i, way in enumerate(ways))
+        now, phases = Phase(0.0, 0.0, 0.0, 0.0), list[Phase]()
+        for sense in (1.0, -1.0, -1.0, 1.0, 0.0) if self.there_and_back else (1.0, -1.0, 0.0):
+            now = now._replace(pull=sense * math.copysign(self.acceleration, self.length))
+            phases.append(now)
+            now = now.after(0.5 * self.one_way)
+        return tuple(phases)
 
     @property
     def stroke(self) -> float:

@@ -117,21 +117,26 @@ def sliding_rates(
 
 def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Clock) -> Any:
     """Rates, shape (..., n, 4), at (p_x, p_y, omega), shape (3, ..., n), of supports whose arms
-    move on for the time `later` [s]."""
-    mu, w, (x, y, omega) = body.mass_ratio, at.acceleration, state
-    passed = mu * at.velocity[:, None]
-    arm_x, arm_y = at.arms.real - passed.real * later, at.arms.imag - passed.imag * later
-    v_x, v_y = x[..., None] - omega[..., None] * arm_y, y[..., None] + omega[..., None] * arm_x
-    speeds = np.sqrt(v_x * v_x + v_y * v_y)
+    move on for the time `later` [s]; plane vectors by component, the first axis."""
+    mu, w, point, omega = body.mass_ratio, at.acceleration, state[:2], state[2]
+    passed = mu * at.velocity
+    arm_x, arm_y = (
+        arm - gone[:, None] * later
+        for arm, gone in ((at.arms.real, passed.real), (at.arms.imag, passed.imag))
+    )
+    across = np.stack([-arm_y, arm_x])
+    slips = point[..., None] + omega[..., None] * across
+    speeds = np.sqrt((slips * slips).sum(axis=0))
     resisting = at.limits / speeds
-    moment = (resisting * (arm_x * v_y - arm_y * v_x)).sum(axis=-1)
+    drag = (resisting * slips).sum(axis=-1) / body.mass
+    moment = (resisting * (across * slips).sum(axis=0)).sum(axis=-1)
     widening = 2.0 * (at.position.conjugate() * at.velocity).real * omega
     moment = moment + body.reduced_mass * (cross(at.position, w) + widening)
-    rates = np.empty((*omega.shape, 4), dtype=speeds.dtype)
-    rates[..., 0] = omega * (y + mu * at.velocity.imag) - mu * w.real
-    rates[..., 1] = -omega * (x + mu * at.velocity.real) - mu * w.imag
-    rates[..., 0] -= (resisting * v_x).sum(axis=-1) / body.mass
-    rates[..., 1] -= (resisting * v_y).sum(axis=-1) / body.mass
-    rates[..., 2] = -moment / at.inertia
-    rates[..., 3] = 1.0
-    return rates / (clock[0] + (clock[1] / speeds).sum(axis=-1))[..., None]
+    rates = [
+        omega * (point[1] + passed.imag) - mu * w.real - drag[0],
+        -omega * (point[0] + passed.real) - mu * w.imag - drag[1],
+        -moment / at.inertia,
+        np.ones_like(omega),
+    ]
+    slowing = clock[0] + (clock[1] / speeds).sum(axis=-1)
+    return np.stack(rates, axis=-1) / slowing[..., None]

@@ -31,8 +31,6 @@ LAST = 2e-15  # of the velocities: a step this small ends Newton's method
 SURELY = 1.0 + 1e-9  # above 1 whatever the rounding
 STICKS = 1e-12  # relative: a support sticks with a force that is so little above its limit
 
-Vector = tuple[float, float, float]  # by velocity x, y and rate
-Hessian = tuple[float, float, float, float, float, float]  # xx, yy, oo, xy, xo, yo
 Slip = tuple[complex, float]  # velocity of the body's point at the combined centre, and rate
 
 
@@ -146,25 +144,26 @@ def _sliding(
 ) -> Slip | None:
     """The minimum by Newton's method from `begin`; None where a slip vanishes on the way, or the
     last of `most` steps is not a small one."""
-    slip, reach = begin, max(map(abs, problem.arms))
+    (u, o), reach = begin, max(map(abs, problem.arms))
     for _ in range(most):
-        if (local := _expanded(problem, free, slip, LAST * scale)) is None:
+        if (newton := _newton_step(problem, free, (u, o), LAST * scale)) is None:
             return None
-        if (way := _newton_step(*local)) is None:
-            return None
-        part = _damping(problem, free, slip, way, local[0]) if damped else 1.0
-        (x, y), (dx, dy, do) = (slip[0].real, slip[0].imag), way
-        slip = complex(x + part * dx, y + part * dy), slip[1] + part * do
-        if abs(dx) + abs(dy) + abs(do) * reach <= LAST * scale:
-            return slip
-    return slip if damped else None
+        (du, do), slope = newton
+        part = _damping(problem, free, (u, o), (du, do), slope) if damped else 1.0
+        u, o = u + part * du, o + part * do
+        if abs(du) + abs(do) * reach <= LAST * scale:
+            return u, o
+    return (u, o) if damped else None
 
 
-def _expanded(
+def _newton_step(
     problem: FrictionProblem, free: Slip, slip: Slip, least: float
-) -> tuple[Vector, Hessian] | None:
-    """Gradient and Hessian of the value at `slip`; None where a support slips by `least` [m/s] or
-    less: there they do not exist."""
+) -> tuple[Slip, float] | None:
+    """Newton's step at `slip`, and the slope of the value along it [J]; None where a support slips
+    by `least` [m/s] or less: there is no derivative.
+
+    A support's resistance to a change w of its slip is across (w - e^2 w*)/2, e its direction.
+    """
     push, turn = problem.mass * (slip[0] - free[0]), problem.inertia * (slip[1] - free[1])
     stiff, twist, bend, spin = 0.0, 0j, 0j, problem.inertia
     for limit, arm, beside in zip(problem.limits, problem.arms, problem.offsets, strict=True):
@@ -176,41 +175,27 @@ def _expanded(
         lever = arm.conjugate() * e
         push, turn = push + limit * e, turn + limit * lever.imag
         stiff, twist = stiff + across, twist + across * e * e
-        bend, spin = bend + across * lever.real * e, spin + across * lever.real**2
-    half = 0.5 * twist  # across e, that is along i e, whose square is -e^2
-    stiff = problem.mass + 0.5 * stiff
-    return (push.real, push.imag, turn), (
-        *(stiff - half.real, stiff + half.real, spin),
-        *(-half.imag, -bend.imag, bend.real),
-    )
-
-
-def _newton_step(gradient: Vector, hessian: Hessian) -> Vector | None:
-    """Minus the inverse of the Hessian times the gradient, by elimination; None where singular."""
-    (gx, gy, go), (xx, yy, oo, xy, xo, yo) = gradient, hessian
-    if not xx:
+        bend, spin = bend + across * lever.real * 1j * e, spin + across * lever.real**2
+    stiff, twist = problem.mass + 0.5 * stiff, 0.5 * twist
+    # The inverse of du -> stiff du - twist du* applied to the gradient, and to what do changes it.
+    whole = stiff**2 - abs(twist) ** 2
+    if not whole > 0.0:
         return None
-    gy, go = gy - xy / xx * gx, go - xo / xx * gx
-    yy, yo, oo = yy - xy / xx * xy, yo - xy / xx * xo, oo - xo / xx * xo
-    if not yy:
+    pushed = (stiff * push + twist * push.conjugate()) / whole
+    bent = (stiff * bend + twist * bend.conjugate()) / whole
+    spin -= (bend.conjugate() * bent).real
+    if not spin > 0.0:
         return None
-    go, oo = go - yo / yy * gy, oo - yo / yy * yo
-    if not oo:
-        return None
-    o = -go / oo
-    y = (-gy - yo * o) / yy
-    return (-gx - xy * y - xo * o) / xx, y, o
+    o = ((bend.conjugate() * pushed).real - turn) / spin
+    u = -pushed - o * bent
+    return (u, o), (push.conjugate() * u).real + turn * o
 
 
-def _damping(
-    problem: FrictionProblem, free: Slip, slip: Slip, way: Vector, gradient: Vector
-) -> float:
+def _damping(problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope: float) -> float:
     """Part of a Newton step after which the value has fallen enough (Armijo's condition)."""
-    (x, y), o, (dx, dy, do) = (slip[0].real, slip[0].imag), slip[1], way
-    (gx, gy, go), part = gradient, 1.0
-    level, slope = problem.value(free, slip), gx * dx + gy * dy + go * do
+    level, part = problem.value(free, slip), 1.0
     while part > 1e-12:
-        there = (complex(x + part * dx, y + part * dy), o + part * do)
+        there = (slip[0] + part * way[0], slip[1] + part * way[1])
         if problem.value(free, there) <= level + 1e-4 * part * slope:
             break
         part *= 0.5

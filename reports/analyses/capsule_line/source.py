@@ -73,11 +73,11 @@ def misprints(study: Study) -> Record:
         at_stop = float(np.interp(line.t_star, run.times, run.observables["velocity"]))
     return Record(
         printed=printed_body_velocity(line, stop)[0],  # [m/s] at t*, as the two below
-        derived=line.body_velocity(stop)[0],
+        derived=line.at(stop).velocity[0],
         measured=at_stop,
-        travel=line.strokes(np.array([line.t2]))[0],  # [m], of the slider until t2
+        travel=line.at(np.array([line.t2])).stroke[0],  # [m], of the slider until t2
         times=times,
-        derived_rates=line.body_velocity(times),
+        derived_rates=line.at(times).velocity,
         printed_rates=printed_body_velocity(line, times[times <= line.t_star]),  # until t*
         velocities=samples(study, EVERY, ("velocity",)).get(MUJOCO),  # in MuJoCo
         step=STEP,

@@ -40,11 +40,11 @@ def balance(line: LineManoeuvre) -> float:
     switches = np.array([0.0, line.t1, line.t_star, line.t2])
     times = (switches[:-1] + np.diff(switches) * np.array([[0.3], [0.7]])).ravel()
     h = 1e-3 * float(np.diff(switches).min())
-    velocities = (line.body_velocity, line.relative_velocity)
-    rates = [(f(times + h) - f(times - h)) / (2 * h) for f in velocities]
-    body = line.capsule
+    later, before, body = line.at(times + h), line.at(times - h), line.capsule
     forces = line.friction_force(times)
-    momentum = (body.body_mass + body.slider_mass) * rates[0] + body.slider_mass * rates[1]
+    gained = (body.body_mass + body.slider_mass) * (later.velocity - before.velocity)
+    gained += body.slider_mass * (later.stroke_rate - before.stroke_rate)
+    momentum = gained / (2 * h)
     return float(np.abs(momentum - forces).max() / body.weight)
 
 
