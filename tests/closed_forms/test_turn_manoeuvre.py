@@ -9,8 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.systems.capsule import validity
-from plumbob.analytic.systems.manoeuvres.turn_correction import leading_friction
-from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import TurnManoeuvre, turn_of
+from plumbob.analytic.systems.manoeuvres.turn_manoeuvre import (
+    TurnManoeuvre,
+    leading_friction,
+    turn_of,
+)
 from plumbob.analytic.systems.slider_path import fixed
 from plumbob.analytic.systems.three_points.friction import three_point_motion
 from plumbob.tests.support.random_capsules import CHECK
@@ -23,10 +26,6 @@ TURNS = [
     lambda epsilon: turn_of(CHECK, 0.05, epsilon, 0.5, 1.0),
     lambda epsilon: turn_of(replace(CHECK, slider_mass=2.0), 0.08, epsilon, -0.8, 4.0),
 ]
-
-
-def numbers(pose):
-    return np.array([pose.x, pose.y, pose.heading])
 
 
 def exact(turn):
@@ -74,8 +73,8 @@ def test_the_error_of_the_corrected_pose_is_of_higher_order(number):
     for epsilon in EPSILONS:
         turn = TURNS[number](epsilon)
         stop, rest = exact(turn)
-        leading = numbers(turn.leading_pose)
-        corrected = numbers(turn.corrected_pose), numbers(turn.corrected_pose_at_rest)
+        leading = turn.leading_pose
+        corrected = turn.corrected_pose, turn.corrected_pose_at_rest
         errors.append([stop - leading, rest - leading, stop - corrected[0], rest - corrected[1]])
     sizes = np.log(np.linalg.norm(errors, axis=2))
     slopes = np.polyfit(np.log(EPSILONS), sizes, 1)[0]
@@ -92,9 +91,9 @@ def test_every_coefficient_of_the_pose_is_right(number):
     for found, coefficients in zip(
         exact(turn), (turn.correction.at_stop, turn.correction.at_rest), strict=True
     ):
-        seen = (found - numbers(turn.leading_pose)) / turn.half_time**2
-        size = np.abs(numbers(coefficients)).max()
-        np.testing.assert_allclose(seen, numbers(coefficients), rtol=0, atol=1e-3 * size)
+        seen = (found - turn.leading_pose) / turn.half_time**2
+        size = np.abs(coefficients).max()
+        np.testing.assert_allclose(seen, coefficients, rtol=0, atol=1e-3 * size)
 
 
 def test_without_friction_the_formula_is_exact():
@@ -104,7 +103,7 @@ def test_without_friction_the_formula_is_exact():
     times = np.linspace(0.0, 0.12, 25)
     at = motion.at(times)
     np.testing.assert_allclose(at.heading, turn.body_angles(times), rtol=0, atol=1e-13)
-    pose = numbers(turn.leading_pose)
+    pose = turn.leading_pose
     np.testing.assert_allclose([*at.position[-1], at.heading[-1]], pose, rtol=0, atol=1e-13)
 
 
@@ -121,7 +120,8 @@ def test_friction_stays_below_its_bound(radius, angle, sense):
     place = (radius * math.cos(angle), radius * math.sin(angle))
     if validity(CHECK, fixed(place).track()):
         return
-    force, moment = leading_friction(CHECK, radius, np.array([angle]), sense)
+    turn = TurnManoeuvre(CHECK, radius, sense, 1e-9)
+    force, moment = leading_friction(turn, np.array([angle]))
     arm = 0.2 + CHECK.mass_ratio * radius
     assert abs(moment[0]) <= arm * CHECK.friction * CHECK.weight
     assert abs(force[0]) <= CHECK.friction * CHECK.weight * (1 + 1e-14)
@@ -142,13 +142,12 @@ def test_the_velocities_left_at_the_stop(number):
     errors = []
     for epsilon in EPSILONS:
         turn = TURNS[number](epsilon)
-        left = turn.correction.left_at_stop
-        formula = np.array([left.x, left.y, left.heading])
+        formula = turn.correction.left_at_stop
         errors.append(np.abs(left_at_stop(turn) - formula).max() / np.abs(formula).max())
     assert 1.5 < np.polyfit(np.log(EPSILONS), np.log(errors), 1)[0] < 2.05
     assert errors[-1] < 1e-3
     # friction off by 1 % would be seen
     turn = TURNS[number](EPSILONS[-1])
     worse = replace(turn, capsule=replace(turn.capsule, friction=turn.capsule.friction * 1.01))
-    wrong = worse.correction.left_at_stop.heading / turn.correction.left_at_stop.heading - 1.0
+    wrong = worse.correction.left_at_stop[2] / turn.correction.left_at_stop[2] - 1.0
     assert abs(wrong) > 5 * errors[-1]

@@ -28,7 +28,7 @@ def test_a_turn_leaks_angular_momentum(angle):
     for parts in (400, 800, 1600):
         step = turn.half_time / parts
         end = trajectory(CHECK, turn.path, Start(), EULER, step, 2 * parts)[-1]
-        found.append((end[HEADING] - turn.corrected_pose.heading) / step)
+        found.append((end[HEADING] - turn.corrected_pose[2]) / step)
     assert abs(found[-1] / lead - 1.0) < 0.005
     extrapolated = 2.0 * found[-1] - found[-2]
     assert abs(extrapolated / lead - 1.0) < 1e-4  # epsilon^2 is 1e-5

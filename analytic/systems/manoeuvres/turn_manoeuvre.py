@@ -1,26 +1,47 @@
 """The turn manoeuvre: the slider moves round a circle and the body turns the other way, to order
-epsilon^2 (Chernousko 2020, eqs. 24-32; the second order is derived in analytic/README.md)."""
+epsilon^2 (Chernousko 2020, eqs. 24-32).
+
+The source stops at eq. 32, the leading order; the second order, the effect of friction along the
+leading-order motion, is derived in analytic/README.md, with the equation numbers used here.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, validity
-from plumbob.analytic.systems.manoeuvres.turn_correction import (
-    TurnCorrection,
-    TurnPose,
-    circle_inertia,
-    inertia_ratio,
-    progress,
-    turn_correction,
-)
-from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke
+from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, normal_forces, validity
+from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
+from plumbob.analytic.systems.three_points.equations import Complex
+from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
+
+CONVERGED = 1e-13  # of the quadrature, relative
+PIECES = 1000  # of it, at most
+SLOW = 1e-6  # its square is about the turn of the coasting body [rad], which the limit neglects
+
+
+@dataclass(frozen=True)
+class TurnCorrection:
+    """Coefficients of tau^2 in the pose (x and y of C [m], heading [rad]), shape (3,), when the
+    slider stops (2 tau) and when the body rests, and of tau in its rates when the slider stops and
+    in the time from one to the other."""
+
+    at_stop: Array
+    at_rest: Array
+    left_at_stop: Array
+    residual_time: float
+
+
+def progress(phases: Array) -> Array:
+    """Fraction of the slider's angle covered at times `phases` tau, shape (n,), up to 2 tau
+    (Chernousko 2020, eqs. 26, 29)."""
+    return 0.5 * np.square(phases) - np.square(np.maximum(phases - 1.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -34,7 +55,7 @@ class TurnManoeuvre:
     >>> corners = ((0.2, 0.0), (-0.1, 0.15), (-0.1, -0.15))
     >>> capsule = Capsule(1.0, 0.3, 0.02, corners, friction=0.3, gravity=9.81)
     >>> turn = turn_of(capsule, radius=0.12, epsilon=0.1, body_angle=-1.0)
-    >>> print(f"{turn.body_angle:.6f} rad; to second order {turn.corrected_pose.heading:.6f} rad")
+    >>> print(f"{turn.body_angle:.6f} rad; to second order {turn.corrected_pose[2]:.6f} rad")
     -1.000000 rad; to second order -0.988798 rad
     """
 
@@ -54,13 +75,18 @@ class TurnManoeuvre:
 
     @property
     def inertia(self) -> float:
-        """J + mu M a^2 [kg m^2], of body and slider about their combined centre (eq. 23)."""
-        return circle_inertia(self.capsule, self.radius)
+        """J + mu M a^2 [kg m^2], of body and slider about their combined centre (eqs. 23, 25)."""
+        return self.capsule.inertia + self._slider_inertia
 
     @property
     def inertia_ratio(self) -> float:
         """mu_1 = mu M a^2/(J + mu M a^2) (eq. 25)."""
-        return inertia_ratio(self.capsule, self.radius)
+        return self._slider_inertia / self.inertia
+
+    @property
+    def _slider_inertia(self) -> float:
+        """mu M a^2 [kg m^2]."""
+        return self.capsule.mass_ratio * self.capsule.body_mass * self.radius**2
 
     @property
     def friction_bound(self) -> float:
@@ -128,33 +154,33 @@ class TurnManoeuvre:
         return self.path.track()
 
     @cached_property
-    def leading_pose(self) -> TurnPose:
-        """Pose at 2 tau, and at rest, to leading order: eq. 32, and C moving round the
-        combined centre, which friction displaces only at second order."""
+    def leading_pose(self) -> Array:
+        """Pose at 2 tau, and at rest, (x, y, heading), shape (3,), to leading order: eq. 32, and C
+        moving round the combined centre, which friction displaces only at second order."""
         first = self._arm(0.0)
         moved = first - np.exp(1j * self.body_angle) * self._arm(self.slider_angle)
-        return TurnPose(float(moved.real), float(moved.imag), self.body_angle)
+        return np.array([moved.real, moved.imag, self.body_angle])
 
     @cached_property
     def correction(self) -> TurnCorrection:
         """Second-order coefficients (analytic/README.md, eqs. 3-6)."""
-        return turn_correction(self.capsule, self.radius, self.slider_angle, self.start)
+        return _correction(self)
 
     @property
-    def corrected_pose(self) -> TurnPose:
+    def corrected_pose(self) -> Array:
         """Pose at 2 tau with the second order added."""
-        return _added(self.leading_pose, self.correction.at_stop, self.half_time**2)
+        return self.leading_pose + self.half_time**2 * self.correction.at_stop
 
     @property
-    def corrected_pose_at_rest(self) -> TurnPose:
+    def corrected_pose_at_rest(self) -> Array:
         """Pose at rest with the second order added."""
-        return _added(self.leading_pose, self.correction.at_rest, self.half_time**2)
+        return self.leading_pose + self.half_time**2 * self.correction.at_rest
 
     @property
-    def rates_at_stop(self) -> TurnPose:
-        """Velocity and angular velocity left at 2 tau, of which eq. 32 has none, to leading order:
-        in proportion to tau."""
-        return _added(TurnPose(0.0, 0.0, 0.0), self.correction.left_at_stop, self.half_time)
+    def rates_at_stop(self) -> Array:
+        """Velocity of C and angular velocity left at 2 tau, of which eq. 32 has none, to leading
+        order: in proportion to tau."""
+        return self.half_time * self.correction.left_at_stop
 
     @property
     def rest_time(self) -> float:
@@ -165,14 +191,6 @@ class TurnManoeuvre:
         """mu r [m] with the slider at `angle` [rad] from its start."""
         place = self.radius * np.exp(1j * (self.start + angle))
         return complex(self.capsule.mass_ratio * place)
-
-
-def _added(pose: TurnPose, coefficients: TurnPose, scale: float) -> TurnPose:
-    return TurnPose(
-        pose.x + scale * coefficients.x,
-        pose.y + scale * coefficients.y,
-        pose.heading + scale * coefficients.heading,
-    )
 
 
 def turn_of(
@@ -189,3 +207,88 @@ def turn_of(
     half_time = epsilon * scale.characteristic_time
     drive = -body_angle / (scale.inertia_ratio * half_time**2)
     return TurnManoeuvre(capsule, radius, drive, half_time, start)
+
+
+def leading_friction(turn: TurnManoeuvre, slider_angles: Array) -> tuple[Complex, Array]:
+    """Friction along the leading-order motion (eq. 2): resultant in body axes [N], complex, and
+    moment about the combined centre [N m], both of shape (n,).
+
+    `slider_angles` phi [rad], shape (n,), from the body's x axis. Support i moves along -k x s_i,
+    s_i = mu_1 CA_i + mu (1 - mu_1) r.
+    """
+    capsule, mu_1 = turn.capsule, turn.inertia_ratio
+    mu, r = capsule.mass_ratio, turn.radius * np.exp(1j * slider_angles)
+    supports = np.array([complex(*point) for point in capsule.supports])
+    slip = mu_1 * supports + mu * (1.0 - mu_1) * r[:, None]
+    size = np.abs(slip)
+    unit = np.sign(turn.slider_angle) * slip / np.where(size > 0.0, size, 1.0)
+    limits = capsule.friction * normal_forces(capsule, np.column_stack([r.real, r.imag]))
+    moments = ((supports - mu * r[:, None]).conjugate() * unit).real
+    return np.asarray((limits * 1j * unit).sum(axis=1)), np.asarray((limits * moments).sum(axis=1))
+
+
+def _correction(turn: TurnManoeuvre) -> TurnCorrection:
+    """Coefficients of tau^2 in the pose at 2 tau and at rest (eqs. 3-6), and of tau in the
+    velocities at 2 tau."""
+    from scipy.integrate import quad_vec
+
+    def integrand(phase: float) -> Any:
+        return _accelerations(turn, np.array([phase]))[:, 0]
+
+    # The slider's acceleration is reversed at 1.
+    push, drift, spin, turned = map(
+        complex,
+        quad_vec(integrand, 0.0, 2.0, epsabs=0.0, epsrel=CONVERGED, points=(1.0,), limit=PIECES)[0],
+    )
+    facing, arm = complex(np.exp(1j * turn.body_angle)), turn._arm(turn.slider_angle)
+    way, turned_on, lasting = residual_limit(turn.capsule, arm, push / facing, spin.real)
+    # C is at -mu r from the combined centre: a further turn moves it about that.
+    arm, last = arm * facing, turned.real + turned_on
+    at_stop = drift - 1j * arm * turned.real
+    at_rest = drift + facing * way - 1j * arm * last
+    carried = push - 1j * arm * spin.real
+    return TurnCorrection(
+        np.array([at_stop.real, at_stop.imag, turned.real]),
+        np.array([at_rest.real, at_rest.imag, last]),
+        np.array([carried.real, carried.imag, spin.real]),
+        lasting,
+    )
+
+
+def _accelerations(turn: TurnManoeuvre, phases: Array) -> Complex:
+    """Of the combined centre and of the heading, by friction, at `phases`, shape (n,), each also
+    times what is left of 2 tau: shape (4, n)."""
+    done, capsule = progress(phases), turn.capsule
+    force, moment = leading_friction(turn, turn.start + turn.slider_angle * done)
+    mass = capsule.body_mass + capsule.slider_mass
+    push = force * np.exp(1j * turn.body_angle * done) / mass
+    spin_up = moment / turn.inertia
+    left = 2.0 - phases
+    return np.stack([push, left * push, spin_up + 0j, left * spin_up])
+
+
+def residual_limit(
+    capsule: Capsule, arm: complex, velocity: complex, omega: float
+) -> tuple[complex, float, float]:
+    """Displacement of the combined centre and turn of the body over lambda^2, and time to rest over
+    lambda, when it coasts from lambda times a velocity and an angular velocity, lambda -> 0.
+
+    `arm` mu r [m] in body axes; `velocity` of the combined centre [m/s^2], complex, body axes;
+    `omega` [rad/s^2]: each per second of tau. In the limit the body does not turn while it stops
+    and friction depends on the direction of (velocity, omega) alone: the displacement is
+    homogeneous of degree two.
+    """
+    lever = float(max(abs(complex(*point) - arm) for point in capsule.supports))
+    speed = abs(velocity) + lever * abs(omega)
+    if speed == 0.0:
+        return 0j, 0.0, 0.0
+    # A stop from speed v turns the body by about v^2/(f g lever).
+    scale = float(np.sqrt(SLOW**2 * capsule.friction * capsule.gravity * lever)) / speed
+    body_velocity = scale * (velocity - 1j * omega * arm)
+    start = Start((body_velocity.real, body_velocity.imag), scale * omega)
+    slider = arm / capsule.mass_ratio
+    motion = three_point_motion(capsule, fixed((slider.real, slider.imag)), start)
+    end = motion.at(np.array([motion.rest_time]))
+    turn = float(end.heading[0])
+    way = complex(*end.position[0]) + arm * np.expm1(1j * turn)
+    return way / scale**2, turn / scale**2, motion.rest_time / scale

@@ -51,7 +51,7 @@ def second_order(study: Study) -> Record:
     """The check values, the formulas' errors, and the coefficients."""
     turned = turn(0.1)
     scale = turned.characteristic_time**2
-    stop, end = turned.correction.at_stop.heading, turned.correction.at_rest.heading
+    stop, end = float(turned.correction.at_stop[2]), float(turned.correction.at_rest[2])
     angles = [(e, known, facts(e)["body_angle"]) for e, known in CHECKED.items()]
     checks = tuple((e, known, angle, angle - known) for e, known, angle in angles)
     formula, corrected = formulas()
