@@ -127,7 +127,7 @@ class LineMotion(LinearResponse):
         """The Phase that has come at `times` [s], each of its quantities of shape (n,) (eqs. 11-16,
         19)."""
         done, spent, phase = self._now(times)
-        now = Phase(*phase).after(spent)
+        now: Any = Phase(*phase).after(spent)
         moved = done * self.phases[-1].displacement
         return now._replace(displacement=now.displacement + moved)
 
