@@ -24,7 +24,7 @@ from plumbob.analytic.systems.planner.problem import (
 )
 from plumbob.analytic.systems.planner.result import Plan, TrackName
 from plumbob.analytic.systems.planner.tracks import ArcName, Ends, LineSegment, Pair, Track
-from plumbob.analytic.systems.planner.turns import Turn, passage, turns_to
+from plumbob.analytic.systems.planner.turns import Turn, turns_to
 
 SAME = 1e-12  # [m] and [rad]: a difference of poses this small needs no motion
 LARGEST_HEADING = 1e6  # [rad]: 2 pi times so many turns is known to 1e-10
@@ -51,8 +51,6 @@ def plan(
     misses it.
     """
     limits, start = limits or Limits(), start or RestPose(0.0, 0.0, 0.0)
-    if track not in ("free", "curve"):
-        raise ParameterError("track", track, "free or curve")
     for pose in (start, goal):
         if abs(pose.heading) > LARGEST_HEADING:
             raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
@@ -80,10 +78,17 @@ def _arranged(track: Track, start: RestPose, goal: RestPose) -> tuple[Manoeuvre,
         turns = turns_to(track, heading, left)
     for turn in turns:
         left = (left - turn.shift) * cmath.rect(1.0, -turn.heading)
-    turning = [passage(track, turn) for turn in turns]
     translations = _translations(track, left)
     ways = [
-        _joined(track, [Passage(begin, begin, ()), *turning, *lines, Passage(end, end, ())])
+        _joined(
+            track,
+            [
+                Passage(begin, begin, ()),
+                *(turn.passage for turn in turns),
+                *lines,
+                Passage(end, end, ()),
+            ],
+        )
         for begin in track.places(start.slider)
         for lines in translations
         for end in track.places(goal.slider)

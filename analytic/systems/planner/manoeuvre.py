@@ -52,18 +52,18 @@ class Manoeuvre:
 
 
 class Place(NamedTuple):
-    """A place of the slider: its `point` x + iy relative to C [m], and on a `part` of the track its
-    place along that, `at`: its angle [rad] on the ARC, and on the FIRST or the SECOND segment its
-    distance along it from C [m]."""
+    """A place of the slider on a `part` of the track: its `point` x + iy relative to C [m], and on
+    the ARC its `angle` [rad], which counts whole turns."""
 
     part: int
-    at: float
     point: complex
+    angle: float = 0.0
 
     def away(self, other: Place) -> bool:
         """Whether the slider has to move from the one to the other."""
         round_ = self.part == other.part == ARC
-        return abs(self.at - other.at if round_ else self.point - other.point) > NEAR
+        apart = self.angle - other.angle if round_ else self.point - other.point
+        return abs(apart) > NEAR
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import cmath
+import contextlib
 import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -52,21 +53,23 @@ LineSegment = tuple[float, float, float]
 signed along it from C [m]."""
 
 
-@dataclass(frozen=True)
-class Rail:
-    """A straight part of the track on a line through C: the slider may go in `direction` [rad, from
-    the body's x axis] from `low` to `high`, signed along it from C [m]; it is a `part` of the
-    track, gone along in its own sense or against that, -1."""
+class Rail(NamedTuple):
+    """A straight `part` of the track on a line through C: the slider may go in `direction` [rad,
+    from the body's x axis] from `low` to `high`, signed along it from C [m]."""
 
     direction: float
     low: float
     high: float
     part: int = ANYWHERE
-    sense: float = 1.0
 
     def place(self, along: float) -> Place:
         """The place `along` it [m]."""
-        return Place(self.part, self.sense * along, cmath.rect(along, self.direction))
+        return Place(self.part, cmath.rect(along, self.direction))
+
+    @property
+    def backward(self) -> Rail:
+        """The same places, the slider going the other way."""
+        return Rail(self.direction + math.pi, -self.high, -self.low, self.part)
 
 
 Legs = tuple[tuple[Rail, float], ...]
@@ -112,7 +115,7 @@ class Track:
 
     capsule: Capsule
     limits: Limits
-    segments: tuple[LineSegment, ...] = ()
+    segments: tuple[Rail, ...] = ()
     arc: Ends | None = None
 
     def __post_init__(self) -> None:
@@ -126,15 +129,16 @@ class Track:
         if self.arc and not NEAR < abs(self.arc[1] - self.arc[0]) <= FULL_CIRCLE:
             need = "two angles [from, to], different and within one turn of each other"
             raise ParameterError("arc", self.arc, need)
-        for direction, low, high in self.segments:
-            if not high - low > NEAR:
+        lines = tuple(rail[:3] for rail in self.segments)
+        for rail in self.segments:
+            if not rail.high - rail.low > NEAR:
                 need = "[direction, from, to] each, `from` and `to` apart"
-                raise ParameterError("segments", self.segments, need)
-            ends = [(c.real, c.imag) for c in (cmath.rect(s, direction) for s in (low, high))]
-            for breach in validity(self.capsule, (Segment(ends[0], ends[1]),)):
-                raise ParameterError(
-                    "segments", self.segments, f"where every support stays pressed ({breach})"
-                )
+                raise ParameterError("segments", lines, need)
+            ends = (rail.place(along).point for along in (rail.low, rail.high))
+            low, high = ((end.real, end.imag) for end in ends)
+            for breach in validity(self.capsule, (Segment(low, high),)):
+                need = f"where every support stays pressed ({breach})"
+                raise ParameterError("segments", lines, need)
 
     @property
     def w2(self) -> float:
@@ -150,12 +154,11 @@ class Track:
     def joints(self) -> dict[int, tuple[Place, Place]]:
         """Of a segment that meets the arc the place there, on the segment and on the arc."""
         met = dict[int, tuple[Place, Place]]()
-        for part, (direction, low, high) in zip((FIRST, SECOND), self.segments, strict=False):
+        for rail in self.segments:
             for along in (self.limits.radius, -self.limits.radius):
-                angle = self._on_arc(direction if along > 0.0 else direction + math.pi)
-                if low - NEAR <= along <= high + NEAR and angle is not None:
-                    there = Rail(direction, low, high, part).place(along)
-                    met.setdefault(part, (there, self.on_circle(angle)))
+                angle = self._on_arc(rail.direction if along > 0.0 else rail.direction + math.pi)
+                if rail.low - NEAR <= along <= rail.high + NEAR and angle is not None:
+                    met.setdefault(rail.part, (rail.place(along), self.on_circle(angle)))
         return met
 
     @property
@@ -176,15 +179,15 @@ class Track:
         """Every place at `point` relative to C [m]; raises ParameterError if there is none."""
         there = complex(*point)
         if not self.joined:
-            return (Place(ANYWHERE, 0.0, there),)
+            return (Place(ANYWHERE, there),)
         near = list[Place]()
-        for part, (direction, low, high) in zip((FIRST, SECOND), self.segments, strict=True):
-            along = there * cmath.rect(1.0, -direction)
-            if abs(along.imag) <= NEAR and low - NEAR <= along.real <= high + NEAR:
-                near.append(Place(part, along.real, there))
+        for rail in self.segments:
+            along = there * cmath.rect(1.0, -rail.direction)
+            if abs(along.imag) <= NEAR and rail.low - NEAR <= along.real <= rail.high + NEAR:
+                near.append(Place(rail.part, there))
         angle = self._on_arc(cmath.phase(there))
         if angle is not None and abs(abs(there) - self.limits.radius) <= NEAR:
-            near.append(Place(ARC, angle, there))
+            near.append(Place(ARC, there, angle))
         if not near:
             raise ParameterError("slider", point, "on the curve: segment, arc, segment")
         return tuple(near)
@@ -203,19 +206,19 @@ class Track:
     def on_circle(self, angle: float) -> Place:
         """The place on the circle at `angle` [rad]."""
         part = ANYWHERE if self.arc is None else ARC
-        return Place(part, angle, cmath.rect(self.limits.radius, angle))
+        return Place(part, cmath.rect(self.limits.radius, angle), angle)
 
     def legs(self, displacement: complex) -> tuple[Legs, ...]:
         """Ways to carry the body over `displacement` [m], in body axes: along the two segments in
         either order, or straight."""
         if not self.segments:
             return (((self._any_rail(cmath.phase(-displacement)), abs(displacement)),),)
-        sides = np.array([direction for direction, *_ in self.segments])
+        sides = np.array([rail.direction for rail in self.segments])
         axes = np.stack([np.cos(sides), np.sin(sides)])
         parts = np.linalg.solve(axes, [displacement.real, displacement.imag])
         legs = tuple(
-            (self._rail(number, away=part < 0.0), float(abs(part)))
-            for number, part in enumerate(parts)
+            (rail if part < 0.0 else rail.backward, float(abs(part)))
+            for rail, part in zip(self.segments, parts, strict=True)
             if abs(part) > NEAR
         )
         return tuple(dict.fromkeys((legs, legs[::-1])))
@@ -230,19 +233,11 @@ class Track:
         high = min(max(0.5 * length, length - behind), ahead)
         return Rail(direction, high - length, high)
 
-    def _rail(self, number: int, *, away: bool) -> Rail:
-        """A segment, with the slider going in its line's direction (`away`) or against it."""
-        direction, low, high = self.segments[number]
-        part = (FIRST, SECOND)[number]
-        if away:
-            return Rail(direction, low, high, part)
-        return Rail(direction + math.pi, -high, -low, part, -1.0)
-
     def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:
         """The slow motions from one place to another: along one piece, along the curve with stops
         at its corners, or else the quicker of straight and by way of C, where static friction
         allows most."""
-        c = Place(ANYWHERE, 0.0, 0j)
+        c = Place(ANYWHERE, 0j)
         ways = [((begin, end),), ((begin, c), (c, end))]
         if begin.part == end.part != ANYWHERE:
             ways = ways[:1]
@@ -257,7 +252,7 @@ class Track:
         """Slow motions, each within one part of the track."""
         capsule, radius, holding = self.capsule, self.limits.radius, self.limits.holding
         return tuple(
-            slow_arc(capsule, radius, here.at, there.at, holding)
+            slow_arc(capsule, radius, here.angle, there.angle, holding)
             if here.part == there.part == ARC
             else slow_line(capsule, here.point, there.point, holding)
             for here, there in ways
@@ -278,13 +273,13 @@ def check_curve(legs: Any = (1, 2), arc: Any = "shorter", segments: Any = None) 
 
 def _check_numbers(name: str, value: Any, shape: tuple[int, ...], need: str) -> None:
     """Raises ParameterError where `value` is not of that shape, of finite numbers."""
-    if not shape:
-        finite(name, value)
-    elif not isinstance(value, tuple) or len(value) != shape[0]:
+    numbers = np.empty(0)
+    with contextlib.suppress(ValueError):  # of a shape that has no name
+        numbers = np.array(value, dtype=object)
+    if numbers.shape != shape:
         raise ParameterError(name, value, need)
-    else:
-        for item in value:
-            _check_numbers(name, item, shape[1:], need)
+    for number in numbers.flat:
+        finite(name, number)
 
 
 def curve(
@@ -301,13 +296,16 @@ def curve(
     check_curve(legs, arc, segments)
     if segments is None:
         segments = [(direction_to(capsule, i), 0.0, limits.radius) for i in legs]
-    lines = tuple((direction, min(ends), max(ends)) for direction, *ends in segments)
-    turned = lines[1][0] - lines[0][0]
+    first, second = lines = tuple(
+        Rail(direction, min(ends), max(ends), part)
+        for part, (direction, *ends) in zip((FIRST, SECOND), segments, strict=True)
+    )
+    turned = second.direction - first.direction
     if abs(math.sin(turned)) <= NEAR:
-        raise ParameterError("segments", lines, "on two lines, and not on one")
+        raise ParameterError("segments", segments, "on two lines, and not on one")
     if not isinstance(arc, str):
         return Track(capsule, limits, lines, arc)
     swing = math.remainder(turned, FULL_CIRCLE)
     if arc == "longer":
         swing -= math.copysign(FULL_CIRCLE, swing)
-    return Track(capsule, limits, lines, (lines[0][0], lines[0][0] + swing))
+    return Track(capsule, limits, lines, (first.direction, first.direction + swing))

@@ -19,7 +19,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.systems.planner.lines import line_time
-from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage, slow_arc, turn, wait
+from plumbob.analytic.systems.planner.manoeuvre import Passage, slow_arc, turn, wait
 from plumbob.analytic.systems.planner.problem import FULL_CIRCLE, to_ten_digits, too_many
 from plumbob.analytic.systems.planner.tracks import Circle, Track
 from plumbob.analytic.systems.three_points.friction import three_point_motion
@@ -35,34 +35,13 @@ AGREED = 1e-14  # relative, of the slider's angle in an exact turn
 
 @dataclass(frozen=True)
 class Turn:
-    """A turn manoeuvre computed to rest, the slider through the angle `swing` [rad]: heading gained
-    [rad], shift of C in the body axes of its start [m], time until the body rests [s]."""
+    """A turn manoeuvre computed to rest, and a wait for that, the slider through the angle `swing`
+    [rad]: heading gained [rad], shift of C in the body axes of its start [m]."""
 
-    manoeuvre: Manoeuvre
+    passage: Passage
     swing: float
     heading: float
     shift: complex
-    rest_time: float
-
-    @property
-    def begin(self) -> float:
-        """Angle of the slider at the start [rad]."""
-        return self.manoeuvre.parameters["angle"]
-
-    @property
-    def end(self) -> float:
-        """Angle of the slider at the end [rad]."""
-        return self.begin + self.swing
-
-    @property
-    def pause(self) -> float:
-        """Time to wait for the residual motion to end [s]."""
-        return WAITING * max(0.0, self.rest_time - self.manoeuvre.duration)
-
-    @property
-    def duration(self) -> float:
-        """Duration, that wait included [s]."""
-        return self.manoeuvre.duration + self.pause
 
 
 @lru_cache(maxsize=256)
@@ -71,11 +50,14 @@ def computed_turn(track: Track, start: float, swing: float) -> Turn:
     # The largest |w| is at half time, where the centripetal acceleration is a Z |swing|.
     acceleration = track.limits.acceleration / (track.limits.radius * math.hypot(1.0, swing))
     half_time = math.sqrt(abs(swing) / acceleration)
-    manoeuvre = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
-    motion = three_point_motion(track.capsule, manoeuvre.path)
-    end = motion.at(np.array([motion.rest_time]))
-    heading, shift = float(end.heading[0]), complex(*end.position[0])
-    return Turn(manoeuvre, swing, heading, shift, motion.rest_time)
+    made = turn(track.limits.radius, start, math.copysign(acceleration, swing), half_time)
+    motion = three_point_motion(track.capsule, made.path)
+    pose = motion.at(np.array([motion.rest_time]))
+    begin, end = track.on_circle(start), track.on_circle(start + swing)
+    pause = WAITING * (motion.rest_time - made.duration)
+    waits = (wait(end.point, pause),) if pause > 0.0 else ()
+    passage = Passage(begin, end, (made, *waits))
+    return Turn(passage, swing, float(pose.heading[0]), complex(*pose.position[0]))
 
 
 def exact_turn(
@@ -144,7 +126,7 @@ def _between(turns: list[Turn], circle: Circle, wanted: float) -> tuple[float, c
     gains = np.array([circle.gained(turn.heading) for turn in turns])
     swing = wanted * float(np.interp(wanted, gains, swings / gains))
     shifts = np.array([turn.shift for turn in turns]) * cmath.rect(1.0, -circle.first)
-    times = np.array([turn.duration for turn in turns])
+    times = np.array([turn.passage.duration for turn in turns])
     shift = swing * complex(np.interp(swing, swings, shifts / swings))
     return swing, shift, math.sqrt(swing) * float(np.interp(swing, swings, times / np.sqrt(swings)))
 
@@ -171,7 +153,7 @@ def turns_of(track: Track, circle: Circle, wanted: float, choice: Choice) -> lis
 
     def start(swing: float) -> float:
         if turns:
-            return math.remainder(turns[-1].end, FULL_CIRCLE)
+            return math.remainder(turns[-1].passage.end.angle, FULL_CIRCLE)
         return float(circle.starts(swing)[choice.place])
 
     if circle.extent is not None:
@@ -196,11 +178,3 @@ def turns_to(track: Track, wanted: float, displacement: complex) -> list[Turn]:
         if turns := turns_of(track, circle, size, best):
             return turns
     raise too_many(track.limits, best.count + 1)
-
-
-def passage(track: Track, turn: Turn) -> Passage:
-    """The turn, and a wait for its residual motion to end."""
-    manoeuvres = [turn.manoeuvre]
-    if turn.pause > 0.0:
-        manoeuvres.append(wait(cmath.rect(track.limits.radius, turn.end), turn.pause))
-    return Passage(track.on_circle(turn.begin), track.on_circle(turn.end), tuple(manoeuvres))
