@@ -118,24 +118,22 @@ def sliding_rates(
 def _rates(body: Mechanics, at: Configuration, state: Any, later: Any, clock: Clock) -> Any:
     """Rates, shape (..., n, 4), at (p_x, p_y, omega), shape (3, ..., n), of supports whose arms
     move on for the time `later` [s]; plane vectors by component, the first axis."""
-    mu, w, point, omega = body.mass_ratio, at.acceleration, state[:2], state[2]
-    passed = mu * at.velocity
-    arm_x, arm_y = (
-        arm - gone[:, None] * later
-        for arm, gone in ((at.arms.real, passed.real), (at.arms.imag, passed.imag))
-    )
+    point, omega = state[:2], state[2]
+    passed, push = body.mass_ratio * at.velocity, body.mass_ratio * at.acceleration
+    arm_x = at.arms.real - passed.real[:, None] * later
+    arm_y = at.arms.imag - passed.imag[:, None] * later
     across = np.stack([-arm_y, arm_x])
     slips = point[..., None] + omega[..., None] * across
     speeds = np.sqrt((slips * slips).sum(axis=0))
     resisting = at.limits / speeds
     drag = (resisting * slips).sum(axis=-1) / body.mass
     moment = (resisting * (across * slips).sum(axis=0)).sum(axis=-1)
-    widening = 2.0 * (at.position.conjugate() * at.velocity).real * omega
-    moment = moment + body.reduced_mass * (cross(at.position, w) + widening)
+    growth = cross(at.position, at.acceleration)
+    growth = growth + 2.0 * (at.position.conjugate() * at.velocity).real * omega
     rates = [
-        omega * (point[1] + passed.imag) - mu * w.real - drag[0],
-        -omega * (point[0] + passed.real) - mu * w.imag - drag[1],
-        -moment / at.inertia,
+        omega * (point[1] + passed.imag) - push.real - drag[0],
+        -omega * (point[0] + passed.real) - push.imag - drag[1],
+        -(moment + body.reduced_mass * growth) / at.inertia,
         np.ones_like(omega),
     ]
     slowing = clock[0] + (clock[1] / speeds).sum(axis=-1)

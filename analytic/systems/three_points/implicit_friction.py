@@ -176,19 +176,23 @@ def _newton_step(
         push, turn = push + limit * e, turn + limit * lever.imag
         stiff, twist = stiff + across, twist + across * e * e
         bend, spin = bend + across * lever.real * 1j * e, spin + across * lever.real**2
-    stiff, twist = problem.mass + 0.5 * stiff, 0.5 * twist
-    # The inverse of du -> stiff du - twist du* applied to the gradient, and to what do changes it.
-    whole = stiff**2 - abs(twist) ** 2
-    if not whole > 0.0:
+    way = _solved(problem.mass + 0.5 * stiff, 0.5 * twist, bend, spin, (push, turn))
+    return way and (way, (push.conjugate() * way[0]).real + turn * way[1])
+
+
+def _solved(stiff: float, twist: complex, bend: complex, spin: float, pull: Slip) -> Slip | None:
+    """The slip (u, o) with stiff u - twist u* + bend o and Re(bend* u) + spin o opposite to those
+    of `pull`; None where there is none."""
+    size = stiff**2 - abs(twist) ** 2
+    if not size > 0.0:
         return None
-    pushed = (stiff * push + twist * push.conjugate()) / whole
-    bent = (stiff * bend + twist * bend.conjugate()) / whole
+    pushed = (stiff * pull[0] + twist * pull[0].conjugate()) / size
+    bent = (stiff * bend + twist * bend.conjugate()) / size
     spin -= (bend.conjugate() * bent).real
     if not spin > 0.0:
         return None
-    o = ((bend.conjugate() * pushed).real - turn) / spin
-    u = -pushed - o * bent
-    return (u, o), (push.conjugate() * u).real + turn * o
+    o = ((bend.conjugate() * pushed).real - pull[1]) / spin
+    return -pushed - o * bent, o
 
 
 def _damping(problem: FrictionProblem, free: Slip, slip: Slip, way: Slip, slope: float) -> float:

@@ -96,8 +96,7 @@ def pivot(turning: Pivot, state: State) -> Pivoted:
     """
     segments: list[SmoothSegment] = []
     interval = turning.interval
-    number, duration = interval.number, interval.piece.duration
-    tolerance = interval.accuracy.tolerance
+    duration = interval.piece.duration
     size = _first_size(turning, state, duration - state.time)
     while len(segments) < ELEMENTS:
         remaining = duration - state.time
@@ -106,27 +105,26 @@ def pivot(turning: Pivot, state: State) -> Pivoted:
         size = min(size, remaining)
         coefficients, truncation, rounding = _solved(turning, state, size)
         place, ending = 0.0, STOP
-        if truncation <= tolerance:
+        if truncation <= interval.accuracy.tolerance:
             place, ending = _first_event(turning, coefficients, rounding)
         if place == 0.0 and ending == STOP and size > SHORTEST * min(remaining, 1.0):
             # Not accurate, or it turns and stops before the first sample: from rest it would never
             # begin.
             size *= 0.5
             continue
-        if truncation > tolerance:
+        if truncation > interval.accuracy.tolerance:
+            number = interval.number
             raise RuntimeError(f"no step is small enough at {state.time!r} s of piece {number}")
         reached = state_at(coefficients, place)
         end = duration if ending == "time" and size == remaining else reached.time
         if place > 0.0:
-            begin = state.time
-            segments.append(
-                SmoothSegment("pivot", turning.support, number, begin, end, coefficients, place)
-            )
+            covered = (interval.number, state.time, end, coefficients, place)
+            segments.append(SmoothSegment("pivot", turning.support, *covered))
         state = replace(reached, time=end)
         if ending != "time":
             return segments, state, ending
         size *= 2.0
-    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {number}")
+    raise RuntimeError(f"{ELEMENTS} elements did not finish piece {interval.number}")
 
 
 def _first_size(turning: Pivot, state: State, remaining: float) -> float:
@@ -152,8 +150,8 @@ def _solved(turning: Pivot, state: State, size: float) -> tuple[Array, float, fl
     # The round-off speed that the support had as it stuck is set to zero here.
     point = -1j * state.omega * complex(here.arms[0, turning.support])
     moved = -1j * omega * at.arms[:, turning.support] - point
-    values = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
-    slopes: Array = np.asarray(np.linalg.solve(rule.integral, values))
+    moved = np.column_stack([moved.real, moved.imag, omega - state.omega, size * rule.nodes])
+    slopes: Array = np.asarray(np.linalg.solve(rule.integral, moved))
     gain = size * float((np.abs(moment) / inertia).max())
     rate = max(float(np.abs(omega).max()), UNBALANCED * gain, 1e-300)
     speed = rate * float(np.abs(here.arms).max())

@@ -110,11 +110,10 @@ def slide(
     segments: list[SmoothSegment] = []
     size, timed, fastest, duration = 0.0, True, 0.0, interval.piece.duration
     while len(segments) < ELEMENTS:
-        remaining = duration - state.time
         at = interval.at(state.time)
         fastest = max(fastest, speed_scale(at, state))
         still = () if departure is not None else _at_rest(at, state, fastest)
-        if still or remaining <= 0.0:
+        if still or state.time >= duration:
             return segments, state, still
         if departure is not None:
             plan = _departing(interval, at, state, departure)
@@ -126,7 +125,7 @@ def slide(
         coefficients, length, size = _element(plan, min(size, plan.longest))
 
         last, end = 1.0, float(coefficients[:, 3].sum())
-        if timed and length == remaining:
+        if timed and length == duration - state.time:
             end = duration
         elif end > duration:
             last = float(monotone_root(coefficients[:, 3], np.array([duration]))[0])
