@@ -12,8 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from plumbob.analytic.numerics.smooth.certified_motion import CertifiedMotion
 from plumbob.analytic.numerics.smooth.smooth_system import SmoothSystem
 
@@ -29,14 +27,20 @@ class Link(NamedTuple):
     turning: Any = 0.0
 
 
-def _derivatives(links: Sequence[Link]) -> Iterator[tuple[Any, Any, Any]]:
-    """Of each link its mass, and both derivatives of c and of d/2, shape (2, 2, ...)."""
-    end: Any = 0.0
+def _derivatives(links: Sequence[Link]) -> Iterator[tuple[Any, list[Any], list[Any]]]:
+    """Of each link its mass, and x', y', x'' and y'' of c and of d/2."""
+    end: list[Any] = [0.0] * 4
     for mass, (x, y), turn, turning in links:
-        across, inward = np.array([-y, x]) / 2, -(turn**2) * np.array([x, y]) / 2
-        half = np.stack([turn * across, turning * across + inward])
-        yield mass, end + half, half
-        end = end + 2 * half
+        inward = turn**2
+        slopes = -turn * y, turn * x, -turning * y - inward * x, turning * x - inward * y
+        half = [slope / 2 for slope in slopes]
+        yield mass, [a + b for a, b in zip(end, half, strict=True)], half
+        end = [a + 2 * b for a, b in zip(end, half, strict=True)]
+
+
+def _product(of: Sequence[Any], order: int) -> Any:
+    """Of a first derivative with that of this order."""
+    return of[0] * of[2 * order - 2] + of[1] * of[2 * order - 1]
 
 
 def potential(gravity: float, links: Sequence[Link]) -> Any:
@@ -59,19 +63,19 @@ def crank_motion(
     def summed(p: Any, q: Any, order: int) -> Any:
         """Of the products with c' and d'/2 of their derivatives of this order."""
         return sum(
-            mass * ((middle[0] * middle[order]).sum(0) + (half[0] * half[order]).sum(0) / 3)
+            mass * (_product(middle, order) + _product(half, order) / 3)
             for mass, middle, half in _derivatives(links(p, q[0]))
         )
 
     def moment(p: Any, time: Any, q: Any, v: Any) -> tuple[Any]:
-        weight = sum(mass * middle[0][1] for mass, middle, _ in _derivatives(links(p, q[0])))
-        return (-summed(p, q, 1) * v[0] ** 2 - p.gravity * weight,)
+        weight = sum(mass * middle[1] for mass, middle, _ in _derivatives(links(p, q[0])))
+        return (-summed(p, q, 2) * v[0] ** 2 - p.gravity * weight,)
 
     return CertifiedMotion(
         SmoothSystem(
             ("angle",),
             ("angle_dot",),
-            lambda p, q: ((summed(p, q, 0),),),
+            lambda p, q: ((summed(p, q, 1),),),
             moment,
             {name: getattr(problem, name) for name in constants},
             (problem.angle,),
