@@ -80,6 +80,13 @@ def check_fields(
             (positive if name in positives else least)(name, getattr(problem, name))
 
 
+def counting(name: str, value: Any) -> int:
+    """Return `value` as a whole number of 1 or more, or raise ParameterError naming it."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ParameterError(name, value, "a whole number, 1 or greater")
+    return value
+
+
 def known(parameters: Mapping[str, Any], names: Iterable[str]) -> None:
     """Raise ParameterError for the first name in `parameters` that is not one of `names`."""
     allowed = sorted(names)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from plumbob.analytic.numerics.arithmetic import ROUNDOFF as ROUNDOFF
-from plumbob.analytic.parameters import ParameterError, finite, non_negative, positive
+from plumbob.analytic.parameters import ParameterError, check_fields, finite
 from plumbob.analytic.reference import Array
 
 Point = tuple[float, float]
@@ -39,10 +39,9 @@ class Capsule:
     gravity: float
 
     def __post_init__(self) -> None:
-        for name in ("body_mass", "slider_mass", "inertia", "gravity"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
-        object.__setattr__(self, "friction", non_negative("friction", self.friction))
-        object.__setattr__(self, "supports", _triangle(self.supports))
+        positives = ("body_mass", "slider_mass", "inertia", "gravity")
+        check_fields(self, positives, ("friction",), ("supports",))
+        object.__setattr__(self, "supports", _triangle("supports", self.supports))
 
     @property
     def mass_ratio(self) -> float:
@@ -62,14 +61,6 @@ class Capsule:
 
 
 @dataclass(frozen=True)
-class Segment:
-    """Straight piece of the slider's path from `start` to `end`, relative to C [m]."""
-
-    start: Point
-    end: Point
-
-
-@dataclass(frozen=True)
 class Arc:
     """Piece of the circle of `radius` [m] about C, from angle `start` to angle `end` [rad]."""
 
@@ -78,7 +69,8 @@ class Arc:
     end: float
 
 
-Path = Sequence[Segment | Arc]
+Path = Sequence[Point | Arc]
+"""The corners of straight pieces of the slider's path relative to C [m], and its arcs."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +82,27 @@ class SourceAssumption:
     slider_inside: bool
 
 
-def _triangle(supports: Any) -> tuple[Point, Point, Point]:
+def point(name: str, value: Any) -> Point:
+    """Return `value` as the coordinates of a point, or raise ParameterError naming it."""
+    try:
+        x, y = value
+    except (TypeError, ValueError):
+        raise ParameterError(name, value, "a point (x, y)") from None
+    return finite(name, x), finite(name, y)
+
+
+def _triangle(name: str, supports: Any) -> tuple[Point, Point, Point]:
     try:
         (x1, y1), (x2, y2), (x3, y3) = supports
     except (TypeError, ValueError):
-        raise ParameterError("supports", supports, "three points (x, y)") from None
+        raise ParameterError(name, supports, "three points (x, y)") from None
     a1, a2, a3 = (
-        (finite(f"supports[{i}]", x), finite(f"supports[{i}]", y))
-        for i, (x, y) in enumerate(((x1, y1), (x2, y2), (x3, y3)))
+        point(f"{name}[{i}]", corner) for i, corner in enumerate(((x1, y1), (x2, y2), (x3, y3)))
     )
     longest = max(math.dist(a1, a2), math.dist(a2, a3), math.dist(a3, a1))
     doubled_area = (a2[0] - a1[0]) * (a3[1] - a1[1]) - (a2[1] - a1[1]) * (a3[0] - a1[0])
     if not abs(doubled_area) > FLATTEST * longest**2:
-        raise ParameterError("supports", supports, "a triangle, not three points on a line")
+        raise ParameterError(name, supports, "a triangle, not three points on a line")
     return a1, a2, a3
 
 
@@ -154,6 +154,19 @@ def load_slopes(capsule: Capsule, direction: float) -> Array:
     return np.asarray([math.cos(direction), math.sin(direction)] @ load_gradient(capsule))
 
 
+def longest_stroke(
+    capsule: Capsule, direction: float, least: float = 0.0
+) -> tuple[float, float]:
+    """Where the slider's line at `direction` [rad] through C leaves the places with every N_i above
+    `least` of what it is with the slider at C, from C [m]: the ends of the longest stroke, which
+    are themselves outside. Raises ParameterError where C is outside the triangle."""
+    loads = normal_forces(capsule, np.zeros((1, 2)))[0]
+    if not loads.min() > 0.0:
+        raise ParameterError("supports", capsule.supports, "a triangle with C inside")
+    falls = -load_slopes(capsule, direction) / ((1.0 - least) * loads)
+    return 1.0 / float(falls.min()), 1.0 / float(falls.max())
+
+
 def steepest_load(capsule: Capsule) -> float:
     """Largest change of any N_i with the slider's place [N/m]."""
     return float(np.hypot(*load_gradient(capsule)).max())
@@ -169,11 +182,11 @@ def normal_force_uncertainty(capsule: Capsule, reach: float) -> float:
     return float(32 * ROUNDOFF * capsule.weight * flatness * (1 + 4 * flatness))
 
 
-def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
+def _turning_points(capsule: Capsule, piece: Point | Arc) -> Array:
     """Slider positions, shape (n, 2), among which every support load has its minimum on
     `piece`: a load is affine in the position, so a cosine of the angle along an arc."""
-    if isinstance(piece, Segment):
-        return np.array([piece.start, piece.end], dtype=np.float64)
+    if not isinstance(piece, Arc):
+        return np.array([piece], dtype=np.float64)
     low, high = sorted((piece.start, piece.end))
     here, x, y = load_fractions(capsule, CORNERS)
     steepest_fall = np.arctan2(here - y, here - x)
@@ -184,7 +197,7 @@ def _turning_points(capsule: Capsule, piece: Segment | Arc) -> Array:
 
 def _lowest(capsule: Capsule, path: Path, reach: float) -> tuple[Array, Array]:
     if not path:
-        raise ParameterError("path", path, "at least one Segment or Arc")
+        raise ParameterError("path", path, "at least one point or Arc")
     candidates = np.concatenate([_turning_points(capsule, piece) for piece in path])
     fractions = load_fractions(capsule, reach * candidates)
     where = np.argmin(fractions, axis=0)
@@ -212,6 +225,12 @@ def validity(capsule: Capsule, path: Path) -> tuple[ParameterError, ...]:
         for i in range(3)
         if not forces[i] > 0.0
     )
+
+
+def check_loads(capsule: Capsule, path: Path) -> None:
+    """Raise the first violation on `path`, where there is one."""
+    for breach in validity(capsule, path):
+        raise breach
 
 
 def source_assumption(capsule: Capsule, path: Path) -> SourceAssumption:

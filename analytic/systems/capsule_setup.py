@@ -91,8 +91,7 @@ class CapsuleProblem:
         it stays there."""
         if self.setup.relative_velocity is None:
             return np.array([self.setup.slider] * 2)
-        segment = self.motion.single.segment
-        return np.array([segment.start, segment.end])
+        return np.array(self.motion.single.ends)
 
     def slider_places(self, count: int) -> Array:
         """Places of the slider relative to C [m], shape (n, 2), among which are those farthest out:

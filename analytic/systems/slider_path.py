@@ -13,20 +13,15 @@ import numpy.typing as npt
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Arc, Path, Point, Segment
+from plumbob.analytic.systems.capsule import Arc, Path, Point
 
 Kinematics = tuple[Array, Array, Array]
 
 
-def _covered(
-    start: float, rate: float, acceleration: float, duration: float
-) -> tuple[float, float]:
-    """Range of start + rate t + acceleration t^2/2 on (0, duration), turning point included."""
-    times = [0.0, duration]
-    if acceleration != 0.0 and 0.0 < -rate / acceleration < duration:
-        times.append(-rate / acceleration)
-    places = [start + t * (rate + 0.5 * acceleration * t) for t in times]
-    return min(places), max(places)
+def _turns(rate: float, acceleration: float, duration: float) -> Array:
+    """Beginning, end, and the time in between at which it turns round, if it does [s]."""
+    turn = -rate / acceleration if acceleration else 0.0
+    return np.array([0.0, min(max(turn, 0.0), duration), duration])
 
 
 def _columns(vectors: npt.ArrayLike) -> Array:
@@ -60,9 +55,8 @@ class StraightPiece:
 
     def track(self) -> Path:
         """The places that it covers."""
-        (x, y), c, s = self.origin, math.cos(self.direction), math.sin(self.direction)
-        low, high = _covered(self.position, self.speed, self.acceleration, self.duration)
-        return (Segment((x + low * c, y + low * s), (x + high * c, y + high * s)),)
+        x, y = self.kinematics(_turns(self.speed, self.acceleration, self.duration))[0].T
+        return tuple(zip(x.tolist(), y.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -78,9 +72,8 @@ class ArcPiece:
 
     def kinematics(self, times: Array) -> Kinematics:
         """As of a StraightPiece (Chernousko 2020, eqs. 26-27)."""
-        angle = self.angle + times * (self.rate + 0.5 * self.acceleration * times)
         rate = self.rate + self.acceleration * times
-        outward = self.radius * np.exp(1j * angle)
+        outward = self.radius * np.exp(1j * self._angles(times))
         return (
             _columns(outward),
             _columns(1j * rate * outward),
@@ -89,9 +82,11 @@ class ArcPiece:
 
     def track(self) -> Path:
         """The places that it covers."""
-        return (
-            Arc(self.radius, *_covered(self.angle, self.rate, self.acceleration, self.duration)),
-        )
+        angles = self._angles(_turns(self.rate, self.acceleration, self.duration))
+        return (Arc(self.radius, float(angles.min()), float(angles.max())),)
+
+    def _angles(self, times: Array) -> Array:
+        return self.angle + times * (self.rate + 0.5 * self.acceleration * times)
 
 
 Piece = StraightPiece | ArcPiece

@@ -69,7 +69,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
     """Displacement, stroke and times of the manoeuvre; its demand on the actuator until t2; loads;
     and the source's misprints."""
     line = problem.motion
-    lowest, _ = lowest_normal_forces(line.capsule, (line.segment,))
+    lowest, _ = lowest_normal_forces(line.capsule, line.ends)
     late = np.array([line.t_star])
     return {
         "displacement": line.displacement,
@@ -82,7 +82,7 @@ def facts(problem: CapsuleProblem) -> Mapping[str, Any]:
         "holding_acceleration": line.capsule.holding_acceleration,
         "condition_number": condition_number(line),
         "lowest_normal_forces": [float(force) for force in lowest],
-        "source_assumption": asdict(source_assumption(line.capsule, (line.segment,))),
+        "source_assumption": asdict(source_assumption(line.capsule, line.ends)),
         "findings": {
             "eq_18": "printed with an angular velocity, omega_2, where eq. 17 gives w2",
             "eq_19": "second line printed with t where eqs. 11 and 20 give t1 in its first term: "

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError, finite
-from plumbob.analytic.systems.capsule import Capsule, direction_to
+from plumbob.analytic.systems.capsule import Capsule, Point, direction_to, point
 from plumbob.analytic.systems.capsule_setup import CapsuleProblem, CapsuleSetup
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.models.quantities import displaced
@@ -109,7 +109,7 @@ def manoeuvre(parameters: Parameters) -> LineManoeuvre:
 def on_line(motion: Any, parameters: Parameters) -> CapsuleProblem:
     """The problem of a `motion` whose slider stays on a line; raises ParameterError."""
     once = motion.single
-    (x, y), body = once.segment.start, once.capsule
+    (x, y), body = once.ends[0], once.capsule
     setup = CapsuleSetup(
         body,
         (x, y),
@@ -136,11 +136,6 @@ def change_line(parameters: Parameters, changes: Parameters) -> Parameters:
     return replaced(parameters, changes)
 
 
-def place(parameters: Parameters) -> tuple[float, float]:
+def place(parameters: Parameters) -> Point:
     """Position of the fixed slider relative to C [m]; raises ParameterError."""
-    slider: Any = parameters.get("slider", (0.0, 0.0))
-    try:
-        x, y = slider
-    except (TypeError, ValueError):
-        raise ParameterError("slider", slider, "a point (x, y)") from None
-    return finite("slider", x), finite("slider", y)
+    return point("slider", parameters.get("slider", (0.0, 0.0)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from plumbob.analytic.systems.capsule import longest_stroke
 from plumbob.analytic.systems.manoeuvres import mean_speed
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine
 from plumbob.engines.study.results import Study
@@ -20,7 +21,7 @@ def numbers(study: Study) -> Record | None:
         return None
     body = capsule(CHECK)
     holding = body.holding_acceleration
-    low, high = mean_speed.longest_stroke(body, 0.0)
+    low, high = longest_stroke(body, 0.0)
     pushed = mean_speed.fastest(body, PUSH * holding, STROKE)
     return Record(
         # of the check manoeuvre

@@ -44,7 +44,7 @@ def test_friction_balances_about_every_line_through_c(capsule, heading, along, a
 
 
 def test_validity_names_the_support_that_lifts():
-    assert validity(CHECK, (LINE.segment,)) == ()
+    assert validity(CHECK, LINE.ends) == ()
     # The turn of physics takes Q out of the triangle, and every support stays loaded.
     around = (Arc(0.12, 0.0, 7.0),)
     assert validity(CHECK, around) == ()

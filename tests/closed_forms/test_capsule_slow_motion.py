@@ -97,9 +97,9 @@ def test_a_repeated_motion_repeats_itself():
 
 def test_slow_return_goes_back_over_the_same_path():
     back = slow_return(LINE, 0.5)
-    assert back.segment.start == LINE.segment.end
-    np.testing.assert_allclose(back.segment.end, LINE.segment.start, atol=1e-17)
-    assert validity(CHECK, (back.segment,)) == ()
+    assert back.ends[0] == LINE.ends[1]
+    np.testing.assert_allclose(back.ends[1], LINE.ends[0], atol=1e-17)
+    assert validity(CHECK, back.ends) == ()
 
 
 @pytest.mark.parametrize(

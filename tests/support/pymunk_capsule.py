@@ -29,7 +29,7 @@ def problem_of(line):
     """A line manoeuvre in the form that engines take."""
     setup = CapsuleSetup(
         line.capsule,
-        line.segment.start,
+        line.ends[0],
         line.direction,
         press=line.capsule.gravity,
         relative_velocity=line.relative_velocity,

@@ -8,11 +8,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from plumbob.analytic.systems.capsule import normal_forces
+from plumbob.analytic.systems.capsule import longest_stroke, normal_forces
 from plumbob.analytic.systems.manoeuvres.mean_speed import (
     fastest,
     fastest_speed,
-    longest_stroke,
     mean_speed,
 )
 from plumbob.analytic.systems.manoeuvres.repeated_line import RepeatedLine

@@ -9,9 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, finite, positive
+from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, validity
+from plumbob.analytic.systems.capsule import Capsule, check_loads
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 
@@ -93,13 +93,9 @@ class LineManoeuvre(SingleMotion, LineMotion):
     kind: ClassVar[MotionKind] = "line"
 
     def __post_init__(self) -> None:
-        for name in ("w1", "w2", "t1"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
-        for name in ("direction", "start"):
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        check_fields(self, ("w1", "w2", "t1"), others=("capsule",))
         _ = self.closed
-        for breach in validity(self.capsule, (self.segment,)):
-            raise breach
+        check_loads(self.capsule, self.ends)
 
     @cached_property
     def closed(self) -> ClosedForm:

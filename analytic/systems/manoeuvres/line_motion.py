@@ -16,7 +16,7 @@ from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     NORMAL_FORCES,
     Capsule,
-    Segment,
+    Point,
     by_support,
     normal_force_uncertainty,
     normal_forces,
@@ -86,18 +86,18 @@ class LineMotion(LinearResponse):
         return np.array([math.cos(self.direction), math.sin(self.direction)])
 
     @property
-    def segment(self) -> Segment:
-        """The places that the slider covers, relative to C."""
+    def ends(self) -> tuple[Point, Point]:
+        """The ends of the slider's stroke, relative to C [m]."""
         x, y = (float(c) for c in self.unit)
         end = self.start + self.stroke
-        return Segment((self.start * x, self.start * y), (end * x, end * y))
+        return (self.start * x, self.start * y), (end * x, end * y)
 
     @cached_property
     def path(self) -> SliderPath:
         """The slider's path in the body over all repetitions."""
         pulled = [self.phases[0]]
         pulled += [b for a, b in pairwise(self.phases) if b.pull != a.pull]
-        ends, place = [phase.start for phase in pulled[1:]], self.segment.start
+        ends, place = [phase.start for phase in pulled[1:]], self.ends[0]
         if math.isfinite(self.period) or not ends:
             ends.append(self.period if ends else 0.0)
         pieces = tuple(
@@ -179,7 +179,7 @@ class LineMotion(LinearResponse):
         pulls = np.abs(self._table[3])
         pushes = self._table[7] * (capsule.mass_ratio * pulls + capsule.friction * capsule.gravity)
         (slid, slid_rate), (moved, rate) = self._magnitudes(pulls), self._magnitudes(pushes)
-        reach = math.hypot(*self.segment.start) + abs(self.stroke)
+        reach = math.hypot(*self.ends[0]) + abs(self.stroke)
         slack = normal_force_uncertainty(capsule, reach)
         slack = slack + steepest_load(capsule) * late * slid_rate * (self.count > 1)
         still = np.zeros_like(late)

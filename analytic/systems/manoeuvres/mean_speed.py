@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from plumbob.analytic.parameters import ParameterError, positive
-from plumbob.analytic.systems.capsule import Capsule, load_fractions
+from plumbob.analytic.parameters import positive
+from plumbob.analytic.systems.capsule import Capsule, longest_stroke
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
@@ -38,19 +36,6 @@ def fastest_speed(capsule: Capsule, stroke: float) -> float:
     ParameterError."""
     positive("friction", capsule.friction), positive("stroke", stroke)
     return _scale(capsule, stroke) / (2.0 * math.sqrt(2.0) + 4.0)
-
-
-def longest_stroke(capsule: Capsule, direction: float) -> tuple[float, float]:
-    """Where the slider's line at `direction` [rad] through C leaves the places with N_i > 0, from
-    C [m]: the ends of the longest stroke, which are themselves outside. Raises ParameterError where
-    C is outside the triangle."""
-    unit = (math.cos(direction), math.sin(direction))
-    at_centre, ahead = load_fractions(capsule, np.array([(0.0, 0.0), unit]))
-    if not at_centre.min() > 0.0:
-        raise ParameterError("supports", capsule.supports, "a triangle with C inside")
-    slopes = (ahead - at_centre) * capsule.mass_ratio
-    reach = [-fraction / slope for fraction, slope in zip(at_centre, slopes, strict=True) if slope]
-    return max(r for r in reach if r < 0.0), min(r for r in reach if r > 0.0)
 
 
 def fastest(capsule: Capsule, w1: float, stroke: float, direction: float = 0.0) -> LineManoeuvre:

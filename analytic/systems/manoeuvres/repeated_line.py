@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from plumbob.analytic.parameters import ParameterError, non_negative
+from plumbob.analytic.parameters import counting, non_negative
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
@@ -28,8 +28,7 @@ class RepeatedLine(LineMotion):
     kind: ClassVar[MotionKind] = "repeated-line"
 
     def __post_init__(self) -> None:
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
-            raise ParameterError("count", self.count, "a whole number of 1 or more")
+        counting("count", self.count)
         non_negative("pause", self.pause)
         _ = self.returning
 

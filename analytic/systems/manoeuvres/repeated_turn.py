@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from plumbob.analytic.parameters import ParameterError, non_negative
+from plumbob.analytic.parameters import ParameterError, counting, non_negative
 from plumbob.analytic.reference import Array
 from plumbob.analytic.systems.capsule import Capsule
 from plumbob.analytic.systems.capsule_motion import MotionKind
@@ -36,9 +36,7 @@ class RepeatedTurn:
     kind: ClassVar[MotionKind] = "plane"
 
     def __post_init__(self) -> None:
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
-            raise ParameterError("count", self.count, "a whole number, 1 or greater")
-        object.__setattr__(self, "pause", non_negative("pause", self.pause))
+        counting("count", self.count), non_negative("pause", self.pause)
         circles = self.manoeuvre.slider_angle / (2.0 * math.pi)
         if self.count == 1:
             return

@@ -15,11 +15,10 @@ from plumbob.analytic.reference import Array, LinearResponse
 from plumbob.analytic.systems.capsule import (
     Capsule,
     Point,
-    Segment,
     by_support,
+    check_loads,
     normal_force_uncertainty,
     normal_forces,
-    validity,
 )
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.slider_path import SliderPath, fixed
@@ -121,8 +120,7 @@ def coasting(
     + m) g R (Chernousko 2020, eq. 23 with v = w = 0).
     """
     positive("friction", capsule.friction)
-    for breach in validity(capsule, (Segment(slider, slider),)):
-        raise breach
+    check_loads(capsule, (slider,))
     if rate == 0.0:
         speed, direction = math.hypot(*velocity), math.atan2(velocity[1], velocity[0])
         deceleration = capsule.friction * capsule.gravity

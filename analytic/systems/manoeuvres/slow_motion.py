@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.systems.capsule import Capsule, validity
+from plumbob.analytic.parameters import ParameterError, check_fields, finite, positive
+from plumbob.analytic.systems.capsule import Capsule, check_loads
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import LineManoeuvre
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
@@ -41,13 +41,11 @@ class SlowStroke(SingleMotion, LineMotion):
     sliding_time: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("length", "direction", "start"):
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        check_fields(self, others=("capsule", "fraction", "there_and_back"))
         positive("friction", self.capsule.friction)
         proper_fraction("fraction", self.fraction)
         positive("duration", self.duration)
-        for breach in validity(self.capsule, (self.segment,)):
-            raise breach
+        check_loads(self.capsule, self.ends)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import finite
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, Point, Segment, normal_forces, validity
+from plumbob.analytic.systems.capsule import Capsule, Point, check_loads, normal_forces
 from plumbob.analytic.systems.capsule_motion import MotionKind, SingleMotion
 from plumbob.analytic.systems.manoeuvres.line_motion import LineMotion, Phase
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
@@ -53,13 +53,12 @@ class TiltedHold(SingleMotion, LineMotion):
 
     def __post_init__(self) -> None:
         tilted_gravity(self.capsule, self.fraction, self.direction)
-        for breach in validity(self.capsule, (self.segment,)):
-            raise breach
+        check_loads(self.capsule, self.ends)
 
     @property
-    def segment(self) -> Segment:
-        """The slider's place."""
-        return Segment(self.slider, self.slider)
+    def ends(self) -> tuple[Point, Point]:
+        """The slider's place, twice."""
+        return self.slider, self.slider
 
     @property
     def angle(self) -> float:

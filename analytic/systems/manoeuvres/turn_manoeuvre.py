@@ -16,7 +16,7 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, normal_forces, validity
+from plumbob.analytic.systems.capsule import ROUNDOFF, Capsule, Path, check_loads, normal_forces
 from plumbob.analytic.systems.slider_path import SliderPath, arc_stroke, fixed
 from plumbob.analytic.systems.three_points.equations import Complex
 from plumbob.analytic.systems.three_points.friction import Start, three_point_motion
@@ -70,8 +70,7 @@ class TurnManoeuvre:
         finite("start", self.start)
         if finite("angular_acceleration", self.angular_acceleration) == 0.0:
             raise ParameterError("angular_acceleration", 0.0, "other than 0")
-        for breach in validity(self.capsule, self.track):
-            raise breach
+        check_loads(self.capsule, self.track)
 
     @property
     def inertia(self) -> float:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from plumbob.analytic.parameters import ParameterError
-from plumbob.analytic.systems.capsule import Capsule, Segment, validity
+from plumbob.analytic.systems.capsule import Capsule, check_loads
 from plumbob.analytic.systems.planner.lines import strokes
 from plumbob.analytic.systems.planner.manoeuvre import Manoeuvre, Passage
 from plumbob.analytic.systems.planner.problem import (
@@ -56,8 +56,7 @@ def plan(
             raise ParameterError("heading", pose.heading, f"within ±{LARGEST_HEADING:g} rad")
     empty = Plan(capsule, start, goal, limits, track, (), legs, arc, segments)
     rails = empty.rails
-    for breach in validity(capsule, (Segment(start.slider, goal.slider),)):
-        raise breach
+    check_loads(capsule, (start.slider, goal.slider))
     plan = replace(empty, manoeuvres=_arranged(rails, start, goal))
     away, turned = plan.error
     if max(away, turned) > CLOSED:

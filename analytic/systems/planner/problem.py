@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from plumbob.analytic.parameters import ParameterError, finite, positive
-from plumbob.analytic.systems.capsule import Capsule, Point
+from plumbob.analytic.parameters import ParameterError, check_fields, counting
+from plumbob.analytic.systems.capsule import Capsule, Point, point
 from plumbob.analytic.systems.manoeuvres.slow_motion import proper_fraction
 
 FULL_CIRCLE = 2.0 * math.pi
@@ -24,13 +24,8 @@ class RestPose:
     slider: Point = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name in ("x", "y", "heading"):
-            object.__setattr__(self, name, finite(name, getattr(self, name)))
-        try:
-            x, y = self.slider
-        except (TypeError, ValueError):
-            raise ParameterError("slider", self.slider, "a point (x, y)") from None
-        object.__setattr__(self, "slider", (finite("slider", x), finite("slider", y)))
+        check_fields(self, others=("slider",))
+        object.__setattr__(self, "slider", point("slider", self.slider))
 
     @property
     def place(self) -> complex:
@@ -64,12 +59,9 @@ class Limits:
     manoeuvres: int = 200
 
     def __post_init__(self) -> None:
-        for name in ("acceleration", "stroke", "radius"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
-        object.__setattr__(self, "holding", proper_fraction("holding", self.holding))
-        if isinstance(self.manoeuvres, bool) or not isinstance(self.manoeuvres, int):
-            raise ParameterError("manoeuvres", self.manoeuvres, "a whole number")
-        positive("manoeuvres", self.manoeuvres)
+        lengths = ("acceleration", "stroke", "radius")
+        check_fields(self, lengths, others=("holding", "manoeuvres"))
+        proper_fraction("holding", self.holding), counting("manoeuvres", self.manoeuvres)
         if self.manoeuvres > MOST:
             need = f"at most {MOST}: the exact motion of each takes some hundredths of a second"
             raise ParameterError("manoeuvres", self.manoeuvres, need)

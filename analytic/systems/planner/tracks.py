@@ -19,10 +19,8 @@ from plumbob.analytic.systems.capsule import (
     Arc,
     Capsule,
     Point,
-    Segment,
     direction_to,
-    load_fractions,
-    load_slopes,
+    longest_stroke,
     validity,
 )
 from plumbob.analytic.systems.manoeuvres.line_manoeuvre import ClosedForm, closed_form
@@ -120,7 +118,7 @@ class Track:
 
     def __post_init__(self) -> None:
         positive("friction", self.capsule.friction)
-        if validity(self.capsule, (Segment((0.0, 0.0), (0.0, 0.0)),)):
+        if validity(self.capsule, ((0.0, 0.0),)):
             need = "such that C is inside their triangle"
             raise ParameterError("supports", self.capsule.supports, need)
         for breach in validity(self.capsule, (Arc(self.limits.radius, *(self.arc or (0.0, 7.0))),)):
@@ -135,8 +133,7 @@ class Track:
                 need = "[direction, from, to] each, `from` and `to` apart"
                 raise ParameterError("segments", lines, need)
             ends = (rail.place(along).point for along in (rail.low, rail.high))
-            low, high = ((end.real, end.imag) for end in ends)
-            for breach in validity(self.capsule, (Segment(low, high),)):
+            for breach in validity(self.capsule, [(end.real, end.imag) for end in ends]):
                 need = f"where every support stays pressed ({breach})"
                 raise ParameterError("segments", lines, need)
 
@@ -226,11 +223,9 @@ class Track:
     def _any_rail(self, direction: float) -> Rail:
         """A rail in that direction [rad], on which no support load falls below a part of what it is
         with the slider at C."""
-        load = load_fractions(self.capsule, np.zeros((1, 2)))[0] * self.capsule.weight
-        falls = -load_slopes(self.capsule, direction) / ((1.0 - LEAST_LOAD) * load)
-        ahead, behind = 1.0 / float(falls.max()), -1.0 / float(falls.min())
-        length = min(self.limits.stroke, ahead + behind)
-        high = min(max(0.5 * length, length - behind), ahead)
+        behind, ahead = longest_stroke(self.capsule, direction, LEAST_LOAD)
+        length = min(self.limits.stroke, ahead - behind)
+        high = min(max(0.5 * length, length + behind), ahead)
         return Rail(direction, high - length, high)
 
     def route(self, begin: Place, end: Place) -> tuple[Manoeuvre, ...]:

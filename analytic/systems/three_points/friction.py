@@ -16,7 +16,7 @@ import numpy as np
 from plumbob.analytic.numerics.collocation import radau_collocation
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.capsule import Capsule, validity
+from plumbob.analytic.systems.capsule import Capsule, check_loads
 from plumbob.analytic.systems.slider_path import SliderPath, StraightPiece
 from plumbob.analytic.systems.three_points.equations import (
     Configuration,
@@ -81,8 +81,7 @@ def three_point_motion(
     `nodes` and `tolerance` set the discretisation (see `radau_collocation`). Raises
     ParameterError where a support would lose contact, or if the body would never stop.
     """
-    for error in validity(capsule, path.track()):
-        raise error
+    check_loads(capsule, path.track())
     if capsule.friction == 0.0:
         raise ParameterError("friction", 0.0, "greater than 0 for the body to stop")
     body = mechanics(capsule)

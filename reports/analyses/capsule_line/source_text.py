@@ -52,7 +52,7 @@ def hard_brake(line: LineManoeuvre, factor: float = HARD) -> Record:
     """The exact motion with w2 `factor` times f g/mu, 1 < `factor`: at t* the body turns round."""
     body, limit = line.capsule, line.capsule.holding_acceleration
     w2, resistance = factor * limit, body.friction * body.gravity
-    path = line_stroke(line.segment.start, line.direction, line.w1, w2, line.t1)
+    path = line_stroke(line.ends[0], line.direction, line.w1, w2, line.t1)
     motion = three_point_motion(body, path)
     push, brake = body.mass_ratio * line.w1 - resistance, body.mass_ratio * w2 + resistance
     t_star = line.t1 * (1.0 + push / brake)

@@ -47,8 +47,8 @@ def numbers(study: Study) -> Record | None:
 
 def _motion(motion: LineManoeuvre) -> Record:
     """Whether a motion is as the source assumes, and its smallest normal force over the weight."""
-    lowest, _ = lowest_normal_forces(motion.capsule, (motion.segment,))
-    assumed = source_assumption(motion.capsule, (motion.segment,))
+    lowest, _ = lowest_normal_forces(motion.capsule, motion.ends)
+    assumed = source_assumption(motion.capsule, motion.ends)
     smallest = float(np.min(lowest)) / motion.capsule.weight
     return Record(
         com_inside=assumed.com_inside, slider_inside=assumed.slider_inside, lowest=smallest
