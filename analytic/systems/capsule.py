@@ -154,9 +154,7 @@ def load_slopes(capsule: Capsule, direction: float) -> Array:
     return np.asarray([math.cos(direction), math.sin(direction)] @ load_gradient(capsule))
 
 
-def longest_stroke(
-    capsule: Capsule, direction: float, least: float = 0.0
-) -> tuple[float, float]:
+def longest_stroke(capsule: Capsule, direction: float, least: float = 0.0) -> tuple[float, float]:
     """Where the slider's line at `direction` [rad] through C leaves the places with every N_i above
     `least` of what it is with the slider at C, from C [m]: the ends of the longest stroke, which
     are themselves outside. Raises ParameterError where C is outside the triangle."""
