@@ -24,33 +24,32 @@ MOVED = 1e-9  # of an error, beside what rounding explains: the same code gives 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print what moved; 1 when a verdict did, or an error grew by more than is allowed."""
-    above = math.inf if chosen.above is None else values.fraction("fail-above", chosen.above)
     file = None if chosen.page is None else html_file("page", chosen.page)
     old, new = _study("OLD", chosen.old), _study("NEW", chosen.new)
     moved = _moved(old, new)
-    made = old.provenance, new.provenance
     versions = moved.pop("versions")
     rows = [row for part in moved.values() for row in part]
-    both_made = dict(zip(("old", "new"), made, strict=True))
-    every = [*versions, *rows]
-    values.show(chosen, every, "compare", made=both_made, versions=versions, moved=rows)
+    above = math.inf if chosen.above is None else chosen.above
     grown = sum(row["growth"] is not None and row["growth"] > above for row in rows)
+    growth = {"above": chosen.above, "grown": grown}
+    page: Path | None = None
     if file:
-        from plumbob.reports.view.site.comparison import Comparison, write_comparison
+        from plumbob.reports.view.site.comparison import write_comparison
 
-        ran = [{(c.scene, c.method) for c in study.convergence} for study in (old, new)]
-        names, both = (chosen.old, chosen.new), sorted(ran[0] & ran[1])
-        of = Comparison(
-            names=names, made=made, both=both, above=chosen.above or "", grown=grown, **moved
-        )
-        page = write_comparison(of, file, chosen.line)
-        if not chosen.json:
-            print(f"page: {page}")
-    if moved["verdicts"]:
-        return 1
-    if grown and not chosen.json:
-        print(f"{grown} errors have grown by more than {chosen.above}")
-    return 1 if grown else 0
+        studies = [(chosen.old, old), (chosen.new, new)]
+        page = write_comparison(file, studies, moved, chosen.line, **growth)
+    values.show(
+        chosen,
+        [*versions, *rows],
+        "compare",
+        made={"old": old.provenance, "new": new.provenance},
+        moved=rows,
+        versions=versions,
+        verdicts=moved["verdicts"],
+        page=page,
+        **growth,
+    )
+    return 1 if moved["verdicts"] or grown else 0
 
 
 def _study(name: str, text: str) -> Study:
@@ -84,8 +83,9 @@ def _moved(old: Study, new: Study) -> dict[str, list[dict[str, Any]]]:
             if abs(grown) <= MOVED * past + blurred + blurs:
                 continue
             growth = grown / past if past > 0.0 else math.inf
-            was, now = past, largest
-        moved[kind].append(_row(pair, what, was, now, growth))
+            was, now = f"{past:.6g}", f"{largest:.6g}"
+        row = {"scene": pair[0], "method": pair[1], "what": what, "old": was, "new": now}
+        moved[kind].append(row | {"growth": growth})
     return moved
 
 
@@ -106,10 +106,3 @@ def _facts(study: Study) -> Iterator[tuple[tuple[str, Key, str], Any]]:
             for name, error in run.errors.items():
                 rounded = round_off(run, name, units)
                 yield ("errors", pair, f"{name} error at {run.step:g}"), (error.largest, rounded)
-
-
-def _row(pair: Key, what: str, old: Any, new: Any, growth: float | None = None) -> dict[str, Any]:
-    """A line of the answer; `growth` is that of an error, relative to the old one."""
-    short = (f"{v:.6g}" if isinstance(v, float) else v for v in (old, new))
-    keys = ("scene", "method", "what", "old", "new", "growth")
-    return dict(zip(keys, (*pair, what, *short, growth), strict=True))
