@@ -90,22 +90,15 @@ def answers(study: Study, record: StudyRecord, every: Results) -> Sequence[View]
             continue
         costs = _costs(study, [scene for scene, _ in ran], methods)
         ratios = {n: notation.number(ns / costs[default], 2) for n, ns in costs.items()}
+        turning = last if last in ratios else better
         sentences = paragraphs(
             name.replace("-", "_"),
             methods=methods,
-            scenes=len(first),
-            usual=_largest(first, default)[1],
-            most=_largest(first, better)[1],
-            usual_range=_range(first, default),
-            range=_range(first, better),
-            turning=_largest(usual, last) if last in ratios else (),
+            usual=_by_error(first, default),
+            best=_by_error(first, better),
+            turning=_by_error(usual, turning),
             ratios=ratios,
-            apart=[scene for scene, _ in apart],
-            largest=[
-                (*_largest(apart, method), method)
-                for method in (last if last in ratios else better, default)
-                if apart
-            ],
+            apart=[(method, _by_error(apart, method)) for method in (turning, default) if apart],
         )
         pasted = to_copy(record.settings[better], heading, ratios.get(better, ""))
         shown.append(View(name=name, title=title, sentences=sentences, pasted=pasted))
@@ -123,15 +116,9 @@ def _ran(every: Results, scenes: Sequence[Scene], methods: Sequence[str]) -> lis
     return ran
 
 
-def _largest(ran: Sequence[Ran], method: str) -> tuple[Scene, Shown]:
-    """The largest error of a method, and the scene that it has it on."""
-    return max(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
-
-
-def _range(ran: Sequence[Ran], method: str) -> Sequence[str]:
-    """The smallest and the largest error of a method, or one where they are the same."""
-    ends = [end((of[method] for _, of in ran), key=lambda at: at.error) for end in (min, max)]
-    return list(dict.fromkeys(at.text for at in ends))
+def _by_error(ran: Sequence[Ran], method: str) -> list[tuple[Scene, Shown]]:
+    """The errors of a method, the largest last, each with its scene."""
+    return sorted(((scene, of[method]) for scene, of in ran), key=lambda pair: pair[1].error)
 
 
 def _costs(study: Study, scenes: Sequence[Scene], methods: Sequence[str]) -> Mapping[str, float]:
