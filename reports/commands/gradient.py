@@ -20,6 +20,8 @@ from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.stability import measured
 from plumbob.reports.judge.gradients import study_gradients
 from plumbob.reports.judge.searches import unexpected
+from plumbob.reports.view.tables import table
+from plumbob.reports.view.terminal import aligned
 
 INCOMPLETE = 3
 
@@ -32,12 +34,9 @@ def command(chosen: argparse.Namespace) -> int:
         case = case_of(find_scene(chosen.scene, changed))
         searches = [s for method in methods for s in _searches(chosen, case, method, changed)]
         judged = list(study_gradients(measured(chosen, methods, searches)))
-    if chosen.json:
-        values.print_json([of.record() for of in judged])
-    else:
-        from plumbob.reports.view.gradients import lines
-
-        print(*lines(judged), sep="\n")
+    records = [of.record() for of in judged]
+    shown = aligned(table("gradients", records=records))
+    values.show(chosen, records, "gradient", rows=shown, judged=judged)
     if unexpected(judged):
         return 1
     missing = dict.fromkeys(e.package for m in methods if not installed(e := engine_of(m)))

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from plumbob.engines.study.measurement import Measurement
     from plumbob.engines.study.scheduler import Progress
     from plumbob.reports.advice.advice import Answer, Run
-    from plumbob.reports.advice.recommend import Choice, Recommendation
     from plumbob.reports.advice.user_settings import UserResult
 
 FILE = "recommend.sqlite3"  # what this command has run, beside the studies of `validate`
@@ -166,20 +165,9 @@ def _show(
         "recommend",
         answer=answer.recommendation,
         asked=asked,
-        named=_named(answer.recommendation),
         cut_short=answer.cut_short,
         made=made,
         engines=dict.fromkeys(method.engine for method in study.methods),
         results=results,
         factor=cost_factor,
     )
-
-
-def _named(answer: Recommendation) -> list[tuple[str, Choice]]:
-    """Choices, each with what it is."""
-    named = {answer.choice: "use", answer.runner_up: "runner-up", answer.best: "the best:"}
-    for choice in answer.by_engine:
-        named.setdefault(choice, f"in {choice.method.partition('/')[0]}")
-    named[answer.surrogate] = "surrogate"
-    rows = [(name, choice) for choice, name in named.items() if choice]
-    return [*rows, *(("at 0.002 s", choice) for choice in answer.defaults)]

@@ -23,14 +23,14 @@ def command(chosen: argparse.Namespace) -> int:
     if study is None:
         raise ParameterError("study", chosen.study, f"the number of a study in {chosen.out}")
     from plumbob.reports.view.page import written
-    from plumbob.reports.view.site.writing import publish, render, write_page
+    from plumbob.reports.view.site.writing import content, one_file, write_page
 
+    if single:
+        print(written(one_file(content(study)), single.parent, single.name))
+        return 0
+    print(write_page(study, public or Path(chosen.out)))
     if public:
-        print(publish(study, public))
-    elif single is None:
-        print(write_page(study, Path(chosen.out)))
-    else:
-        print(written(render(study), single.parent, single.name))
+        written("", public, ".nojekyll")  # GitHub Pages then serves the files as they are
     return 0
 
 

@@ -17,6 +17,8 @@ from plumbob.engines.study.stability import StabilitySearch
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.judge.long_runs import JudgedLongRun, judged_long_run
 from plumbob.reports.judge.stability import JudgedLimit, study_limits
+from plumbob.reports.view.stability import table, write_page
+from plumbob.reports.view.terminal import aligned
 
 if TYPE_CHECKING:
     from plumbob.engines.method import Method
@@ -36,20 +38,11 @@ def command(chosen: argparse.Namespace) -> int:
         methods = tuple(m for m in methods if installed(engine_of(m)))
     study = _measured(chosen, scenes, methods)
     judged = list(_judged(study))
-    page = None
-    if chosen.out:
-        from plumbob.reports.view.stability import write_page
-
-        page = write_page(judged, study.provenance, Path(chosen.out))
-    if chosen.json:
-        values.print_json([one.record() for one in judged])
-    else:
-        from plumbob.reports.view.stability import lines
-
-        print(*lines(judged), sep="\n")
-        if page:
-            print(f"page: {page}")
-    if any(one.surprise for one in judged):
+    page = chosen.out and write_page(judged, study.provenance, Path(chosen.out))
+    records, shown = [of.record() for of in judged], aligned(table(judged))
+    surprises = [(record, of) for record, of in zip(records, judged, strict=True) if of.surprise]
+    values.show(chosen, records, "stability", rows=shown, surprises=surprises, page=page)
+    if surprises:
         return 1
     return 0 if all(installed(engine_of(m)) for m in methods) else INCOMPLETE
 

@@ -69,30 +69,28 @@ def written(
 
 def _filled(empty: Finding, section: str, template: str, parts: Parts) -> Finding:
     """A finding with the title, the paragraphs and the parts of a section of text."""
-    title, *blocks = re.split(r"\n(?:[ \t]*\n)+", section.strip())
-    paragraphs, figures, statements = list[str](), list[Figure](), list[Statement]()
-    tables = list[Table | None]()
-    for block in map(str.strip, blocks):
-        part = parts.made.get(block)
-        if isinstance(part, Figure):
-            figures.append(part)
-        elif isinstance(part, Statement):
-            statements.append(part)
-        elif block.startswith(("table: ", "folded table: ")):
+    title, *texts = re.split(r"\n(?:[ \t]*\n)+", section.strip())
+    blocks = [parts.made.get(block, block) for block in map(str.strip, texts) if block]
+    statements = [
+        block if isinstance(block, Statement) else _statement(str(block), template)
+        for block in blocks
+        if isinstance(block, Statement) or str(block).startswith("statement: ")
+    ]
+    tables, paragraphs = list[Table](), list[str]()
+    for block in blocks:
+        if block == "statements as a table":
+            tables.append(table("statements", statements=statements))
+        elif isinstance(block, str) and block.startswith(("table: ", "folded table: ")):
             tables.append(table_of(block, parts))
-        elif block == "statements as a table":
-            tables.append(None)
-        elif block.startswith("statement: "):
-            statements.append(_statement(block, template))
-        elif block:
+        elif isinstance(block, str) and not block.startswith("statement: "):
             paragraphs.append(_line(block))
     return replace(
         empty,
         title=_line(title),
         summary=paragraphs[0] if paragraphs else "",
         paragraphs=tuple(paragraphs[1:]),
-        tables=tuple(made or table("statements", statements=statements) for made in tables),
-        figures=tuple(figures),
+        tables=tuple(tables),
+        figures=tuple(block for block in blocks if isinstance(block, Figure)),
         statements=tuple(statements),
     )
 

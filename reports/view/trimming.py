@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from plumbob.analytic.schemes import Scheme
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.method import Method, meant
 from plumbob.engines.study.cost import Cost
@@ -19,29 +20,23 @@ ENGINE = "mujoco"  # whose models have parts and stages to leave out
 
 def requests(plan: StudyPlan) -> Sequence[TrimmingRun]:
     """The timings that the tables of a plan's scenes show."""
-    return [
-        request
-        for scene in plan.scenes
-        for request in _of_scene(scene, [m for m in plan.methods if meant(m, scene)])
-    ]
+    return [request for scene in plan.scenes for request in _of_scene(scene, plan.methods)]
 
 
 def _of_scene(scene: Scene, methods: Sequence[Method]) -> list[TrimmingRun]:
     """A timing of one method of each scheme, at the middle one of the scene's steps."""
-    schemes = {m.scheme: m for m in reversed(methods) if m.engine == ENGINE}
+    schemes: dict[Scheme, str] = {}
+    for m in methods:
+        if m.engine == ENGINE and meant(m, scene):
+            schemes.setdefault(m.scheme, m.name)
     step = scene.steps[len(scene.steps) // 2]
-    return [
-        TrimmingRun(scene.name, m.name, step, STEPS, REPEATS)
-        for m in methods
-        if m in schemes.values()
-    ]
+    return [TrimmingRun(scene.name, name, step, STEPS, REPEATS) for name in schemes.values()]
 
 
 def trimming(study: Study, scene: Scene) -> Table | None:
     """Cost of a step with everything in, with stages disabled, and without unfelt geoms too, for
     one method of each scheme; None where MuJoCo does not run the scene."""
-    asked = _of_scene(scene, [m for m in study.methods if meant(m, scene)])
-    timings = [(request.method, study.answer(request)) for request in asked]
+    timings = [(asked.method, study.answer(asked)) for asked in _of_scene(scene, study.methods)]
     done = [(method, timed) for method, timed in timings if timed]
     if not done:
         return None

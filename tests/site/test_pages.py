@@ -14,7 +14,7 @@ from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.results import Analysed
 from plumbob.reports.cli import main
 from plumbob.reports.view.site import writing
-from plumbob.reports.view.site.writing import render, site, write_page
+from plumbob.reports.view.site.writing import content, one_file, site, write_page
 from plumbob.tests.site.whole_profile import small
 from plumbob.tests.support.page_document import (
     Document,
@@ -114,7 +114,10 @@ def test_markup_from_outside_is_escaped(tmp_path):
         )
     )
     index = write_page(hostile, tmp_path)
-    for text in (*(file.read_text("utf-8") for file in site_files(index)), render(hostile)):
+    for text in (
+        *(file.read_text("utf-8") for file in site_files(index)),
+        one_file(content(hostile)),
+    ):
         tags = [tag for tag in re.findall(r"<img[^>]*>", text) if "loading=" not in tag]
         assert tags == []
         assert HOSTILE not in text

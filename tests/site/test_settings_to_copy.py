@@ -9,7 +9,7 @@ import pytest
 from plumbob.engines.registry import method as find_method
 from plumbob.reports.cli import main
 from plumbob.reports.view.page import written
-from plumbob.reports.view.site.writing import render
+from plumbob.reports.view.site.writing import content, one_file
 from plumbob.tests.support.browser import visited
 from plumbob.tests.support.studies import made_up, recorded
 
@@ -45,7 +45,7 @@ CLIPBOARDS = {
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     study = made_up([(find_method(name), (1e-3, 1e-4), lambda h: h) for name in METHODS])
-    text = render(recorded(study))
+    text = one_file(content(recorded(study)))
     # Without plots, and so without plotly, which would take longer to load than all the rest.
     text, count = re.subn(r'class="area\b', 'class="left-out', text)
     assert count > 0

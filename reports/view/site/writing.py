@@ -81,22 +81,9 @@ def site(content: Content, folder: Path) -> Path:
     return written(index, folder, NAME)
 
 
-def publish(study: Study, folder: Path) -> Path:
-    """Write the site of `study` as `folder`, an empty one or none yet, for a static host, and
-    return the path of its index. Raises as `write_page`."""
-    page = site(content(study), folder)
-    written("", folder, ".nojekyll")  # GitHub Pages then serves the files as they are
-    return page
-
-
-def render(study: Study) -> str:
-    """The whole site of `study` as one HTML file: a function of what is stored, which runs no
-    engine. The pages beside the index stand in templates, which our script shows."""
-    return one_file(content(study))
-
-
 def one_file(content: Content) -> str:
-    """The same of a content that is there already."""
+    """The whole site of a study as one HTML file: a function of what is stored, which runs no
+    engine. The pages beside the index stand in templates, which our script shows."""
     common = content.common
     inside = [
         (name, filled(template, shared="", single=True, frame=BARE, **common, **values))
