@@ -68,29 +68,22 @@ def broken(group: str, wrong: Wrong, name: str) -> str:
 
 def _addition(name: str, several: tuple[metadata.EntryPoint, ...], wrong: Wrong) -> Addition:
     packages = [f"{p.dist.name} {p.dist.version}" if p.dist else p.module for p in several]
-    loaded, output = None, ""
+    loaded, reason, printed = None, "", [""]
     if len(several) > 1:
         reason = f"more than one package adds {name!r}: {', '.join(packages)}"
     else:
-        loaded, reason, output = _loaded(several[0])
-        reason = reason or _one_line(wrong(loaded, name))
+        with captured() as printed:
+            try:
+                loaded = several[0].load()
+            except (Exception, SystemExit) as error:
+                reason = f"{type(error).__name__} on import: {error}"
+        reason = _one_line(reason or wrong(loaded, name))
     if reason:
         print(f"plumbob: {packages[0]} is left out: {reason}", file=sys.stderr)
         return Addition(packages[0], None, reason)
-    if output:
+    if output := _one_line(printed[0]):
         print(f"plumbob: {packages[0]} prints when it is imported: {output}", file=sys.stderr)
     return Addition(packages[0], loaded)
-
-
-def _loaded(point: metadata.EntryPoint) -> tuple[Any, str, str]:
-    """The object of an entry point, why it cannot be loaded, and the output of its import."""
-    loaded, reason = None, ""
-    with captured() as output:
-        try:
-            loaded = point.load()
-        except (Exception, SystemExit) as error:
-            reason = f"{type(error).__name__} on import: {error}"
-    return loaded, _one_line(reason), _one_line(output[0])
 
 
 @contextmanager

@@ -20,8 +20,7 @@ class Response:
     """Solutions w(t) along an orbit, one for each column of the forcing."""
 
     orbit: TimeGrid
-    starts: Array  # w at the start of each step, shape (steps, d, columns)
-    end: Array  # w at the end of the last step, shape (d, columns)
+    states: Array  # w at the breakpoints, shape (steps + 1, d, columns)
     slopes: Array  # w' at the nodes of each step, shape (steps, stages, d, columns)
 
     @property
@@ -38,21 +37,22 @@ class Response:
         length = np.diff(self.orbit.breakpoints)[step]
         weights = self._rule.integral_to((times - self.orbit.breakpoints[step]) / length)
         gained = (length[:, None] * weights)[:, None] @ _flat(self.slopes)[step]
-        return self.starts[step] + gained.reshape(-1, *self.end.shape)
+        return self.states[step] + gained.reshape(-1, *self.states.shape[1:])
 
     def followed_by(self, other: Response) -> Response:
         """This response and the `other`, which begins where it ends."""
-        edges = np.concatenate([self.orbit.breakpoints, other.orbit.breakpoints[1:]])
-        starts = np.concatenate([self.starts, other.starts])
-        slopes = np.concatenate([self.slopes, other.slopes])
-        return Response(TimeGrid(edges), starts, other.end, slopes)
+        return Response(
+            TimeGrid(np.append(self.orbit.breakpoints, other.orbit.breakpoints[1:])),
+            np.concatenate([self.states, other.states[1:]]),
+            np.concatenate([self.slopes, other.slopes]),
+        )
 
     def at_nodes(self, derivative: int = 0) -> Array:
         """Values, or time derivatives of the order given, at the nodes of all steps, shape
         (steps, stages, d, columns)."""
         if derivative == 0:
             gained = (self._rule.integral @ _flat(self.slopes)).reshape(self.slopes.shape)
-            return self.starts[:, None] + self._lengths * gained
+            return self.states[:-1, None] + self._lengths * gained
         values = _flat(self.slopes)
         for _ in range(derivative - 1):
             values = self._rule.derivative @ values / self._lengths[..., 0]
@@ -68,8 +68,7 @@ def together(responses: Sequence[Response]) -> Response:
     """Responses along one orbit as one, with the columns of all."""
     return Response(
         responses[0].orbit,
-        np.concatenate([response.starts for response in responses], axis=-1),
-        np.concatenate([response.end for response in responses], axis=-1),
+        np.concatenate([response.states for response in responses], axis=-1),
         np.concatenate([response.slopes for response in responses], axis=-1),
     )
 
@@ -97,9 +96,8 @@ class LinearFlow:
         forced, states = self._solved(forcing), [start]
         for across, gained in zip(self.transitions, self._across(forced), strict=True):
             states.append(across @ states[-1] + gained)
-        starts = np.array(states)
-        slopes = forced + self._free @ starts[:-1, None]
-        return Response(self.grid, starts[:-1], starts[-1], slopes)
+        slopes = forced + self._free @ np.array(states[:-1])[:, None]
+        return Response(self.grid, np.array(states), slopes)
 
     def _across(self, slopes: Array) -> Array:
         """The sum that a step adds, (steps, d, columns), with these slopes at its nodes."""

@@ -15,11 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plumbob.analytic.numerics.arithmetic import ULP, rounded_inputs
+from plumbob.analytic.numerics.arithmetic import ROUNDOFF, ULP, rounded_inputs
 from plumbob.analytic.parameters import ParameterError, check_fields
 from plumbob.analytic.reference import Array, LinearResponse
 
 ROUNDINGS = 8.0  # of each parameter
+TINY = 1e-300  # of a speed: no double shows it
 
 
 @dataclass(frozen=True)
@@ -51,30 +52,26 @@ class BouncingBall(LinearResponse):
         e = self.restitution
         return self.fall * (1.0 + e) / (1.0 - e) if e < 1.0 else math.inf
 
+    @property
+    def _within(self) -> float:
+        """e, or next to it where it is 0 or 1."""
+        return min(max(self.restitution, TINY), 1.0 - ROUNDOFF)
+
     def impacts(self, counts: Array) -> tuple[Array, Array]:
         """Times [s] of the impacts of these numbers, from 1 on, shape (n,), and heights [m] of the
         flights that follow."""
-        e, flights = self.restitution, counts - 1.0
-        if e == 1.0:
-            between = flights
-        elif e == 0.0:
-            between = np.where(flights > 0.0, 0.0, flights)
-        else:  # e (1 - e^(n-1))/(1 - e): no term of a sum is lost near e = 1
-            between = -e * np.expm1(flights * math.log(e)) / (1.0 - e)
+        # e (1 - e^(n-1))/(1 - e): no term of a sum is lost near e = 1
+        e = self._within
+        between = -e * np.expm1((counts - 1.0) * math.log(e)) / (1.0 - e)
         return self.fall * (1.0 + 2.0 * between), self.height * e ** (2.0 * counts)
 
     def _flight(self, times: Array) -> tuple[Array, Array]:
         """Time [s] since the last impact, or the top before the first, and the speed then [m/s]; no
         number at rest."""
-        e, begun = self.restitution, times / self.fall
+        e, begun = self._within, times / self.fall
         with np.errstate(all="ignore"):
-            if e == 1.0:
-                counts = np.floor((1.0 + begun) / 2.0)
-            else:  # e^n is what is left of the time to t_inf
-                left = -(1.0 - e) * (1.0 + begun) / 2.0
-                counts = np.floor(
-                    np.log1p(left) / math.log(e) if e else np.where(begun < 1, 0, np.nan)
-                )
+            left = -(1.0 - e) * (1.0 + begun) / 2.0  # e^n is what is left of the time to t_inf
+            counts = np.floor(np.log1p(left) / math.log(e))
             counts = np.maximum(np.where(begun < 1.0, 0.0, counts), 0.0)
             counts += self.impacts(counts + 1.0)[0] <= times  # rounding may be one impact off
             counts -= (counts > 0.0) & (self.impacts(counts)[0] > times)

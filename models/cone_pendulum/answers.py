@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,6 +14,16 @@ from plumbob.models.scene import Observable
 
 PHASE = Observable("phase", "rad")
 MOMENTUM = Observable("momentum", "kg m^2/s")
+ENERGIES = MappingProxyType(
+    {
+        "T_translation": "translation",
+        "T_coupling": "coupling",
+        "T_rotation": "rotation",
+        "U": "gravity",
+        "T_plus_U": "total",
+        "work_of_drive": "work",
+    }
+)
 
 
 def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]:
@@ -23,12 +34,7 @@ def over_time(problem: ConePendulum, times: Array) -> Mapping[Observable, Array]
     return {
         PHASE: problem.motion.phase(times),
         MOMENTUM: problem.body.inertia_x * observed["theta_dot"][1:],
-        Observable("T_translation", "J"): along.translation[1:],
-        Observable("T_coupling", "J"): along.coupling[1:],
-        Observable("T_rotation", "J"): along.rotation[1:],
-        Observable("U", "J"): along.gravity[1:],
-        Observable("T_plus_U", "J"): along.total[1:],
-        Observable("work_of_drive", "J"): along.work[1:],
+        **{Observable(name, "J"): getattr(along, part)[1:] for name, part in ENERGIES.items()},
     }
 
 

@@ -105,9 +105,7 @@ def _above(response: Response, levels: Array) -> Response:
     """The parts of a response that somewhere exceed these, and zero for the others."""
     sizes = np.abs(response.at_nodes()).max(axis=(0, 1, 3))
     kept = (sizes > levels).astype(float)[:, None]
-    return Response(
-        response.orbit, response.starts * kept, response.end * kept, response.slopes * kept
-    )
+    return Response(response.orbit, response.states * kept, response.slopes * kept)
 
 
 def _derivatives(lower: Mapping[int, Response], m: int) -> list[Array]:

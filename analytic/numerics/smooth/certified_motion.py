@@ -47,7 +47,7 @@ class _Track:
     """A motion as far as it is known; d numbers of state, c inputs."""
 
     step: float  # [s], the next one's
-    solution: Response | None  # the first method's, shape (d, 1)
+    solution: Response | None  # the first method's, shape (d,)
     end: Array  # its last state, shape (d,)
     response: Array  # of that by each input and, in the last column, the difference, (d, c + 1)
     size: Array  # largest magnitudes so far, shape (d,)
@@ -75,13 +75,13 @@ class CertifiedMotion:
         """Coordinates and rates at `times` [s], shape (n,), by name."""
         solution = self._until(times).solution
         assert solution is not None
-        return self.system.observed(solution.at(np.asarray(times))[:, :, 0].T)
+        return self.system.observed(solution.at(np.asarray(times)).T)
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
         """Sum of the two methods' difference and the effect of rounded inputs, shape (n,)."""
         track = self._until(times)
         assert track.solution is not None
-        states = track.solution.at(np.asarray(times))[:, :, 0]
+        states = track.solution.at(np.asarray(times))
         after = np.searchsorted(track.times, times, side="right")
         before, last = track.doubts[after - 1], len(track.doubts) - 1
         doubts = np.maximum(before, track.doubts[np.minimum(after, last)])
@@ -161,7 +161,7 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
     return _Track(
         step,
         block if track.solution is None else track.solution.followed_by(block),
-        block.end[:, 0],
+        block.states[-1],
         response,
         size,
         apart[-1],
@@ -175,7 +175,7 @@ def _extended(system: SmoothSystem, track: _Track) -> _Track:
 def _between(block: Response, shots: Array) -> tuple[Array, Array]:
     """Times [s], shape (m,), of the second method's steps, and its states then, shape (m, d)."""
     begin, lengths = block.orbit.breakpoints[:-1, None], np.diff(block.orbit.breakpoints)[:, None]
-    states = block.starts[:, None, :, 0] + shots.real[:, :-1, :, 0]
+    states = block.states[:-1, None] + shots.real[:, :-1, :, 0]
     times = begin + lengths * (np.arange(PARTS) / PARTS)
     return times.reshape(-1), states.reshape(times.size, -1)
 
@@ -212,12 +212,7 @@ def _collocated(system: SmoothSystem, track: _Track) -> tuple[Response | None, f
     why = "" if len(slopes) == BLOCK else "there it is too fast to follow"
     if not slopes:
         return None, step, why
-    columns = np.array(states)[..., None]
-    return (
-        Response(TimeGrid(np.array(times)), columns[:-1], columns[-1], np.array(slopes)[..., None]),
-        step,
-        why,
-    )
+    return Response(TimeGrid(np.array(times)), np.array(states), np.array(slopes)), step, why
 
 
 def _scaled(system: SmoothSystem, times: Array, step: float) -> RightHandSide:
@@ -235,7 +230,7 @@ def _shot(system: SmoothSystem, block: Response) -> Array:
     """Change of the state since each step's start by the second method, in PARTS of a step, with
     its derivatives by the start and the parameters: (steps, PARTS + 1, d, d + parameters)."""
     begin, lengths = block.orbit.breakpoints[:-1], np.diff(block.orbit.breakpoints)
-    starts, values = block.starts[..., 0].T, system.perturbed()
+    starts, values = block.states[:-1].T, system.perturbed()
     size = len(starts)
     state = np.zeros((size, size + len(system.parameters), len(begin)), dtype=complex)
     state.real = starts[:, None]
@@ -260,8 +255,7 @@ def _carried(response: Array, block: Response, shots: Array) -> tuple[Array, Arr
     size, rows = len(response), []
     flow = shots.imag / TINY
     flow[..., :size] += np.eye(size)
-    after = np.concatenate([block.starts[1:, :, 0], block.end[None, :, 0]])
-    missed = (block.starts[..., 0] - after) + shots.real[:, -1, :, 0]
+    missed = shots.real[:, -1, :, 0] - np.diff(block.states, axis=0)
     for across, lacking in zip(flow, missed, strict=True):
         row = across[..., :size] @ response
         row[..., size:-1] += across[..., size:]
