@@ -69,7 +69,6 @@ class Integration:
 class Stepped:
     """The model's own steps: states as in `Integration`."""
 
-    integrator: str
     step: float  # [s]
     states: Array
     seconds: float  # of processor time, of one run

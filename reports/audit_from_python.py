@@ -104,7 +104,7 @@ def _moved(
     """A user's model, and its motion, which a policy records; raises ParameterError."""
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
-        user_model = _user_models().model(model, start)
+        user_model = user_models().model(model, start)
         if policy is not None:
             held = user_model.step if period is None else positive("ctrl period", period)
             control = user_model.recorded(policy, held, _lasting(duration))
@@ -118,7 +118,8 @@ def _lasting(duration: float | None) -> float:
     return DURATION if duration is None else positive("duration", duration)
 
 
-def _user_models() -> UserModels:
+def user_models() -> UserModels:
+    """Models of a user's own, in MuJoCo."""
     models = find_engine("mujoco").ability(UserModels)
     assert models is not None
     return models
@@ -153,7 +154,7 @@ def audit_contacts(
     name = str(model) if isinstance(model, (str, Path)) else "model"
     try:
         start = Start(keyframe)
-        standing = _user_models().contacts(model, start, body, friction)
+        standing = user_models().contacts(model, start, body, friction)
         return ContactResult(**vars(contacts_audited(standing, speed)))
     except NotCertifiable as why:
         what = f"one whose contacts can be audited; {why}"

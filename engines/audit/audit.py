@@ -21,7 +21,6 @@ from plumbob.engines.audit.step_errors import (
     Compared,
     balances,
     compared,
-    known,
     unlike,
 )
 from plumbob.engines.audit.trims import Trim, Trims, trims
@@ -175,7 +174,7 @@ def audited(
         progress("the model's own steps")
         left = max(1.0 - AFTER - allowance.spent / allowance.seconds, AFTER)
         result = compared(model, script, reference, allowance.part(left))
-        if result.index < known(reference):
+        if result.index < reference.known:
             reference = replace(reference, why=unlike(result, reference, script))
         result = result if result.index else None
     left_out, read = None, tuple[Balance, ...]()
@@ -189,9 +188,8 @@ def audited(
                 model, script, result.own.parts, result.index, error, allowance.part(TRIMS)
             )
     progress("the largest step that holds")
-    states = reference.course.states[: known(reference) + 1]
     steady = allowance.part(max(STABLE, LEAST_STABLE / allowance.seconds))
-    largest = stability(model, script, states, steady)
+    largest = stability(model, script, reference.states, steady)
     return replace(
         audit,
         reference=reference,

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from plumbob.engines.audit.allowance import Allowance
 from plumbob.engines.audit.controls import script
 from plumbob.engines.audit.reference import certified
-from plumbob.engines.audit.step_errors import known
 from plumbob.engines.own_contacts import ContactModel
 from plumbob.engines.own_motion import NotCertifiable
 
@@ -38,7 +37,7 @@ def free_slide(model: ContactModel, speed: float, duration: float) -> FreeSlide:
     except NotCertifiable as why:
         return FreeSlide(why=str(why))
     reference = certified(whole, moved, Allowance(BUDGET))
-    index = known(reference)
+    index = reference.known
     run = whole.stepped(moved, whole.integrator, round(moved.period / whole.step))
     gone = [
         float((positions[index, body] - positions[0, body]) @ way)

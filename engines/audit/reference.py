@@ -59,6 +59,16 @@ class Certificate:
     not_smooth: str = ""  # why layers were needed
 
     @property
+    def known(self) -> int:
+        """Index of the last control period at whose end it is known."""
+        return int(np.flatnonzero(np.isfinite(self.uncertainty))[-1])
+
+    @property
+    def states(self) -> Array:
+        """Those of the motion up to there."""
+        return self.course.states[: self.known + 1]
+
+    @property
     def until(self) -> float:
         """[s] to which both computations reach."""
         return min(self.course.until, self.confirmed_by.until)

@@ -137,7 +137,7 @@ def halved(
 ) -> list[StepError]:
     """Runs of some integrators, in turns, coarse to fine, so that what the time allows is spread
     over all: about so many `seconds`; the model's own step whatever that takes."""
-    reached = known(reference)
+    reached = reference.known
     ends, usual = time.process_time() + seconds, round(script.period / model.step)
     errors: list[StepError] = []
     going = {name: usual // 2 if usual % 2 == 0 else usual for name in integrators}
@@ -164,19 +164,13 @@ def priced(
     model: OwnModel, script: Script, reference: Certificate, steps: Sequence[StepError]
 ) -> list[StepError]:
     """The same with the costs of those that did not end early, along the reference."""
-    states = reference.course.states[: known(reference) + 1]
     timed = [
-        timed_periods(model, script, states, s.integrator, s.parts, s.seconds)
+        timed_periods(model, script, reference.states, s.integrator, s.parts, s.seconds)
         for s in steps
         if not s.why
     ]
     costs = iter(costs_in_turns(timed))
     return [s if s.why else replace(s, cost=next(costs)) for s in steps]
-
-
-def known(reference: Certificate) -> int:
-    """Index of the last control period at whose end the reference is known."""
-    return int(np.flatnonzero(np.isfinite(reference.uncertainty))[-1])
 
 
 def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) -> int:
@@ -196,7 +190,7 @@ def tends(steps: Sequence[StepError], as_is: StepError, reference: Certificate) 
 
 def unlike(result: Compared, reference: Certificate, script: Script) -> str:
     """Why the steps that were run do not tend to the reference."""
-    index = known(reference)
+    index = reference.known
     best = min(result.steps, key=lambda s: s.at(index))
     if math.isinf(best.at(index)):
         least = min(s.step for s in result.steps)
@@ -291,8 +285,7 @@ def held(
     """The errors of a run with `parts` steps of an integrator in a control period."""
     run = model.stepped(script, integrator, parts)
     apart = np.linalg.norm(model.positions(run.states) - reference.positions, axis=2)
-    both = np.flatnonzero(np.isfinite(apart).all(axis=1))
-    worst = model.bodies[int(np.argmax(apart[: both[-1] + 1].max(axis=0)))]
+    worst = model.bodies[int(np.argmax(np.nan_to_num(apart, posinf=0.0).max(axis=0)))]
     return StepError(
         integrator,
         run.step,

@@ -22,7 +22,6 @@ import numpy as np
 
 from plumbob.analytic.parameters import ParameterError
 from plumbob.analytic.reference import Array
-from plumbob.engines.abilities import UserModels
 from plumbob.engines.added import one_line
 from plumbob.engines.audit.audit import Audit
 from plumbob.engines.audit.changes import changes
@@ -32,8 +31,7 @@ from plumbob.engines.audit.engines import readers
 from plumbob.engines.audit.environments import environment
 from plumbob.engines.audit.trims import tried
 from plumbob.engines.own_motion import AS_IT_STANDS, Policy, Start
-from plumbob.engines.registry import find_engine
-from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts
+from plumbob.reports.audit_from_python import BUDGET, audit, audit_contacts, user_models
 from plumbob.reports.commands import several_audits
 from plumbob.reports.commands.arguments import values
 from plumbob.reports.commands.several_audits import Row, model_files, refused, shared_folder
@@ -337,8 +335,7 @@ def trimmed_file(audit: Audit, source: Path, target: Path, start: Start = AS_IT_
     """Write the model `source` without what `audit` leaves out, and run it as it is read back;
     raises ParameterError where nothing is, or it cannot be written."""
     together = audit.trims.together if audit.trims else None
-    models = find_engine("mujoco").ability(UserModels)
-    assert models is not None
+    models = user_models()
     if together is None or audit.found is None:
         raise ParameterError("write trimmed", str(target), "left away: nothing can be left out")
     left_out = models.write_trimmed(source, together.changes, target)

@@ -11,6 +11,7 @@ import numpy as np
 
 from plumbob.analytic.reference import Array
 from plumbob.engines.audit.contacts import HEADINGS, PUSH, ContactAudit, Measured
+from plumbob.reports.view.audit.motion import mean_ratio
 
 DEGREES = tuple(math.degrees(heading) for heading in HEADINGS)
 
@@ -80,7 +81,7 @@ class Kind:
     @property
     def ratio(self) -> float:
         """Of the errors of a step and of its half, on average."""
-        return float((self.halving[-1] / self.halving[0]) ** (1 / (len(self.halving) - 1)))
+        return mean_ratio(self.halving)
 
 
 def answer_of(audit: ContactAudit) -> dict[str, Any]:

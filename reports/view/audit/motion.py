@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -68,8 +69,7 @@ class Motion:
     @property
     def ratio(self) -> float:
         """Of the errors of a step and of its half, on average."""
-        errors = self.resolved
-        return float((errors[-1] / errors[0]) ** (1 / (len(errors) - 1)))
+        return mean_ratio(self.resolved)
 
     @property
     def diverged(self) -> bool:
@@ -104,11 +104,6 @@ class Motion:
         return next(saving, None)
 
     @property
-    def nearer(self) -> bool:
-        """Whether a smaller error than the own step's was wanted."""
-        return min(TARGETS) < self.audit.error
-
-    @property
     def out_of_time(self) -> bool:
         """Whether the budget ended the reference."""
         return OUT_OF_TIME in self.audit.reference.why
@@ -137,6 +132,11 @@ class Motion:
         index = self.steps.index
         rows = ((of, [(r.step, r.ns_per_second, r.at(index)) for r in runs]) for of, runs in timed)
         return tuple((of, *zip(*points, strict=True)) for of, points in rows)
+
+
+def mean_ratio(errors: Sequence[float]) -> float:
+    """Of each to the one before it, on average."""
+    return float((errors[-1] / errors[0]) ** (1 / (len(errors) - 1)))
 
 
 def _drawn(errors: Array) -> Array:

@@ -29,6 +29,7 @@ from plumbob.engines.adapters.mujoco.own_model.tangent import (
     diverged,
     followed,
     for_maps,
+    integrator_of,
     kind,
 )
 from plumbob.engines.adapters.mujoco.terms import MujocoTerms, apart, put, shifted, state_of
@@ -215,7 +216,6 @@ class MujocoModel:
             f"{len(script.controls)} control periods",
         )
         return Stepped(
-            integrator,
             model.opt.timestep,
             states,
             time.thread_time() - begin,
@@ -352,9 +352,9 @@ def own_model(model: Any, name: str, start: Start = AS_IT_STANDS) -> MujocoModel
     # Steps from NaN take a thousand times as long: a model that diverges is reset,
     # which its warnings show.
     effective.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    integrator = next((n for n in INTEGRATORS if int(kind(n)) == int(model.opt.integrator)), "")
-    if not integrator:
-        raise NotCertifiable(f"its integrator is {mujoco.mjtIntegrator(model.opt.integrator).name}")
+    integrator = integrator_of(model)
+    if integrator not in INTEGRATORS:
+        raise NotCertifiable(f"its integrator is {integrator}")
     refusals = {n: why for n in INTEGRATORS if (why := _refusal(model, n))}
     notes = _notes(model, data) + tuple(f"{n} is not tried: {why}" for n, why in refusals.items())
     stepped = tuple(n for n in dict.fromkeys((integrator, *INTEGRATORS)) if n not in refusals)

@@ -21,14 +21,6 @@ CONTACT = (
     *("friction", "solref", "solimp"),
 )
 FLOOR, BODY = "floor", "base"
-_SHAPES = (
-    mujoco.mjtGeom.mjGEOM_SPHERE,
-    mujoco.mjtGeom.mjGEOM_CAPSULE,
-    mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-    mujoco.mjtGeom.mjGEOM_CYLINDER,
-    mujoco.mjtGeom.mjGEOM_BOX,
-    mujoco.mjtGeom.mjGEOM_MESH,
-)
 
 
 @dataclass(frozen=True)
@@ -159,7 +151,7 @@ def _plane(model: Any, data: Any, root: int) -> tuple[int, list[int]]:
 
     plane = min(reachable, key=lowest)
     for geom in reachable[plane]:
-        if mujoco.mjtGeom(model.geom_type[geom]) not in _SHAPES:
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SDF:
             raise NotCertifiable(f"the shape of {name_of(model, 'geom', geom)} cannot be copied")
     return plane, reachable[plane]
 

@@ -27,7 +27,7 @@ from plumbob.engines.adapters.mujoco.own_model.rigid_piece import (
     RigidPiece,
     rigid_piece,
 )
-from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, kind
+from plumbob.engines.adapters.mujoco.own_model.tangent import diverged, integrator_of, kind
 from plumbob.engines.adapters.mujoco.settings_to_paste import (
     OWN_STIFFNESS,
     PAIRS,
@@ -50,7 +50,6 @@ STILL, QUIET = 1e-5, 4  # of the speed at the start, in parts of a run: nothing 
 RESTS = 0.01  # of the speed at the start: less is rest
 STABLE = 0.8  # of the largest stiffness at which the body is stable on pasted contacts
 PARTS = 100  # of a run: in none does the body turn by half a revolution
-INTEGRATOR = mujoco.mjtIntegrator
 METHODS = MappingProxyType(
     {  # whose settings go with an integrator
         "euler": "mujoco/euler+coulomb",
@@ -174,7 +173,7 @@ class MujocoContacts(RigidPiece):
     @property
     def integrator(self) -> str:
         """The model's own integrator."""
-        return str(INTEGRATOR(self.model.opt.integrator).name)[len("mjINT_") :].lower()
+        return integrator_of(self.model)
 
     @property
     def method(self) -> str:
