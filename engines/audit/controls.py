@@ -72,9 +72,8 @@ def _given(model: OwnModel, control: Any) -> Array:
     except (TypeError, ValueError):
         what = f"{', '.join(KINDS)}, or numbers {wanted}"
         raise ParameterError("ctrl", type(control).__name__, what) from None
-    if values.ndim == 1:
-        values = values[:, None]
-    if values.ndim != 2 or values.shape[1] != model.rest.size or not len(values):
+    values = values[:, None] if values.ndim == 1 else values
+    if values.shape[1:] != (model.rest.size,) or not len(values):
         raise ParameterError("ctrl", f"shape {values.shape}", wanted)
     if not np.isfinite(values).all():
         raise ParameterError("ctrl", "not a number", "finite numbers")
