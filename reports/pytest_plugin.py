@@ -17,10 +17,6 @@ if TYPE_CHECKING:
 OPTIONS = ("plumbob_scenes", "plumbob_methods", "plumbob_profile")
 
 
-class Unexpected(Exception):
-    """A verdict that is not the expected one; its text says which, and why."""
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add what chooses the runs: the same words as `plumbob validate`. With any of them, each
     chosen pair of a scene and a method is a test."""
@@ -76,7 +72,7 @@ class Validation(pytest.Item):
         self.scene, self.method, self.profile = scene, method, profile
 
     def runtest(self) -> None:
-        """Raises Unexpected; skips where the engine is not installed."""
+        """Fails with one line; skips where the engine is not installed."""
         from plumbob.reports.judge.assertion import judged_runs
         from plumbob.reports.judge.expectations import surprise
 
@@ -84,13 +80,8 @@ class Validation(pytest.Item):
         if judgement.verdict == "missing":
             pytest.skip(judgement.reason)
         if why := surprise(self.scene, self.method, judgement):
-            raise Unexpected(f"{why} ({judgement.reason})" if judgement.reason else why)
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """An unexpected verdict is one line; anything else has its traceback."""
-        if isinstance(excinfo.value, Unexpected):
-            return f"{self.scene.name} with {self.method.name}: {excinfo.value}"
-        return super().repr_failure(excinfo, style)
+            why += f" ({judgement.reason})" if judgement.reason else ""
+            pytest.fail(f"{self.scene.name} with {self.method.name}: {why}", pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
         """Where the test is from, as pytest shows it."""

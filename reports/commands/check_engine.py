@@ -32,12 +32,8 @@ def command(chosen: argparse.Namespace) -> int:
     for checked in check_engine(methods, scenes):
         done.append(checked)
         if not chosen.json:
-            print(_line(checked), flush=True)
+            line = f"{checked.status:<11}  {checked.name:<20}  {checked.detail}"
+            print(line, flush=True)
     if chosen.json:
         values.print_json([asdict(checked) for checked in done])
     return int(any(checked.status == "fail" for checked in done))
-
-
-def _line(checked: Checked) -> str:
-    """A check as a line of the terminal."""
-    return f"{checked.status:<11}  {checked.name:<20}  {checked.detail}"

@@ -31,7 +31,8 @@ def _rows(kind: str) -> list[tuple[str, str]]:
     if kind == "scenes":
         return [(s.name, s.summary) for system in systems().values() for s in system.scenes]
     if kind == "models":
-        return [(path.stem, str(path)) for path in _models()]
+        files = {s.mjcf for s in systems().values() if s.mjcf.is_file()}  # another's may have none
+        return [(path.stem, str(path)) for path in sorted(files)]
     if kind == "schemas":
         return [(path.stem, str(path)) for path in sorted(SCHEMAS.iterdir())]
     rows = []
@@ -41,8 +42,3 @@ def _rows(kind: str) -> list[tuple[str, str]]:
             order = f"order {method.order}" if method.order else "adaptive, step is rtol"
             rows.append((method.name, f"{method.scheme}, {order}{missing}"))
     return rows
-
-
-def _models() -> list[Path]:
-    """The model files; a system of another package may have none."""
-    return sorted({s.mjcf for s in systems().values() if s.mjcf.is_file()})

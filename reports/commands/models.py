@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from plumbob.engines.registry import find_engine
 from plumbob.engines.study.model_reading import every_field
 from plumbob.models.registry import systems
 from plumbob.reports.commands.arguments import values
+from plumbob.reports.judge.model_readers import read_by
 
 MODELS = Path(models.__file__).parent
 ABOUT = (MODELS / "README.md", MODELS.parent / "LICENSE", MODELS.parent / "CITATION.cff")
@@ -25,10 +27,10 @@ def command(chosen: argparse.Namespace) -> int:
     """Print where the models are, or copy them, or check a file; what is there already is not
     written over."""
     if chosen.action == "check":
-        if chosen.path is not None:
-            return _check(Path(chosen.path), chosen.json)
-        with every_field() as file:
-            return _check(file, chosen.json)
+        with nullcontext(Path(chosen.path)) if chosen.path else every_field() as file:
+            readers = read_by(file)
+        values.show(chosen, [asdict(reader) for reader in readers], "models", readers=readers)
+        return 0
     folders = sorted({s.mjcf.parent for s in systems().values() if s.mjcf.is_file()})
     if chosen.action != "export":
         for folder in folders:
@@ -50,21 +52,6 @@ def command(chosen: argparse.Namespace) -> int:
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(content)
         print(copy)
-    return 0
-
-
-def _check(file: Path, as_json: bool) -> int:
-    """Print what each installed engine's reader takes from `file`; raises ParameterError."""
-    from plumbob.reports.judge.model_readers import read_by
-
-    readers = read_by(file)
-    if as_json:
-        values.print_json([asdict(reader) for reader in readers])
-        return 0
-    for reader in readers:
-        print(f"{reader.engine:<10} {reader}")
-    if len(readers) == 1:
-        print("No other engine that reads MJCF is installed: see `plumbob list methods`.")
     return 0
 
 

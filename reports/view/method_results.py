@@ -223,7 +223,7 @@ def results_of(study: Study, records: Records) -> Results:
             scenes[c.scene],
             methods[c.method],
             c,
-            records.verdicts[pair],
+            records.scenes[c.scene].verdicts[c.method],
             study.quantities(c.scene),
             study.costs.get(pair),
             study.step_limit(*pair) if stepped else None,

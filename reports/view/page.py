@@ -47,17 +47,14 @@ class Plots:
     tables: list[str] = field(default_factory=list)  # HTML, a table each
     files: dict[str, str] = field(default_factory=dict)  # by name
 
-    def picture(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
+    def picture(
+        self, figure: Figure, chosen: Sequence[str], still: bool = False
+    ) -> tuple[str, Drawing | None]:
         """The address and size of a figure's picture, of the `chosen` methods if it has some, which
-        plotly draws anew where it is pressed."""
-        self.data.append({"data": figure.traces, "layout": figure.layout})
-        return self._file(drawing(figure, chosen))
-
-    def still(self, figure: Figure, chosen: Sequence[str]) -> tuple[str, Drawing | None]:
-        """The same of a picture that cannot be pressed, and stands in a column."""
-        return self._file(drawing(replace(figure, wide=False), chosen))
-
-    def _file(self, drawn: Drawing | None) -> tuple[str, Drawing | None]:
+        plotly draws anew where it is pressed; a `still` one cannot be, and stands in a column."""
+        if not still:
+            self.data.append({"data": figure.traces, "layout": figure.layout})
+        drawn = drawing(replace(figure, wide=figure.wide and not still), chosen)
         if drawn is None:
             return "", None
         svg = _environment().get_template("figure.svg.jinja").render(of=drawn)
@@ -66,11 +63,6 @@ class Plots:
         name = f"{hashlib.sha256(svg.encode('utf-8')).hexdigest()[:12]}.svg"
         self.files[name] = svg
         return f"{self.folder}{name}", drawn
-
-    def later(self, table: str) -> int:
-        """The place of a table among those that are shown when they are wanted."""
-        self.tables.append(table)
-        return len(self.tables) - 1
 
     def script(self) -> str:
         """The data compressed: its text, or the address of the script that will have it."""

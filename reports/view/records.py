@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 from plumbob.analytic.parameters import ParameterError
@@ -89,9 +88,6 @@ class PairVerdict:
         return {"unexpected": "unexpected", "known limit": "known"}.get(self.standing, "")
 
 
-Verdicts = Mapping[tuple[str, str], PairVerdict]  # by scene and method
-
-
 @dataclass(frozen=True)
 class Motion:
     """Samples of a scene's exact motion: the leading observable, and the second one, if any."""
@@ -147,15 +143,6 @@ class Records:
 
     study: StudyRecord
     scenes: Mapping[str, SceneRecord]
-
-    @cached_property
-    def verdicts(self) -> Verdicts:
-        """Every verdict."""
-        return {
-            (scene, method): verdict
-            for scene, record in self.scenes.items()
-            for method, verdict in record.verdicts.items()
-        }
 
 
 def records_of(study: Study) -> Records:

@@ -17,10 +17,9 @@ SHOWN = (  # methods, and what for
 
 @dataclass(frozen=True)
 class Pasted:
-    """Settings of one method, under a title, with the command that prints them."""
+    """Settings of one method, under a title."""
 
     title: str
-    command: str
     settings: Settings
 
 
@@ -32,9 +31,8 @@ def pasted(settings: Mapping[str, Settings]) -> tuple[Pasted, ...]:
 def to_copy(settings: Settings, title: str, cost: str = "") -> Pasted:
     """Settings under a title; a study's own `cost` of a step, in steps of MuJoCo's default method,
     takes the place of the usual one."""
-    command = f"plumbob settings {settings.method} --step {settings.step:g}"
     if cost:
         words = f"{cost} times a step of {DEFAULT_METHOD}, the median over the scenes of this study"
         snippets = tuple(replace(snippet, cost=words) for snippet in settings.snippets)
         settings = replace(settings, snippets=snippets)
-    return Pasted(title, command, settings)
+    return Pasted(title, settings)

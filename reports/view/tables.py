@@ -115,6 +115,7 @@ def environment(templates: Path, **options: Any) -> Environment:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        extensions=("jinja2.ext.do",),
         **options,
     )
 
@@ -122,7 +123,7 @@ def environment(templates: Path, **options: Any) -> Environment:
 @cache
 def _texts() -> Environment:
     """The environment of the texts, with the filters for numbers and names."""
-    texts = environment(TEMPLATES, extensions=("jinja2.ext.do",))
+    texts = environment(TEMPLATES)
     texts.filters |= {
         "number": notation.number,  # 0.0123
         "relative": notation.relative,  # 1.23 %

@@ -10,12 +10,12 @@ from plumbob.reports.advice.recommend import Choice
 from plumbob.reports.advice.user_settings import UserResult
 from plumbob.reports.view import notation, tables
 from plumbob.reports.view.content import Table
-from plumbob.reports.view.records import Verdicts
+from plumbob.reports.view.method_results import Results
 
 
-def table(results: Sequence[UserResult], verdicts: Verdicts) -> Table | None:
+def table(results: Sequence[UserResult], every: Results) -> Table | None:
     """Your settings, a row a scene; None in a study without any."""
-    rows = [(of, verdicts[of.scene, USER_METHOD]) for of in results]
+    rows = [(of, every[of.scene, USER_METHOD].judged) for of in results]
     return tables.table_or_none("user_settings", rows=rows, factor=cost_factor)
 
 

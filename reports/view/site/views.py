@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, get_args
 
-from plumbob.engines.study.measurement import Measurement, reference_run
+from plumbob.engines.study.measurement import reference_run
 from plumbob.engines.study.results import Study
 from plumbob.models.scene import Scene
 from plumbob.reports.advice.recommend import DEFAULT_METHOD, EXACT, Recommendation
@@ -102,7 +102,7 @@ def scene_view(
         hard=hard_cases.table([rows]) if scene.hard or any(of.limit for of in rows) else None,
         results=rows,
         rest=tuple(t for t in tables_below if t),
-        commands=_commands(scene, typical),
+        typical=typical,  # a run
     )
 
 
@@ -124,17 +124,6 @@ def _derivatives(study: Study, scene: str) -> list[Any]:
         a.numbers["records"] for a in study.analyses if a.template == DERIVATIVES and a.numbers
     ]
     return [of for records in judged for of in records if of["scene"] == scene]
-
-
-def _commands(scene: Scene, run: Measurement | None) -> tuple[str, ...]:
-    """The commands that repeat what a scene's page shows, one `run` of it among them."""
-    repeated = (f"plumbob run {run.scene} {run.method} --step {run.step:g}",) if run else ()
-    return (
-        f"plumbob solve {scene.name}",
-        *repeated,
-        f"plumbob recommend {scene.name} --error 1e-3",
-        f"plumbob validate --scenes {scene.name}",
-    )
 
 
 def _at_first(advice: Sequence[Recommendation], ran: Mapping[str, MethodResult]) -> tuple[str, ...]:

@@ -167,7 +167,7 @@ def _common(
         "largest_step": largest_step(every),
         "settings": settings,
         "advice": recommendations or settings,
-        "user_settings": own_table(records.study.user, records.verdicts),
+        "user_settings": own_table(records.study.user, every),
         "matrices": matrix.matrices(study, every, matrix.ordered(study.scenes)),
         "phenomena": phenomena(study, every, records.study.systems),
         "signs": dict(SIGNS),
