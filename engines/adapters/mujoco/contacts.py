@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -151,15 +152,28 @@ PROFILES = MappingProxyType(
 )
 
 
-def profile(settings: Options) -> ContactProfile:
+def profile(settings: Options, plane: bool = False) -> ContactProfile:
     """The contact profile that a method's settings name, or spell out as a mapping, or pairs, of
-    fields of a contact, which no theory covers; raises ParameterError."""
+    fields of a contact, which no theory covers; raises ParameterError.
+
+    For motion in the `plane` convergent profiles are softened further, for the coupling of slip to
+    a normal force goes as slip speed over step; and friction stops a slip within half a step of
+    RK4, whose stages apply it half a step late.
+    """
     name = settings.get("contact", "default")
     if isinstance(name, Mapping | tuple):
         return _own(dict(name), settings)
     if name not in PROFILES:
         raise ParameterError("contact", name, unknown(str(name), list(PROFILES)))
-    return PROFILES[name]
+    chosen, lead = PROFILES[name], FRICTION_LEADS[integrator_of(settings)]
+    if not (plane and chosen.convergent):
+        return chosen
+    return replace(
+        chosen,
+        options={**chosen.options, "impratio": REGULARISATION_RATIO * PLANE_SOFTENING},
+        pair=partial(coulomb_pair, softening=PLANE_SOFTENING, lead=lead),
+        softening=PLANE_SOFTENING,
+    )
 
 
 def _own(contact: Options, settings: Options) -> ContactProfile:
@@ -174,31 +188,7 @@ def _own(contact: Options, settings: Options) -> ContactProfile:
 
 def contacts(problem: CapsuleProblem, settings: Options) -> ContactProfile:
     """The profile that `settings` name; raises ParameterError."""
-    chosen = profile(settings)
-    return plane_contacts(chosen, settings) if without_formula(problem) else chosen
-
-
-def plane_contacts(chosen: ContactProfile, settings: Options) -> ContactProfile:
-    """The profile `chosen` for plane motion.
-
-    Convergent profiles are softened further for plane motion, for the coupling of slip to a normal
-    force goes as slip speed over step; and friction stops a slip within half a step of RK4, whose
-    stages apply it half a step late.
-    """
-    if not chosen.convergent:
-        return chosen
-    options = {**chosen.options, "impratio": REGULARISATION_RATIO * PLANE_SOFTENING}
-    lead = FRICTION_LEADS[integrator_of(settings)]
-
-    def pair(step: float) -> PairFields:
-        return coulomb_pair(step, PLANE_SOFTENING, lead)
-
-    return replace(chosen, options=options, pair=pair, softening=PLANE_SOFTENING)
-
-
-def on_plane(settings: Options) -> ContactProfile:
-    """The profile that `settings` name, for a lone body above a plane; raises ParameterError."""
-    return plane_contacts(profile(settings), settings)
+    return profile(settings, plane=without_formula(problem))
 
 
 def scheme(method: Method) -> Scheme:

@@ -22,7 +22,7 @@ DIRECTIONS = 3  # in which the cube moves
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate an Incline at the static depth of its contacts. The plane is level and gravity is
     inclined, along `heading`; the contacts' axes are those of the plane."""
-    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     depth = profile.depth(corner(problem), step)
     return Translation(
@@ -37,7 +37,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds for a convergent profile: the drift of friction that holds, and normal forces that
     follow the slip, until the deflection does. For soft contacts: where the solver ends."""
-    profile = contacts.on_plane(method.settings)
+    profile = contacts.profile(method.settings, plane=True)
     if profile.point is not None:
         return contacts.drift_error(profile.point, corner(problem), duration, step, DIRECTIONS)
     f, largest = problem.friction, abs(problem.speed) + problem.pull * duration

@@ -12,6 +12,7 @@ import numpy as np
 from plumbob.engines.abilities import Fields
 from plumbob.engines.adapters.mujoco.user_file import compiled_model
 
+JOINTS = ("armature", "damping", "stiffness", "frictionloss")
 CONTACTS = ("friction", "solref", "solimp")
 
 
@@ -31,21 +32,18 @@ def fields_in(model: Any) -> Fields:
         if (name := model.body(i).name) and model.body_mass[i] > 0.0:
             yield "mass", name, model.body_mass[i]
             yield "inertia", name, np.sort(model.body_inertia[i])
-    one_degree = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-    for i in np.flatnonzero(np.isin(model.jnt_type, one_degree)).tolist():
-        if name := model.joint(i).name:
-            dof = model.jnt_dofadr[i]
-            yield "armature", name, model.dof_armature[dof]
-            yield "damping", name, model.dof_damping[dof]
-            yield "stiffness", name, model.jnt_stiffness[i]
-            yield "frictionloss", name, model.dof_frictionloss[dof]
-    for kind, count in (("geom", model.ngeom), ("pair", model.npair)):
-        for i in range(count):
-            touches = kind == "pair" or model.geom_contype[i] or model.geom_conaffinity[i]
-            if (name := getattr(model, kind)(i).name) and touches:
-                for field in CONTACTS:
-                    values = getattr(model, f"{kind}_{field}")[i]
-                    yield field, name, values[0] if field == "friction" else values
+    one_degree = [int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)]
+    for joint in map(model.joint, range(model.njnt)):
+        if joint.name and joint.type[0] in one_degree:
+            for field in JOINTS:
+                yield field, joint.name, getattr(joint, field)[0]
+    geoms = map(model.geom, range(model.ngeom))
+    touching = [geom for geom in geoms if geom.contype or geom.conaffinity]
+    for part in (*touching, *map(model.pair, range(model.npair))):
+        if part.name:
+            for field in CONTACTS:
+                values = getattr(part, field)
+                yield field, part.name, values[0] if field == "friction" else values
     for i in range(model.nu):
         if name := model.actuator(i).name:
             yield "gear", name, model.actuator_gear[i, 0]

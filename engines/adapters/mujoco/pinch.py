@@ -21,7 +21,7 @@ TIPS = ("left", "right")
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a Pinch, in the frame of its hand, at the static depth of its contacts; the push is
     gravity's, for the fingers do not move along it."""
-    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     down, across = problem.pull / problem.load
     depth = profile.depth(fingertip(problem), step)
@@ -45,7 +45,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds on the drift of a convergent profile; for soft contacts, on where the solver ends."""
-    profile, held = contacts.on_plane(method.settings), fingertip(problem)
+    profile, held = contacts.profile(method.settings, plane=True), fingertip(problem)
     if profile.point is None:
         speed = {"drift": profile.slip_compliance(step) * held.weight * problem.load}
         return {"slip": {why: v * duration for why, v in speed.items()}, "speed": speed}

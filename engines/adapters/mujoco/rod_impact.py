@@ -20,7 +20,7 @@ NAMES = ("x", "z", "angle")
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RodImpact. A convergent profile keeps its friction, and has the normal's spring
     and damper on the mass that the end has at the impact."""
-    spec, profile = whole(mjcf, problem, step), contacts.on_plane(method.settings)
+    spec, profile = whole(mjcf, problem, step), contacts.profile(method.settings, plane=True)
     own = [(pair, pair.solref.copy()) for pair in spec.pairs]
     with_contacts(spec, profile, step)
 
@@ -35,7 +35,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """A bound for a convergent profile: what friction's compliance leaves of all friction."""
-    profile = contacts.on_plane(method.settings)
+    profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}
     speed = profile.slip_compliance(step) / step * problem.impact.impulses[1] * problem.friction

@@ -28,7 +28,7 @@ OVERSHOOT = 2.0  # calibrated: of a deflection with a damping ratio of 0.3
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingBall at the static penetration of its contact. MuJoCo's contacts are half
     of it above the plane: the geom is larger by that half, so that the arm is the radius."""
-    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
     tune, start = with_contacts(spec, profile, step), spec.key("start")
     if not profile.convergent:  # for `settled`: the default contact is the same at every step
         spec.option.timestep = max(step, SLOW)
@@ -44,7 +44,7 @@ def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
 def model_error(problem: Any, duration: float, method: Method, step: float) -> ModelError:
     """Bounds for a convergent profile: the slip that friction's compliance leaves of its last step,
     for one step, and normal forces that follow the slip, until the deflection does (OVERSHOOT)."""
-    profile = contacts.on_plane(method.settings)
+    profile = contacts.profile(method.settings, plane=True)
     if not profile.convergent:
         return {}
     f, scale = problem.friction, problem.scale

@@ -31,7 +31,7 @@ def scheme(method: Method) -> Scheme:
 
 def build(mjcf: Path, problem: Any, method: Method, step: float) -> Translation:
     """Translate a RollingDisc at about the depth that its weight makes."""
-    spec, profile = whole(mjcf, problem), contacts.on_plane(method.settings)
+    spec, profile = whole(mjcf, problem), contacts.profile(method.settings, plane=True)
     tune = with_contacts(spec, profile, step)
     if profile.convergent:
         spec.pair("contact").solref = spec.pair("contact").solref * (1.0 - contacts.IMPEDANCE)

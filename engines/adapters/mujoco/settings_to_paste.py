@@ -40,6 +40,10 @@ PAIRS = (
     '<contact>\n  <!-- one line for each geom that touches the floor -->\n  <pair geom1="floor" '
     'geom2="foot_1"/>\n</contact>'
 )
+MIDPOINT = (
+    "data.ctrl[:] = control(data.time + model.opt.timestep / 2)  # before each step\n"
+    "mujoco.mj_step(model, data)"
+)
 NO_PREDICTION = "none is predicted"
 
 
@@ -121,8 +125,7 @@ def _convergent(
 def _other_contacts(
     method: Method, chosen: ContactProfile, step: float, friction: float
 ) -> Settings:
-    fields: dict[str, object] = {"friction": friction}
-    fields |= {name: tuple(value[:3]) for name, value in chosen.pair(step).items()}
+    fields = {"friction": friction, **_fields(chosen.pair(step))}
     geom = f"<default>\n  <geom {_attributes(fields)}/>\n</default>"
     text = "\n".join((_option(method, step, dict(chosen.options)), geom))
     error = f"{NO_PREDICTION}: a sliding body chatters, and a smaller step does not help"
@@ -159,31 +162,16 @@ def _integrator(method: Method, step: float) -> Settings:
         error = "of second order in the step where a control is read at mid-step, of fourth without"
     else:
         error = "of fourth order in the step; of first where a control is held over a step"
-    python = (
-        "\n".join(
-            (
-                "data.ctrl[:] = control(data.time + model.opt.timestep / 2)  # before each step",
-                "mujoco.mj_step(model, data)",
-            )
-        )
-        if method.scheme.control == "midpoint"
-        else ""
+    python = MIDPOINT if method.scheme.control == "midpoint" else ""
+    snippet = Snippet(
+        "MJCF, and how to step" if python else "MJCF alone",
+        _option(method, step, {}),
+        python,
+        error,
+        cost,
+        "for smooth motion on joints; sliding contacts need the `+coulomb` methods",
     )
-    return Settings(
-        method.name,
-        step,
-        None,
-        (
-            Snippet(
-                "MJCF, and how to step" if python else "MJCF alone",
-                _option(method, step, {}),
-                python,
-                error,
-                cost,
-                "for smooth motion on joints; sliding contacts need the `+coulomb` methods",
-            ),
-        ),
-    )
+    return Settings(method.name, step, None, (snippet,))
 
 
 def _option(method: Method, step: float, options: dict[str, object]) -> str:
@@ -192,10 +180,13 @@ def _option(method: Method, step: float, options: dict[str, object]) -> str:
 
 
 def _default_pair(fields: PairFields, friction: float) -> str:
-    attributes = {"condim": 3, "friction": (friction, friction)}
-    attributes |= {name: tuple(fields[name]) for name in ("solref", "solreffriction")}
-    attributes["solimp"] = tuple(fields["solimp"][:3])
+    attributes = {"condim": 3, "friction": (friction, friction), **_fields(fields)}
     return f"<default>\n  <pair {_attributes(attributes)}/>\n</default>"
+
+
+def _fields(pair: PairFields) -> dict[str, object]:
+    """Fields of a contact as MJCF has them, without the numbers of `solimp` that are defaults."""
+    return {name: tuple(value[:3]) for name, value in pair.items()}
 
 
 def _attributes(attributes: dict[str, object]) -> str:

@@ -33,8 +33,11 @@ NUMBERS = (
     "noslip_iterations",
     "ccd_iterations",
 )
-DISABLED = ("EULERDAMP", "REFSAFE", "WARMSTART", "ISLAND", "MIDPHASE", "NATIVECCD", "MULTICCD")
-ENABLED = ("DIAGEXACT", "IPC")
+DISABLED = (
+    *("mjDSBL_EULERDAMP", "mjDSBL_REFSAFE", "mjDSBL_WARMSTART", "mjDSBL_ISLAND"),
+    *("mjDSBL_MIDPHASE", "mjDSBL_NATIVECCD", "mjDSBL_MULTICCD"),
+)
+ENABLED = ("mjENBL_DIAGEXACT", "mjENBL_IPC")
 CONDIMS = (1, 3, 4, 6)  # of a contact's friction: none, sliding, and torsion, and rolling
 CONTACT = ("solref", "solimp", "condim", "margin", "gap")  # friction is the scene's
 OVERRIDDEN = ("solref", "solimp", "margin")  # by an option that overrides every contact's
@@ -62,12 +65,11 @@ def user_method(path: str | Path) -> Method:
     _runnable(path, settings)
     step = time_step("like", spec.option.timestep, str(path))
     like = next(m for m in METHODS if m.settings["integrator"].lower() == settings["integrator"])
-    scheme = like.scheme
-    if settings["integrator"] == "euler" and settings["disableflags"]:
-        without = int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP) & settings["disableflags"]
-        scheme = replace(scheme, implicit_damping=False) if without else scheme
+    explicit = settings["disableflags"] & int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    if settings["integrator"] == "euler" and explicit:
+        like = replace(like, scheme=replace(like.scheme, implicit_damping=False))
     step_sizes = tuple(step / 2**n for n in range(HALVINGS + 1))
-    like = replace(like, name=USER_METHOD, scheme=scheme, systems=(), kinds=())
+    like = replace(like, name=USER_METHOD, systems=(), kinds=())
     return replace(like, settings=settings, step_sizes=step_sizes)
 
 
@@ -159,5 +161,4 @@ def _plain(value: Any) -> float | int | tuple[float, ...]:
 
 def _kept(flags: int, kind: Any, names: tuple[str, ...]) -> int:
     """The bits of `flags` whose names are given; names that this MuJoCo does not know have none."""
-    ends = {name.partition("_")[2]: int(bit) for name, bit in kind.__members__.items()}
-    return flags & sum(ends.get(name, 0) for name in names)
+    return flags & sum(int(getattr(kind, name, 0)) for name in names)

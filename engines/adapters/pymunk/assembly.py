@@ -36,35 +36,30 @@ class Assembly:
         return sum((part.mass * complex(*part.velocity) for part in self.space.bodies), 0j)
 
     @property
-    def half_step_turn(self) -> complex:
-        """Turn of the body in half a step: its velocities belong to half a step after its
-        positions."""
-        return cmath.exp(0.5j * self.body.angular_velocity * self.space.current_time_step)
-
-    @property
-    def motion_of_centre(self) -> tuple[complex, complex]:
-        """Position [m] and velocity [m/s] of C in the world."""
-        body = self.body
-        arm = cmath.exp(1j * body.angle) * self.centre
-        spun = 1j * body.angular_velocity * self.half_step_turn * arm
-        return complex(*body.position) + arm, complex(*body.velocity) + spun
-
-    @property
-    def motion_of_slider(self) -> tuple[complex, complex]:
-        """Place from C [m] and velocity [m/s] in the body."""
-        place, velocity = self.motion_of_centre
-        turned, later = cmath.exp(1j * self.body.angle), self.half_step_turn
-        arm = complex(*self.slider.position) - place
-        carried = velocity + 1j * self.body.angular_velocity * later * arm
-        return arm / turned, (complex(*self.slider.velocity) - carried) / (turned * later)
+    def motion(self) -> tuple[complex, complex, complex, complex]:
+        """Place [m] and velocity [m/s] of C in the world, and of the slider from C in the body:
+        velocities belong to half a step after positions."""
+        body, slider, spin = self.body, self.slider, 1j * self.body.angular_velocity
+        turned, later = (
+            cmath.exp(1j * body.angle),
+            cmath.exp(0.5 * self.space.current_time_step * spin),
+        )
+        arm = turned * self.centre
+        place, velocity = (
+            complex(*body.position) + arm,
+            complex(*body.velocity) + spin * later * arm,
+        )
+        inside = complex(*slider.position) - place
+        sliding = complex(*slider.velocity) - velocity - spin * later * inside
+        return place, velocity, inside / turned, sliding / (turned * later)
 
     @property
     def pose(self) -> Pose:
         """As rigid-body engines tell it."""
-        inside, sliding = self.motion_of_slider
+        place, velocity, inside, sliding = self.motion
         slid, pace = (inside - self.start) / self.line, sliding / self.line
         heading, rate = self.body.angle, self.body.angular_velocity
-        return Pose(*self.motion_of_centre, heading, rate, slid.real, pace.real)
+        return Pose(place, velocity, heading, rate, slid.real, pace.real)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from collections.abc import Callable
 import numpy as np
 import pymunk
 
-from plumbob.analytic.systems.capsule import CORNERS, Capsule, normal_forces
+from plumbob.analytic.systems.capsule import Capsule, load_gradient, normal_forces
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.pymunk.assembly import (
     NO_TURNING,
@@ -86,7 +86,7 @@ def from_above(setup: CapsuleSetup, step: float, feet: bool, turning: bool) -> V
     return View(
         assembly,
         lambda: observed(setup, assembly.pose),
-        lambda: loads(assembly.motion_of_slider[0]),
+        lambda: loads(assembly.motion[2]),
         set_limits,
     )
 
@@ -114,10 +114,9 @@ def _body_and_slider(setup: CapsuleSetup, mass: float, step: float) -> Assembly:
 def static_loads(setup: CapsuleSetup) -> Callable[[complex], list[float]]:
     """The N_i of statics [N] for a slider at x + iy from C [m, body axes], in which they are
     affine."""
-    at_centre, *ahead = normal_forces(setup.capsule, CORNERS) * (
-        setup.press / setup.capsule.gravity
-    )
-    rows = np.stack([at_centre, *(forces - at_centre for forces in ahead)], axis=1).tolist()
+    capsule, scale = setup.capsule, setup.press / setup.capsule.gravity
+    forces = [normal_forces(capsule, np.zeros(2)), *load_gradient(capsule)]
+    rows = (scale * np.column_stack(forces)).tolist()
 
     def loads(place: complex) -> list[float]:
         x, y = place.real, place.imag

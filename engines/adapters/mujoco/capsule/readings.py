@@ -13,7 +13,13 @@ from plumbob.analytic.systems.capsule import by_support
 from plumbob.analytic.systems.capsule_setup import CapsuleSetup
 from plumbob.engines.adapters.mujoco.contacts import armature
 from plumbob.engines.adapters.mujoco.translation import Observed
-from plumbob.engines.adapters.three_feet import Pose, observed, on_three_feet, start_velocity
+from plumbob.engines.adapters.three_feet import (
+    Pose,
+    nearest_turn,
+    observed,
+    on_three_feet,
+    start_velocity,
+)
 
 Observe = Callable[[Array, Array], Observed]
 BODY = mujoco.mjtObj.mjOBJ_BODY
@@ -79,23 +85,16 @@ def observing(setup: CapsuleSetup, rest_qpos: Array) -> Observe:
     """The observables that coordinates and rates show."""
 
     def observe(qpos: Array, qvel: Array) -> Observed:
-        still = np.zeros(len(qpos))
-        slid = still, still
+        slid = np.zeros((2, len(qpos)))
         if setup.relative_velocity is not None:
-            slid = qpos[:, -1], qvel[:, -1]
-        place, velocity = qpos[:, 0] + 1j * qpos[:, 1], qvel[:, 0] + 1j * qvel[:, 1]
-        facing = _facing(qpos, setup.heading)
+            slid[:] = qpos[:, -1], qvel[:, -1]
+        place, velocity = (plane[:, :2] @ np.array([1.0, 1.0j]) for plane in (qpos, qvel))
+        angles = np.unwrap(heading(qpos[:, 3:7]))  # an attitude has them up to whole turns
+        facing = angles + (nearest_turn(angles[0], setup.heading) - angles[0])
         pose = Pose(place, velocity, facing, qvel[:, 5], *slid)
         return observed(setup, pose), {"vertical_displacement": qpos[:, 2] - rest_qpos[2]}
 
     return observe
-
-
-def _facing(qpos: Array, begun: float) -> Array:
-    """Heading in the world [rad], at the first of the samples nearest to `begun`: an attitude
-    determines it up to whole turns."""
-    angles = np.unwrap(heading(qpos[:, 3:7]))
-    return np.asarray(angles + 2 * np.pi * np.round((begun - angles[0]) / (2 * np.pi)))
 
 
 def heading(attitude: Array) -> Array:
