@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import getitem
 from typing import Any, cast
 
 import numpy as np
@@ -80,27 +82,22 @@ class Number:
     def problem(self, number: float) -> Any:
         """The problem with this number in its place; raises ParameterError where it is not one of
         the same kind."""
-        changed = {self.parameter: self._value(number)}
-        system = self.case.system
-        moved = system.problem(system.change(self.parameters, changed))
+        changed, system = self._changed(number), self.case.system
+        moved = system.problem(changed)
         if system.structure(moved) != system.structure(self.case.problem):
             only = "one that does not change the sequence of manoeuvres"
-            raise ParameterError(self.parameter, self._value(number), only)
+            raise ParameterError(self.parameter, changed[self.parameter], only)
         return moved
 
     def moved(self, number: float) -> Case:
         """The case with this number in its place; raises ParameterError as `problem` does."""
         self.problem(number)
-        return self.at(number)
+        scene = replace(self.case.scene, parameters=self._changed(number))
+        return self.case.system.case(scene)
 
-    def at(self, number: float) -> Case:
-        """The same, though it were of another kind."""
-        case, changed = self.case, {self.parameter: self._value(number)}
-        parameters = case.system.change(self.parameters, changed)
-        return case.system.case(replace(case.scene, parameters=parameters))
-
-    def _value(self, number: float) -> Any:
-        return _with(self.parameters[self.parameter], self.path, number)
+    def _changed(self, number: float) -> Parameters:
+        value = _with(self.parameters[self.parameter], self.path, number)
+        return self.case.system.change(self.parameters, {self.parameter: value})
 
 
 def numbers(case: Case, wanted: str) -> Iterator[Number]:
@@ -197,9 +194,7 @@ def _numbers(parameters: Parameters, wanted: str) -> Iterator[tuple[str, tuple[i
 
 
 def _at(value: Any, path: tuple[int, ...]) -> Any:
-    for index in path:
-        value = value[index]
-    return value
+    return reduce(getitem, path, value)
 
 
 def _with(value: Any, path: tuple[int, ...], number: float) -> Any:

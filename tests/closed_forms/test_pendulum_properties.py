@@ -26,13 +26,13 @@ def motions():
 
 def energies(motion, theta, theta_dot):
     kinetic = motion.inertia * theta_dot**2 / 2
-    value = kinetic + double(motion.exact_potential.value(quad(theta)))
+    value = kinetic + double(motion.closed_form.potential.value(quad(theta)))
     return value
 
 
 def scale(motion):
     """Scale of the rounding of energies: the potential and the kinetic energy [J]."""
-    return float(motion.exact_potential.scale) + motion.inertia * motion.theta_dot**2
+    return float(motion.closed_form.potential.scale) + motion.inertia * motion.theta_dot**2
 
 
 def times_of(motion):

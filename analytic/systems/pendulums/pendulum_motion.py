@@ -51,24 +51,17 @@ class PendulumMotion:
             if (value := getattr(self, name)) is not None:
                 finite(name, value)
         if self.excess is not None:
-            least = -1e-30 * (self.exact_potential.scale + abs(self.excess))
+            least = -1e-30 * (self.closed_form.potential.scale + abs(self.excess))
             if not self.closed_form.kinetic >= least:
                 raise ParameterError("excess", self.excess, "enough to reach theta")
-
-    @property
-    def exact_potential(self) -> TrigonometricPotential:
-        """The potential in 34 digits."""
-        return TrigonometricPotential(
-            quad(self.potential.a), quad(self.potential.b), quad(self.potential.c)
-        )
 
     @cached_property
     def barriers(self) -> Quad:
         """Maxima of V [J], highest first, in 34 digits."""
-        points = critical_points(self.exact_potential)
+        exact = self.closed_form.potential
+        points = critical_points(exact)
         points = points[np.isfinite(double(points))]
-        crests = points[double(self.exact_potential.curvature(points)) < 0.0]
-        values = self.exact_potential.value(crests)
+        values = exact.value(points[double(exact.curvature(points)) < 0.0])
         return values[np.argsort(-double(values))]
 
     @cached_property
@@ -85,7 +78,7 @@ class PendulumMotion:
     def _solve(self, changes: Sequence[Any]) -> EllipticMotion:
         """The closed form with relative `changes` of a, b, c, inertia, the angle and the speed (or
         excess)."""
-        v, from_top, excess = self.exact_potential, self.theta_from_top, self.excess
+        v, from_top, excess = self.potential, self.theta_from_top, self.excess
         angle = self.theta if from_top is None else from_top
         last = self.theta_dot if excess is None else excess
         given = v.a, v.b, v.c, self.inertia, angle, last
@@ -168,7 +161,7 @@ class PendulumMotion:
         the start; NaN where the motion does not reach."""
         angle = quad(np.asarray(theta) + self.tilt)
         with np.errstate(invalid="ignore"):
-            kinetic = double(self.energy - self.exact_potential.value(angle))
+            kinetic = double(self.energy - self.closed_form.potential.value(angle))
             size: Array = np.sqrt(2 * self.inertia * kinetic)
             return np.copysign(size, self.theta_dot)
 
@@ -227,7 +220,7 @@ class PendulumMotion:
         # roundings have less time to act, so that half of the last angle represents all of them.
         wound = max(abs(theta), 0.5 * float(np.abs(angles).max(initial=0.0)))
         starts, speeds = quad(ULP * np.array([[0.0, wound, 0.0], [0.0, 0.0, rate]]))[..., None]
-        later = solve(self.exact_potential, self.inertia, theta + starts, rate + speeds)
+        later = solve(self.closed_form.potential, self.inertia, theta + starts, rate + speeds)
         return later.state(np.maximum(times - time, 0.0)[None, :])
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
