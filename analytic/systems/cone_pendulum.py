@@ -32,7 +32,7 @@ import numpy as np
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     Kind,
     TrigonometricPotential,
-    critical_points,
+    finite_points,
     kind,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
@@ -206,17 +206,17 @@ class ConePendulum:
     @property
     def equilibria(self) -> tuple[Equilibrium, ...]:
         """Relative equilibria in (-pi, pi], ascending."""
-        v = self.potential
-        points = critical_points(v)
-        equilibria = (self._equilibrium(v, p) for p in points[np.isfinite(double(points))])
-        return tuple(sorted(equilibria, key=lambda e: e.theta))
+        return tuple(
+            sorted(map(self._equilibrium, finite_points(self.potential)), key=lambda e: e.theta)
+        )
 
-    def _equilibrium(self, potential: TrigonometricPotential, theta: Quad) -> Equilibrium:
+    def _equilibrium(self, theta: Quad) -> Equilibrium:
+        potential, tilt, lacking = self._terms
         stiffness = abs(float(double(potential.curvature(theta))))
         sort = kind(potential, theta)
         rate = 0.0 if sort == "degenerate" else math.sqrt(stiffness / self.body.inertia_x)
-        value = float(double(potential.value(theta) + self._terms[2]))
-        angle = double(theta - self._terms[1])
+        value = float(double(potential.value(theta) + lacking))
+        angle = double(theta - tilt)
         angle -= 2 * math.pi * math.ceil(angle / (2 * math.pi) - 0.5)
         return Equilibrium(float(angle), value, sort, rate)
 
@@ -225,8 +225,7 @@ class ConePendulum:
         """Largest printed potential [J], which the source reads off Figs. 2a and 3a, and its angle
         [rad]."""
         v = self.printed_potential
-        points = critical_points(v)
-        points = points[np.isfinite(double(points))]
+        points = finite_points(v)
         if not points.size:
             return float(double(v.value(quad(0.0)))), 0.0
         values = double(v.value(points))

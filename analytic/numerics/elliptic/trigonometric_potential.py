@@ -69,6 +69,12 @@ def critical_points(potential: TrigonometricPotential) -> Quad:
     return fine
 
 
+def finite_points(potential: TrigonometricPotential) -> Quad:
+    """Those of one potential alone, shape (n,)."""
+    points = critical_points(potential)
+    return points[np.isfinite(double(points))]
+
+
 def kind(potential: TrigonometricPotential, theta: Quad) -> Kind:
     """Kind of the equilibrium at a critical point `theta`, a scalar."""
     curvature = double(potential.curvature(theta))

@@ -49,7 +49,7 @@ def free_rotation(body: FreeBody) -> SmoothMotion:
         np.array([*body.angular_velocity, 1.0, 0.0, 0.0, 0.0]),
         rates,
         partial(jacobian, rates),
-        lambda times: np.concatenate(body.rotation.state(times)),
+        body.rotation.state,
         2 * body.fastest,
         read,
     )

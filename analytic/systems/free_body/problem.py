@@ -1,4 +1,4 @@
-"""The free rigid body as a problem: its parameters, its exact motion, its invariants."""
+"""The free rigid body as a problem: its parameters, its exact motion and the errors of that."""
 
 from __future__ import annotations
 
@@ -10,12 +10,16 @@ from typing import Any, Literal
 
 import numpy as np
 
+from plumbob.analytic.numerics.arithmetic import ULP, varied
 from plumbob.analytic.numerics.quad import double, quad
 from plumbob.analytic.parameters import ParameterError, finite, positive
 from plumbob.analytic.reference import Array
-from plumbob.analytic.systems.free_body import conditioning
-from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation
+from plumbob.analytic.systems.free_body.rotation import ATTITUDE, RATES, Rotation, Turning
 
+# Of an input, for a difference quotient: of the distance from the separatrix, for the response to
+# be linear, and more than the closed form's own rounding error of 1e-15 shows.
+CHANGE = 1e-4
+LEAST = 1e-14
 MOMENTS = ("inertia_x", "inertia_y", "inertia_z")
 
 
@@ -96,16 +100,66 @@ class FreeBody:
     def observe(self, times: Array) -> Mapping[str, Array]:
         """Angular velocity [rad/s] in the body's axes and attitude, a unit quaternion from body to
         world, continuous from 1, at `times` [s], shape (n,)."""
-        rates, attitude = self.rotation.state(times)
-        return dict(zip((*RATES, *ATTITUDE), (*rates, *attitude), strict=True))
+        return dict(zip((*RATES, *ATTITUDE), self.rotation.state(times), strict=True))
 
     def uncertainty(self, times: Array) -> Mapping[str, Array]:
-        """See `plumbob.analytic.reference.Reference`."""
-        return conditioning.uncertainty(self.rotation, times)
+        """Change of each observable at `times` [s], shape (n,), for one unit in the last place of
+        every input, of the times, and of the angular momentum where it is nearest to an axis: a
+        start next to the unstable axis has small components, whose roundings are small, and later
+        ones are not."""
+        body, times = self.rotation, np.asarray(times, dtype=np.float64)
+        here, change = body.state(times), self._change
+        late = ULP * (1.0 + self.fastest * np.abs(times))
+        moved = ULP * np.abs(here) + late * (self.fastest if body.turning else 0.0)
+        moved[3:] = ULP + late
+        for near in varied(body, change):
+            moved += np.abs(near.state(times) - here) * (ULP / change)
+        if body.turning is not None:
+            moved += self._rounded_on_the_way(body.turning, times)
+        return dict(zip((*RATES, *ATTITUDE), moved, strict=True))
+
+    @property
+    def _change(self) -> float:
+        """Relative change of inputs whose response is linear."""
+        if (turning := self.rotation.turning) is None:
+            return CHANGE**2
+        return max(LEAST, CHANGE**2 * float(double(turning.b / turning.a)) ** 2)
+
+    def _rounded_on_the_way(self, turning: Turning, times: Array) -> Array:
+        """Change by a rounding of each component of the angular momentum, one unit in the last
+        place of its magnitude, where the middle one first passes zero; shape (7, n)."""
+        body, change, wait = self.rotation, self._change, -turning.begin
+        if wait < 0.0 and math.isfinite(self.half_period):
+            wait += self.half_period
+        x, y, z = map(quad, body.state(np.array([wait]))[:3, 0])
+        there, after = Rotation(body.inertia, (x, y, z)), np.maximum(times - wait, 0.0)
+        moved, here = np.zeros((7, len(times))), there.state(after)
+        shifts = np.diag([quad(change) * body.magnitude / i for i in body.inertia])
+        for x, y, z in np.array(there.rates) + shifts:
+            off = Rotation(body.inertia, (x, y, z)).state(after) - here
+            moved[:3] += np.abs(off[:3]) * (ULP / change)
+            moved[3:] += np.sqrt((off[3:] ** 2).sum(axis=0)) * (ULP / change)
+        return moved * (times >= wait)
 
     def nonlinearity(self, times: Array, errors: Mapping[str, Array]) -> float:
-        """See `plumbob.analytic.reference.Reference`."""
-        return conditioning.nonlinearity(self.rotation, times, errors)
+        """Nonlinearity of the response to errors of the observables, shape (n,) each: the largest
+        of the error angle of the attitude, the change of the momentum over its magnitude, and that
+        of its distance from the separatrix over the squares which make it up."""
+        if not self.speed:
+            return 0.0
+        inertia = np.array(self.inertia)[:, None]
+        change = inertia * np.stack([errors[name] for name in RATES])
+        angle = 2.0 * np.sqrt(sum(errors[name] ** 2 for name in ATTITUDE))
+        part = np.sqrt((change**2).sum(axis=0)) / double(self.rotation.magnitude)
+        largest = max(float(np.max(angle)), float(part.max()))
+        if self.rotation.turning is None:
+            return largest
+        momentum = inertia * self.rotation.state(times)[:3]
+        # of the energy over the separatrix's, which has nothing from the middle axis
+        weights = 1.0 / np.median(inertia) - 1.0 / inertia
+        drift = (weights * momentum * change).sum(axis=0)
+        size = (np.abs(weights) * momentum**2).sum(axis=0)
+        return max(largest, float(np.max(2.0 * np.abs(drift) / size)))
 
     def invariants(self, observed: Mapping[str, Array]) -> Mapping[str, Array]:
         """Relative drifts, shape (n,), of the energy and of the angular momentum's magnitude, and

@@ -67,24 +67,23 @@ class Rotation:
         torques = ((moments[i] - moments[i - 1]) * parts[i] * parts[i - 1] for i in range(3))
         return not any(torques)
 
-    def state(self, times: Array) -> tuple[Array, Array]:
-        """Angular velocity [rad/s] in the body's axes, shape (3, n), and attitude, shape (4, n), at
-        `times` [s], shape (n,): a unit quaternion, body to world, continuous from 1."""
+    def state(self, times: Array) -> Array:
+        """Angular velocity [rad/s] in the body's axes, three rows, and attitude, four, at `times`
+        [s], shape (n,): a unit quaternion, body to world, continuous from 1."""
         times = np.asarray(times, dtype=np.float64)
         if self.turning is None:
             return self._uniform(times)
         momentum, angle = self.turning.at(times)
         rates = momentum / np.array([double(i) for i in self.inertia])[:, None]
-        return rates, self._attitude(momentum, angle)
+        return np.concatenate([rates, self._attitude(momentum, angle)])
 
-    def _uniform(self, times: Array) -> tuple[Array, Array]:
-        rates = np.array([double(w) for w in self.rates])
+    def _uniform(self, times: Array) -> Array:
+        rates = np.array([[double(w)] for w in self.rates])
         x, y, z = self.rates
         speed = np.sqrt(x * x + y * y + z * z)
         half = _reduced(quad(times) * speed) / 2
         axis = rates / (double(speed) or 1.0)
-        attitude = np.concatenate([np.cos(half)[None], axis[:, None] * np.sin(half)])
-        return np.repeat(rates[:, None], times.size, axis=1), attitude
+        return np.concatenate([rates + 0.0 * half, np.cos(half)[None], axis * np.sin(half)])
 
     def _attitude(self, momentum: Array, angle: Array) -> Array:
         """The two turns, and the first one's inverse at time 0 before them."""

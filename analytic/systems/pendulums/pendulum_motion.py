@@ -17,7 +17,7 @@ from plumbob.analytic.numerics.arithmetic import ULP
 from plumbob.analytic.numerics.elliptic.motion import EllipticMotion, solve
 from plumbob.analytic.numerics.elliptic.trigonometric_potential import (
     TrigonometricPotential,
-    critical_points,
+    finite_points,
 )
 from plumbob.analytic.numerics.quad import Quad, double, quad
 from plumbob.analytic.numerics.rotor.driven_rotor import DrivenRotor
@@ -59,8 +59,7 @@ class PendulumMotion:
     def barriers(self) -> Quad:
         """Maxima of V [J], highest first, in 34 digits."""
         exact = self.closed_form.potential
-        points = critical_points(exact)
-        points = points[np.isfinite(double(points))]
+        points = finite_points(exact)
         values = exact.value(points[double(exact.curvature(points)) < 0.0])
         return values[np.argsort(-double(values))]
 
