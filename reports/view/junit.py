@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
 
 from plumbob.engines.study.results import Study
 from plumbob.reports.judge.searches import judged_searches, unexpected
 from plumbob.reports.view.method_results import MethodResult, Results
-from plumbob.reports.view.page import written
+from plumbob.reports.view.page import TEMPLATES, written
+from plumbob.reports.view.tables import environment
 
 
 class Case(NamedTuple):
@@ -62,23 +62,7 @@ def _case(of: MethodResult) -> Case:
 
 def write_cases(file: Path, cases: Sequence[Case], seconds: float, date: str) -> None:
     """Write a suite of test cases that took so many `seconds` and began at a `date`."""
+    template = environment(TEMPLATES, autoescape=True).get_template("junit.xml.jinja")
     counts = Counter(case.outcome for case in cases)
-    numbers = {"failures": "failure", "errors": "error", "skipped": "skipped"}
-    suite = ElementTree.Element(
-        "testsuite",
-        {name: str(counts[outcome]) for name, outcome in numbers.items()},
-        name="plumbob",
-        tests=str(len(cases)),
-        time=f"{seconds:.3f}",
-        timestamp=date,
-    )
-    for case in cases:
-        about = {"classname": case.of, "name": case.name, "time": f"{case.seconds:.6f}"}
-        entry = ElementTree.SubElement(suite, "testcase", about)
-        held = ElementTree.SubElement(entry, "properties")
-        for name, value in case.properties.items():
-            ElementTree.SubElement(held, "property", name=name, value=value)
-        if case.outcome:
-            ElementTree.SubElement(entry, case.outcome, message=case.message)
-    text = ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
+    text = template.render(cases=cases, counts=counts, seconds=seconds, date=date)
     written(text, file.parent, file.name)
