@@ -62,7 +62,7 @@ class Task:
     limit: float  # [s] after which it hangs
     group: str = ""  # tasks that share models and references
     label: str = ""
-    instead: Any = None  # what stands for a result that is given up
+    instead: Callable[[str], Any] = str  # what stands for a result that is given up, and why
 
 
 def _ignored(task: Task) -> None:

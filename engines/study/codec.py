@@ -6,8 +6,8 @@ import base64
 import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any, TypeVar, get_origin
 
@@ -16,21 +16,11 @@ import numpy as np
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 
 from plumbob.analytic.reference import Array
-from plumbob.engines.study.extra_runs import ExtraRun, TrimmingRun
-from plumbob.engines.study.gradient import GradientSearch
-from plumbob.engines.study.identification import ParameterFit
-from plumbob.engines.study.long_runs import LongRunSearch
-from plumbob.engines.study.model_reading import ModelReading
-from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study, TaskResult
-from plumbob.engines.study.stability import StabilitySearch, StepPrediction
 
 T = TypeVar("T")
 DOUBLES = np.dtype("<f8")
-KINDS: tuple[type[Request[Any]], ...] = (
-    *(ExtraRun, TrimmingRun, ModelReading, GradientSearch),
-    *(StabilitySearch, StepPrediction, LongRunSearch, ParameterFit),
-)
+ENGINES = "plumbob.engines."  # where the kinds of all that is stored are defined
 APART = override(omit=True)  # a field that is stored in another way
 
 
@@ -75,28 +65,31 @@ def _converter() -> cattrs.Converter:
     apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
     made.register_unstructure_hook(Study, make_dict_unstructure_fn(Study, made, **apart))
     made.register_structure_hook(Study, make_dict_structure_fn(Study, made, **apart))
-    forth = make_dict_unstructure_fn(TaskResult, made, extras=APART)
-    back = make_dict_structure_fn(TaskResult, made, extras=APART)
+    def with_kinds(result: TaskResult) -> dict[str, Any]:
+        parts = {"answer": result.answer, "request": result.request}
+        kinds = {name: _name(type(part)) for name, part in parts.items() if part is not None}
+        plain_parts = {name: made.unstructure(part) for name, part in vars(result).items()}
+        return {**plain_parts, "kinds": kinds}
 
-    def with_extras(result: TaskResult) -> dict[str, Any]:
-        extras = [
-            (type(request).__name__, made.unstructure(request), made.unstructure(answer))
-            for request, answer in result.extras.items()
-        ]
-        return {**forth(result), "extras": extras}
+    def of_kinds(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
+        names = held["kinds"].items()
+        parts = {part: made.structure(held[part], _named(name)) for part, name in names}
+        return TaskResult(**{key: v for key, v in held.items() if key != "kinds"} | parts)
 
-    def of_extras(held: Mapping[str, Any], _: type[TaskResult]) -> TaskResult:
-        kinds = {kind.__name__: kind for kind in KINDS}
-        extras = {}
-        for name, request, answer in held["extras"]:
-            kind = kinds[name]
-            held_answer = None if answer is None else made.structure(answer, kind.answers)
-            extras[made.structure(request, kind)] = held_answer
-        return replace(back(held, TaskResult), extras=extras)
-
-    made.register_unstructure_hook(TaskResult, with_extras)
-    made.register_structure_hook(TaskResult, of_extras)
+    made.register_unstructure_hook(TaskResult, with_kinds)
+    made.register_structure_hook(TaskResult, of_kinds)
     return made
+
+
+def _name(kind: type[Any]) -> str:
+    return f"{kind.__module__}.{kind.__name__}".removeprefix(ENGINES)
+
+
+def _named(name: str) -> type[Any]:
+    """The kind of this name, whose module is loaded where something of it is stored."""
+    module, _, own = name.rpartition(".")
+    kind: type[Any] = getattr(import_module(ENGINES + module), own)
+    return kind
 
 
 def _is_array(kind: Any) -> bool:

@@ -73,6 +73,15 @@ class Cost:
         )
 
 
+@dataclass(frozen=True)
+class SceneCosts:
+    """Costs on a scene by method, and the time of the reference step beside them [ns]."""
+
+    scene: str
+    by_method: Mapping[str, Cost]
+    reference_step: float
+
+
 def costs(
     tasks: Sequence[tuple[Case, Method, float]],
     repeats: int = 5,

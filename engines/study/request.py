@@ -23,6 +23,7 @@ class Request(ABC, Generic[Answer]):
     """A request for an answer of one kind."""
 
     answers: ClassVar[type[Any]]  # the kind
+    timed: ClassVar[bool] = False  # made alone, for its time counts
 
 
 class RunRequest(Request[Answer]):
@@ -33,7 +34,6 @@ class RunRequest(Request[Answer]):
     changes: Changes = ()  # parameters changed, as `--set` has them
     duration: float | None = None  # [s]; None: the scene's own
     label: ClassVar[str] = ""  # what progress says of it
-    timed: ClassVar[bool] = False  # made alone, for its time counts
     of_pair: ClassVar[bool] = False  # kept with its scene and method
     as_planned: ClassVar[bool] = False  # of the scene with the parameters that a study runs
 

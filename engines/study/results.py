@@ -9,7 +9,7 @@ from typing import Any
 
 from plumbob.engines.method import Method
 from plumbob.engines.study.convergence import SEED, ConvergenceStudy
-from plumbob.engines.study.cost import Cost, Key
+from plumbob.engines.study.cost import Cost, Key, SceneCosts
 from plumbob.engines.study.provenance import Provenance
 from plumbob.engines.study.request import Answer, Request, RunRequest, looked_up
 from plumbob.engines.study.stability import (
@@ -41,25 +41,14 @@ class Analysed:
 
 @dataclass(frozen=True)
 class TaskResult:
-    """The result of one task of a study: a convergence study, an extra run, costs by method beside
-    the reference step's [ns], or an analysis; or why it was given up."""
+    """The result of one task of a study: a convergence study, costs, an analysis, or the answer to
+    a request; or why it was given up."""
 
-    convergence: ConvergenceStudy | None = None
-    extras: Mapping[Request[Any], Any] = field(default_factory=dict)
-    costs: Mapping[str, Cost] = field(default_factory=dict)
-    reference_step: float = math.nan
-    analysis: Analysed | None = None
-    pair: Key = ("", "")  # scene, and method of a convergence study or limits of the step
+    answer: Any = None
+    request: Request[Any] | None = None
+    scene: str = ""  # that it is read with, where one scene of a study is
     label: str = ""
     lost: str = ""
-
-    def given_up(self, label: str, why: str) -> TaskResult:
-        """This, as what stands for a result that is given up."""
-        convergence = self.convergence
-        if convergence is not None:
-            runs = tuple(replace(m, reason=why) for m in convergence.measurements)
-            convergence = replace(convergence, measurements=runs)
-        return replace(self, convergence=convergence, label=label, lost=why)
 
 
 @dataclass(frozen=True)
@@ -148,15 +137,16 @@ class Study:
 def assembled(head: Study, results: Iterable[TaskResult]) -> Study:
     """A study with these results, its costs in the time of one reference step."""
     parts = tuple(results)
-    costs = {}
-    for part in parts:
-        scale = head.reference_step / part.reference_step
-        for method, cost in part.costs.items():
-            costs[part.pair[0], method] = cost.scaled(scale) if math.isfinite(scale) else cost
+    answers, costs = [part.answer for part in parts if part.request is None], {}
+    for of in answers:
+        if isinstance(of, SceneCosts):
+            scale = head.reference_step / of.reference_step
+            for method, cost in of.by_method.items():
+                costs[of.scene, method] = cost.scaled(scale) if math.isfinite(scale) else cost
     return replace(
         head,
-        convergence=tuple(part.convergence for part in parts if part.convergence is not None),
+        convergence=tuple(of for of in answers if isinstance(of, ConvergenceStudy)),
         costs=costs,
-        extras={of: answer for part in parts for of, answer in part.extras.items()},
-        analyses=tuple(part.analysis for part in parts if part.analysis is not None),
+        extras={part.request: part.answer for part in parts if part.request is not None},
+        analyses=tuple(of for of in answers if isinstance(of, Analysed)),
     )

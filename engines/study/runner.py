@@ -11,7 +11,6 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from plumbob.engines.added import one_line
 from plumbob.engines.method import Method, meant
 from plumbob.engines.registry import find_engine
 from plumbob.engines.study.checkpoint import Checkpoint, key_of, measured_into
@@ -23,7 +22,7 @@ from plumbob.engines.study.convergence import (
     steps_beside,
     timed_run,
 )
-from plumbob.engines.study.cost import costs
+from plumbob.engines.study.cost import SceneCosts, costs
 from plumbob.engines.study.extra_runs import (
     Requests,
     StudyPlan,
@@ -37,7 +36,6 @@ from plumbob.engines.study.results import Analysed, Study, TaskResult, assembled
 from plumbob.engines.study.scheduler import PREDICTED, Progress, study_task, worked_out
 from plumbob.engines.workers import Task, Workers, workers_of
 from plumbob.models.registry import case_of, system_of
-from plumbob.models.registry import scene as find_scene
 from plumbob.models.scene import Scene
 
 Profile = str  # "quick" or "full"
@@ -83,7 +81,10 @@ def run_study(
     with workers_of(jobs) as workers, opened as kept:
         if executor is None and min(workers.count, len(chosen)) > 1:
             workers.begin(len(chosen), __name__)
-        errors, trims = _tasks(plan, chosen, tuple(dict.fromkeys(requests(plan))), seed)
+        asked = tuple(dict.fromkeys(requests(plan)))
+        errors = [convergence_task(*pair, profile, seed) for pair in chosen]
+        errors += [_extra_task(request, plan) for request in asked if not request.timed]
+        trims = [_extra_task(request, plan) for request in asked if request.timed]
         goes_on = kept.begin(
             key_of(profile, timed, plan.scenes, plan.methods, seed),
             [task.key for task in (*errors, *trims)],
@@ -92,8 +93,8 @@ def run_study(
         elsewhere = goes_on or any(find_engine(m.engine).distribution for m in plan.methods)
         here = workers if elsewhere or min(workers.count, len(errors)) > 1 else None
         found = worked_out(errors, kept, executor or here, progress, workers.count)
-        alone = [*trims, *(_cost_tasks(found.values(), plan) if timed else ())]
-        for task in alone:
+        ran = [of.answer for of in found.values() if isinstance(of.answer, ConvergenceStudy)]
+        for task in (*trims, *(_cost_tasks(ran, plan) if timed else ())):
             found |= worked_out([task], kept, here, progress)
         study = Study(
             profile,
@@ -112,54 +113,36 @@ def run_study(
 
 def _reference_step(results: Iterable[TaskResult]) -> float:
     """Time [ns] of the reference step: the median of those beside costs."""
-    units = [r.reference_step for r in results if math.isfinite(r.reference_step)]
+    units = [of.answer.reference_step for of in results if isinstance(of.answer, SceneCosts)]
     return statistics.median(units) if units else math.nan
 
 
-def _tasks(
-    plan: StudyPlan,
-    chosen: Sequence[tuple[Scene, Method]],
-    asked: Sequence[Request[Any]],
-    seed: int,
-) -> tuple[list[Task], list[Task]]:
-    """The tasks of the error half, and those whose time counts."""
-    errors = [convergence_task(*pair, plan.profile, seed) for pair in chosen]
-    timed = [r for r in asked if isinstance(r, RunRequest) and r.timed]
-    trims = [_extra_task(r, plan) for r in timed]
-    errors += [_extra_task(r, plan) for r in asked if r not in timed]
-    return errors, trims
-
-
-def _cost_tasks(errors: Iterable[TaskResult], plan: StudyPlan) -> Iterator[Task]:
+def _cost_tasks(studies: Sequence[ConvergenceStudy], plan: StudyPlan) -> Iterator[Task]:
     """The costs of the methods on each scene that they ran, timed in turns: a task a scene."""
-    by_method = {method.name: method for method in plan.methods}
     how = _REPEATS[plan.profile], _BUDGET[plan.profile]
-    runs: dict[str, list[tuple[Method, float]]] = {scene.name: [] for scene in plan.scenes}
-    for result in errors:
-        method = by_method.get(result.pair[1])
-        if result.convergence and method and (run := timed_run(result.convergence, method)):
-            runs[result.pair[0]].append((method, run.step))
-    for scene in filter(lambda scene: runs[scene.name], plan.scenes):
-        of = [(method, step, versions_of(method)) for method, step in runs[scene.name]]
-        yield study_task(
-            f"costs of {scene.name}",
-            key_of("cost", scene, of, how, machine()),
-            scene.name,
-            len(of) * math.prod(how) / PREDICTED,
-            _costs,
-            (scene, runs[scene.name], *how),
-            TaskResult(pair=(scene.name, "")),
-        )
+    for scene in plan.scenes:
+        ran = [(of, plan.method(of.method)) for of in studies if of.scene == scene.name]
+        timed = [(method, run.step) for of, method in ran if (run := timed_run(of, method))]
+        if timed:
+            of = [(method, step, versions_of(method)) for method, step in timed]
+            yield study_task(
+                f"costs of {scene.name}",
+                key_of("cost", scene, of, how, machine()),
+                scene.name,
+                len(of) * math.prod(how) / PREDICTED,
+                TaskResult(scene=scene.name),
+                _costs,
+                (scene, timed, *how),
+            )
 
 
 def _costs(
     scene: Scene, timed: Sequence[tuple[Method, float]], repeats: int, budget: float
-) -> TaskResult:
+) -> SceneCosts:
     """The costs of methods on a scene, each at its step; none where the engine runs it not."""
     case = case_of(scene)
     found, unit = costs([(case, *run) for run in timed], repeats, budget)
-    by_method = {method: cost for (_, method), cost in found.items()}
-    return TaskResult(costs=by_method, reference_step=unit, pair=(scene.name, ""))
+    return SceneCosts(scene.name, {method: cost for (_, method), cost in found.items()}, unit)
 
 
 def most_steps(scene: Scene, profile: Profile) -> int:
@@ -173,59 +156,38 @@ def convergence_task(scene: Scene, method: Method, profile: Profile, seed: int) 
     """The convergence study of a pair; one run that is missing where it is given up."""
     most = most_steps(scene, profile)
     steps = chosen_step_sizes(scene, method, most)
-    key = key_of("errors", scene, method, most, versions_of(method), seed)
     names = scene.name, method.name
-    missing = Measurement(*names, steps[0] if steps else scene.duration, "missing")
-    instead = TaskResult(ConvergenceStudy(*names, (missing,)), pair=names)
-    arguments = scene, method, most, seed
-    work = predicted_work(scene, method, profile)
-    return study_task(" ".join(names), key, scene.name, work, _pair, arguments, instead)
 
+    def missing(why: str) -> ConvergenceStudy:
+        run = Measurement(*names, steps[0] if steps else scene.duration, "missing", why)
+        return ConvergenceStudy(*names, (run,))
 
-def _pair(scene: Scene, method: Method, most: int, seed: int) -> TaskResult:
-    try:
-        runs = convergence_study(scene, method, most, seed=seed)
-    except Exception as error:
-        return _defect(scene, error)
-    return TaskResult(runs, pair=(scene.name, method.name))
-
-
-def _defect(scene: Scene, error: Exception) -> TaskResult:
-    """A result that is given up for a defect in the exact motion or the theory of an added system.
-    Raises an error that is plumbob's own."""
-    if not (package := system_of(scene).distribution):
-        raise error
-    return TaskResult(lost=f"the system of the package {package} raises {one_line(error)}")
+    return study_task(
+        " ".join(names),
+        key_of("errors", scene, method, most, versions_of(method), seed),
+        scene.name,
+        predicted_work(scene, method, profile),
+        TaskResult(scene=scene.name),
+        convergence_study,
+        (scene, method, most, (), seed),
+        missing,
+    )
 
 
 def _extra_task(request: Request[Any], plan: StudyPlan) -> Task:
-    instead = TaskResult(extras={request: None})
     kind = type(request).__name__
     if isinstance(request, ModelReading):
-        label = f"a model file {request.engine}"
+        label, blank = f"a model file {request.engine}", TaskResult(request=request)
         key = key_of(kind, request, version_of(find_engine(request.engine)))
-        return study_task(label, key, "models", _READING_WORK, _extra, (request,), instead)
+        return study_task(label, key, "models", _READING_WORK, blank, read_model, (request,))
     assert isinstance(request, RunRequest)
     scene, method = plan.scene(request), plan.method(request.method)
     label = ", ".join(filter(None, (f"{scene.name} {method.name}", request.label)))
     where = machine() if request.timed else {}
     key = key_of(kind, request, scene, method, versions_of(method), where)
+    blank = TaskResult(request=request, scene=request.scene if request.of_pair else "")
     work = request.work(scene, method)
-    return study_task(label, key, scene.name, work, _extra, (request, method, scene), instead)
-
-
-def _extra(
-    request: Request[Any], method: Method | None = None, scene: Scene | None = None
-) -> TaskResult:
-    if isinstance(request, ModelReading):
-        return TaskResult(extras={request: read_model(request)})
-    assert isinstance(request, RunRequest)
-    assert method is not None
-    try:
-        pair = (request.scene, request.method) if request.of_pair else ("", "")
-        return TaskResult(extras={request: request.answer(method, scene)}, pair=pair)
-    except Exception as error:
-        return _defect(find_scene(request.scene), error)
+    return study_task(label, key, scene.name, work, blank, request.answer, (method, scene))
 
 
 def joined(study: Study, more: Study) -> Study:

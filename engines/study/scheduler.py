@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from typing import Any
 
+from plumbob.engines.added import one_line
 from plumbob.engines.study.checkpoint import Checkpoint
 from plumbob.engines.study.results import TaskResult
 from plumbob.engines.workers import Lost, Task, results
+from plumbob.models.registry import system_of
+from plumbob.models.scene import Scene
 
 Progress = Callable[[str, int, int], None]  # what is being done, how many are done, of how many
 PREDICTED = 3e-5  # [s] of a unit of work, the most that a quick run took
@@ -22,13 +26,32 @@ def study_task(
     key: str,
     group: str,
     work: float,
-    do: Callable[..., TaskResult],
+    blank: TaskResult,
+    do: Callable[..., Any],
     arguments: tuple[Any, ...],
-    instead: TaskResult,
+    given_up: Callable[[str], Any] = lambda why: None,
 ) -> Task:
-    """A task that takes roughly as long as `work` steps of a pendulum."""
+    """A task that takes roughly as long as `work` steps of a pendulum: the `blank` result with what
+    a function answers, or with `given_up` and the reason."""
     limit = LEAST + GENEROUS * PREDICTED * work
-    return Task(key, do, arguments, limit, group, label, instead)
+
+    def instead(why: str) -> TaskResult:
+        return replace(blank, answer=given_up(why), label=label, lost=why)
+
+    return Task(key, _answered, (blank, do, arguments), limit, group, label, instead)
+
+
+def _answered(blank: TaskResult, do: Callable[..., Any], arguments: tuple[Any, ...]) -> TaskResult:
+    """A result with its answer; given up for a defect in the exact motion or the theory of an added
+    system. Raises an error that is plumbob's own."""
+    try:
+        return replace(blank, answer=do(*arguments))
+    except Exception as error:
+        posed = [system_of(of) for of in arguments if isinstance(of, Scene)]
+        package = next((system.distribution for system in posed), "")
+        if not package:
+            raise
+        return TaskResult(lost=f"the system of the package {package} raises {one_line(error)}")
 
 
 def worked_out(
@@ -47,7 +70,7 @@ def worked_out(
 
     for task, result in results(missing, executor, begun, count):
         if why := result.why if isinstance(result, Lost) else result.lost:
-            result = task.instead.given_up(task.label, why)
+            result = task.instead(why)
         found[task.key] = result
         kept.keep({task.key: result})
     return {task.key: found[task.key] for task in tasks}

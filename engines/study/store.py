@@ -85,7 +85,7 @@ def complete(
     """Write the list of a study, its analyses with it, and take out what is not in it, the plan too
     unless the study `goes_on`."""
     results = {**results, **_by_key(study.analyses)}
-    listed = tuple((key, result.pair[0]) for key, result in results.items())
+    listed = tuple((key, result.scene) for key, result in results.items())
     stays = [*results, STUDY, *[PLAN] * goes_on]
     with transaction(store):
         keep(store, number, _by_key(study.analyses))
@@ -96,7 +96,7 @@ def complete(
 
 def _by_key(analyses: Iterable[Analysed]) -> dict[str, TaskResult]:
     """Analyses as results, by their keys."""
-    return {f"{ANALYSIS}{i}": TaskResult(analysis=a) for i, a in enumerate(analyses)}
+    return {f"{ANALYSIS}{i}": TaskResult(a) for i, a in enumerate(analyses)}
 
 
 def results(

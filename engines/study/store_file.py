@@ -16,7 +16,7 @@ from urllib.parse import quote
 from plumbob.analytic.parameters import ParameterError
 
 FILE = "studies.sqlite3"  # its name in a folder of results
-SCHEMA = 9  # of the table and of the JSON in it; 8 had other records of pages
+SCHEMA = 10  # of the table and of the JSON in it; 9 had a field for each kind of result
 PATIENCE = 5.0  # [s] to wait for another process that has locked the file
 HOLDS = "a file of stored results"
 TABLE = """create table result (

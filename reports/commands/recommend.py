@@ -117,7 +117,6 @@ def _run(chosen: argparse.Namespace, scenes: Sequence[Scene]) -> Iterator[tuple[
 def _one_more(kept: Checkpoint, show: Progress) -> Run:
     """A run of a scene with a method at a step, taken where it is kept, and else kept."""
     from plumbob.engines.study.checkpoint import key_of
-    from plumbob.engines.study.convergence import ConvergenceStudy
     from plumbob.engines.study.measurement import measure
     from plumbob.engines.study.provenance import versions_of
     from plumbob.engines.study.results import TaskResult
@@ -128,12 +127,10 @@ def _one_more(kept: Checkpoint, show: Progress) -> Run:
         if not (there := kept.there([key])):
             show(f"{scene.name} {method.name} at {step:.3g}", 0, 0)
             measurement, _ = measure(case_of(scene), method, step, theory=False)
-            runs = ConvergenceStudy(scene.name, method.name, (measurement,))
-            there = {key: TaskResult(runs)}
+            there = {key: TaskResult(measurement)}
             kept.keep(there)
-        series = there[key].convergence
-        assert series is not None
-        return series.measurements[0]
+        kept_run: Measurement = there[key].answer
+        return kept_run
 
     return run
 

@@ -9,6 +9,7 @@ from functools import partial
 from plumbob.engines.registry import method
 from plumbob.engines.study import checkpoint, provenance
 from plumbob.engines.study.checkpoint import key_of, measured_into
+from plumbob.engines.study.cost import SceneCosts
 from plumbob.engines.study.provenance import versions_of
 from plumbob.engines.study.results import Study, TaskResult
 from plumbob.engines.study.store import FILE, load
@@ -75,7 +76,7 @@ def test_one_process_measures_into_a_folder_until_it_ends(tmp_path):
     def begin():
         kept = held.enter_context(measured_into(tmp_path / FILE))
         kept.begin("a plan", ["one", "two"])
-        kept.keep({"one": TaskResult(reference_step=1.0)})
+        kept.keep({"one": TaskResult(SceneCosts("", {}, 1.0))})
 
     notes = []
 
@@ -91,12 +92,12 @@ def test_one_process_measures_into_a_folder_until_it_ends(tmp_path):
         assert notes == ["waits for another process, which measures into the same folder"]
         assert kept.begin("a plan", ["one", "two"])
         assert notes[1:] == ["goes on: 1 of 2 results are there"]
-        assert kept.there(["one", "two", "three"]) == {"one": TaskResult(reference_step=1.0)}
+        assert kept.there(["one", "two", "three"]) == {"one": TaskResult(SceneCosts("", {}, 1.0))}
     assert {file.name for file in tmp_path.iterdir()} == {FILE}
 
 
 def test_a_result_that_was_given_up_is_open_again(tmp_path):
-    lost = TaskResult().given_up("the first", "no memory")
+    lost = TaskResult(label="the first", lost="no memory")
     with measured_into(tmp_path / FILE) as kept:
         kept.begin("a plan", ["one"])
         kept.keep({"one": lost})

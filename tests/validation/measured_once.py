@@ -6,7 +6,7 @@ import pickle
 from dataclasses import dataclass
 from pathlib import Path
 
-from plumbob.engines.study.convergence import SEED
+from plumbob.engines.study.convergence import SEED, ConvergenceStudy
 from plumbob.engines.study.runner import convergence_task
 
 
@@ -32,7 +32,7 @@ class Shared:
     def keep(self, results):
         """Keep convergence studies; a file of its name is whole."""
         for key, result in results.items():
-            if result.convergence is not None:
+            if isinstance(result.answer, ConvergenceStudy):
                 part = self.folder / f"{key}.{os.getpid()}"
                 part.write_bytes(pickle.dumps(result))
                 part.replace(self.folder / key)
@@ -44,5 +44,4 @@ class Shared:
         if result is None:
             result = task.do(*task.arguments)
             self.keep({task.key: result})
-        assert result.convergence is not None
-        return result.convergence
+        return result.answer
