@@ -65,6 +65,7 @@ def _converter() -> cattrs.Converter:
     apart: dict[str, Any] = dict.fromkeys(("convergence", "costs", "extras", "analyses"), APART)
     made.register_unstructure_hook(Study, make_dict_unstructure_fn(Study, made, **apart))
     made.register_structure_hook(Study, make_dict_structure_fn(Study, made, **apart))
+
     def with_kinds(result: TaskResult) -> dict[str, Any]:
         parts = {"answer": result.answer, "request": result.request}
         kinds = {name: _name(type(part)) for name, part in parts.items() if part is not None}

@@ -14,7 +14,7 @@ from plumbob.engines.registry import method as find_method
 from plumbob.engines.study.measurement import complete_run
 from plumbob.engines.study.request import Changes, Request, RunRequest, work_of
 from plumbob.engines.trajectory import Trajectory, last_sample
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.scene import Scene
 
 
@@ -65,10 +65,6 @@ class TrimmingRun(RunRequest[Trimming]):
         if ablation is None:
             return None
         return ablation.measure(case_of(scene), method, self.step, self.steps, self.repeats)
-
-    def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
-        return float(self.steps * self.repeats * system_of(scene).weight)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from plumbob.engines.method import Engine, Method, Unsupported
 from plumbob.engines.registry import engine_of, engines
 from plumbob.engines.study.measurement import ObservedError, measure, scheme_of
 from plumbob.engines.study.request import Changes, RunRequest
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
 if TYPE_CHECKING:  # loading a stored derivative loads no exact motion
@@ -56,7 +56,6 @@ JUMP = 5e-3
 COURSE, LOST = 65, 1e6  # times at which derivatives' growth is read, and a relative one of nothing
 SHORTEST = 1e-6  # [s] of a run, whose time a cost is relative to
 LEAST = 4  # differences that show a best one
-WORK = 2e5  # equivalent number of steps of derivatives by a sweep of runs, roughly
 
 
 @dataclass(frozen=True)
@@ -159,10 +158,6 @@ class GradientSearch(RunRequest[Gradients]):
     def made(self, scene: Scene, method: Method) -> Gradients:
         """The derivatives; raises ParameterError."""
         return gradients(case_of(scene), method, self)
-
-    def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
-        return WORK * system_of(scene).weight
 
 
 @dataclass(frozen=True)

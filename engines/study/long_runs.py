@@ -17,7 +17,7 @@ from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import scheme_of
 from plumbob.engines.study.request import RunRequest
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.registry import case_of, system_of
+from plumbob.models.registry import case_of
 from plumbob.models.scene import Case, Scene
 
 MOST_STEPS = 1_000_000  # of a run: a second of MuJoCo's, a few of an ODE solver in Python
@@ -61,10 +61,6 @@ class LongRunSearch(RunRequest[MeasuredLongRun]):
     def made(self, scene: Scene, method: Method) -> MeasuredLongRun:
         """The times by runs; raises ParameterError."""
         return long_run(scene, method, self)
-
-    def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
-        return self.most_steps * system_of(scene).weight
 
 
 def long_run(scene: Scene, method: Method, request: LongRunSearch) -> MeasuredLongRun:

@@ -33,11 +33,8 @@ def fit_order(
     chosen = chosen[np.argsort(h[chosen])][:most]
     if chosen.size < LEAST:
         return None
-    x, y = np.log(h[chosen]), np.log(e[chosen])
-    x, y = x - x.mean(), y - y.mean()
-    spread, freedom = float(x @ x), chosen.size - 2
-    slope = float(x @ y) / spread
-    left = y - slope * x
-    margin = float(stdtrit(freedom, 0.975)) * float(np.sqrt(left @ left / freedom / spread))
+    (slope, _), covariance = np.polyfit(np.log(h[chosen]), np.log(e[chosen]), 1, cov=True)
+    freedom = chosen.size - 2
+    margin = float(stdtrit(freedom, 0.975) * np.sqrt(covariance[0, 0]))
     used = tuple(float(s) for s in np.sort(h[chosen])[::-1])
-    return Order(slope, slope - margin, slope + margin, used)
+    return Order(float(slope), float(slope) - margin, float(slope) + margin, used)

@@ -15,6 +15,7 @@ from plumbob.models.registry import system_of
 from plumbob.models.scene import Scene
 
 Answer = TypeVar("Answer")
+_SEARCH_WORK = 2e5  # equivalent number of steps of a search by runs, roughly
 Changes = tuple[tuple[str, Any], ...]  # by name; hashable values
 _ADAPTIVE_WORK = 1e5  # equivalent number of steps for the tolerances of an adaptive method, roughly
 
@@ -62,9 +63,9 @@ class RunRequest(Request[Answer]):
     def made(self, scene: Scene, method: Method) -> Answer | None:
         """The answer on the posed scene, by a method that is installed and meant for it."""
 
-    @abstractmethod
     def work(self, scene: Scene, method: Method) -> float:
         """Roughly how many steps of a pendulum it takes."""
+        return _SEARCH_WORK * system_of(scene).weight
 
 
 class UndeclaredRun(LookupError):

@@ -29,7 +29,7 @@ from plumbob.engines.registry import engine_of
 from plumbob.engines.study.measurement import invariant_drifts, scheme_of
 from plumbob.engines.study.request import RunRequest
 from plumbob.engines.trajectory import Trajectory, lost
-from plumbob.models.registry import case_of, stability_of, system_of
+from plumbob.models.registry import case_of, stability_of
 from plumbob.models.scene import Case, Scene
 
 GROWTH = 1e3  # of a nudge, beyond that of the exact motion
@@ -45,15 +45,7 @@ FIRST = 0.3  # in fastest periods: where a search without a prediction begins
 # others that hold.
 BELOW, NEAR = (5, 25, 70, 140), 25
 FOLLOWED, SAMPLES = 30, 501  # periods and samples of an exact motion, for its kind and its scales
-WORK = 2e5  # equivalent number of steps of a search, roughly
 Holds = Callable[[int], bool]
-
-
-@dataclass(frozen=True)
-class PredictedLimits:
-    """The limits that theory predicts of a scene with a method, empty where it knows none."""
-
-    limits: tuple[StepLimit, ...]
 
 
 @dataclass(frozen=True)
@@ -78,8 +70,15 @@ class MeasuredLimit:
     reason: str = ""  # of the prediction
 
     @property
+    def measured(self) -> bool:
+        """Whether runs showed it, and not theory alone."""
+        return self.holds is not None or self.fails is not None
+
+    @property
     def largest(self) -> float:
         """The largest step that holds [s], infinite where all that were tried do."""
+        if not self.measured:
+            return self.predicted or 0.0
         return math.inf if self.fails is None else self.holds or 0.0
 
 
@@ -94,70 +93,37 @@ class Stability:
 
 @dataclass(frozen=True)
 class StabilitySearch(RunRequest[Stability]):
-    """A search for the largest step of a scene with a method that holds."""
+    """A search for the largest step of a scene with a method, by its runs or by theory."""
 
-    answers, label, of_pair = Stability, "largest step", True
+    answers, label, of_pair, as_planned = Stability, "largest step", True, True
 
     scene: str
     method: str
+    by_runs: bool = True
 
     def made(self, scene: Scene, method: Method) -> Stability:
-        """The limits by runs."""
-        return stability(scene, method)
-
-    def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
-        return WORK * system_of(scene).weight
+        """The limits."""
+        return stability(scene, method, self.by_runs)
 
 
-@dataclass(frozen=True)
-class StepPrediction(RunRequest[PredictedLimits]):
-    """A request for the limits that theory predicts of a scene with a method."""
-
-    answers, label, of_pair, as_planned = PredictedLimits, "largest step", True, True
-
-    scene: str
-    method: str
-
-    def made(self, scene: Scene, method: Method) -> PredictedLimits:
-        """The limits by theory."""
-        return predicted_limits(scene, method)
-
-    def work(self, scene: Scene, method: Method) -> float:
-        """Roughly how many steps it takes."""
-        return WORK * system_of(scene).weight
-
-
-def predicted_limits(scene: Scene, method: Method) -> PredictedLimits:
-    """The limits that theory predicts of `method` on `scene`."""
-    case = case_of(scene)
-    theory = stability_of(case)
-    return PredictedLimits(theory.limits(scheme_of(case, method)) if theory else ())
-
-
-def known_limit(predicted: PredictedLimits | None, measured: Stability | None) -> KnownLimit | None:
-    """The smallest limit, of those measured or else of those predicted; None where none is."""
-    found = measured.limits if measured else ()
-    limits = [KnownLimit(of.kind, of.largest, True, of.why) for of in found]
-    if not limits and predicted is not None:
-        limits = [KnownLimit(of.kind, of.step, False, of.why) for of in predicted.limits]
-    return min(limits, key=lambda limit: limit.step, default=None)
-
-
-def stability(scene: Scene, method: Method) -> Stability:
-    """The largest steps of `method` on `scene`, measured by its runs; raises ParameterError."""
+def stability(scene: Scene, method: Method, by_runs: bool = True) -> Stability:
+    """The largest steps of `method` on `scene`, by its runs or by theory; raises
+    ParameterError."""
     if method.control == "tolerance":
         return Stability((), why="it chooses its steps itself, and pays with their number")
     case = case_of(scene)
-    if not case.system.start:
+    if by_runs and not case.system.start:
         return Stability((), why="no parameter of the scene is its start, to be nudged")
     theory = stability_of(case)
     try:
-        engine_of(method).prepare(case, method, min(scene.steps[0], scene.duration))
+        if by_runs:
+            engine_of(method).prepare(case, method, min(scene.steps[0], scene.duration))
     except Unsupported as why:
         return Stability((), why=str(why))
     predicted = theory.limits(scheme_of(case, method)) if theory else ()
-    return measured(case, method, theory, predicted)
+    if by_runs:
+        return measured(case, method, theory, predicted)
+    return Stability(tuple(MeasuredLimit(of.kind, of.step, None, None, of.why) for of in predicted))
 
 
 def measured(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
+import json
 from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
 
 from plumbob.engines.method import USER_METHOD, Method
 from plumbob.engines.study.cost import Cost
@@ -77,14 +75,5 @@ def records(
 
 def plain(value: Any) -> Any:
     """`value` as JSON knows it: arrays as lists, numbers that are not finite as null."""
-    if isinstance(value, dict) or hasattr(value, "items"):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    text = json.dumps(value, default=lambda of: of.tolist() if hasattr(of, "tolist") else dict(of))
+    return json.loads(text, parse_constant=lambda _: None)

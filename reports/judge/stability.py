@@ -99,7 +99,7 @@ def study_limits(study: Study) -> Iterator[JudgedLimit]:
     """The limits that a study holds; of a search whose engine is missing, or whose process was
     lost, why there is none."""
     for request in study.extras:
-        if not isinstance(request, StabilitySearch):
+        if not (isinstance(request, StabilitySearch) and request.by_runs):
             continue
         why = "its engine is missing, or its process was lost"
         yield from judged_limits(request, study.answer(request) or Stability((), why=why))

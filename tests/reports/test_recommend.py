@@ -9,14 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plumbob.analytic.schemes import EULER, RK4, Scheme
-from plumbob.analytic.stability import StepLimit
 from plumbob.engines.method import Method
 from plumbob.engines.study.stability import (
     MeasuredLimit,
-    PredictedLimits,
     Stability,
     StabilitySearch,
-    StepPrediction,
 )
 from plumbob.models.scene import step_sizes
 from plumbob.reports.advice.advice import from_study
@@ -103,9 +100,9 @@ def test_the_heads_of_the_page_say_the_errors_that_are_looked_up():
 def _limited(study, step, measured=False):
     """A study whose methods have a limit at a step [s], or one that holds up to it at least."""
     bound = Stability((MeasuredLimit("unstable", None, step, None, ""),))
-    predicted = PredictedLimits((StepLimit("unstable", step, ""),))
+    predicted = Stability((MeasuredLimit("unstable", step, None, None, ""),))
     pairs = [(c.scene, c.method) for c in study.convergence]
-    extras = {StepPrediction(*pair): predicted for pair in pairs}
+    extras = {StabilitySearch(*pair, False): predicted for pair in pairs}
     if measured:
         extras = {StabilitySearch(*pair): bound for pair in pairs}
     return replace(study, extras=extras)

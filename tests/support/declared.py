@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 
-from plumbob.analytic.stability import StepLimit
 from plumbob.engines.abilities import Trimming
 from plumbob.engines.registry import method as find_method
 from plumbob.engines.registry import methods as find_methods
@@ -27,10 +26,8 @@ from plumbob.engines.study.results import Study
 from plumbob.engines.study.runner import most_steps, pairs
 from plumbob.engines.study.stability import (
     MeasuredLimit,
-    PredictedLimits,
     Stability,
     StabilitySearch,
-    StepPrediction,
 )
 from plumbob.engines.trajectory import Trajectory
 from plumbob.models.registry import case_of, system_of
@@ -132,9 +129,8 @@ def _invented(request):
             "1.0", "", (Number("gravity", "", (0.0, 0.0, -9.81)), Number("timestep", "", (1e-3,)))
         )
     if isinstance(request, StabilitySearch):
-        return Stability((MeasuredLimit("unstable", 0.1, 0.1, 0.101, "lost after 1 s"),))
-    if isinstance(request, StepPrediction):
-        return PredictedLimits((StepLimit("unstable", 0.1, "of h omega = 2"),))
+        bracket = (0.1, 0.101) if request.by_runs else (None, None)
+        return Stability((MeasuredLimit("unstable", 0.1, *bracket, "of h omega = 2"),))
     if isinstance(request, ParameterFit):
         fit = Identified(request.parameter, 0.3, 0.3, request.low, request.high, None, {})
         fitted = ("displacement",)

@@ -14,7 +14,7 @@ from plumbob.engines.method import meant
 from plumbob.engines.study.extra_runs import ExtraRun, StudyPlan
 from plumbob.engines.study.request import Request
 from plumbob.engines.study.results import Study
-from plumbob.engines.study.stability import StabilitySearch, StepPrediction
+from plumbob.engines.study.stability import StabilitySearch
 from plumbob.models.registry import case_of, stability_of, system_of
 from plumbob.models.scene import ON_SUPPORTS, SMOOTH
 from plumbob.reports.analyses.analysis import Analysis, Record
@@ -54,11 +54,11 @@ def searches(plan: StudyPlan) -> Sequence[StabilitySearch]:
     return tuple(StabilitySearch(scene, method) for (scene, *_), method in searched)
 
 
-def predictions(plan: StudyPlan) -> Sequence[StepPrediction]:
+def predictions(plan: StudyPlan) -> Sequence[StabilitySearch]:
     """Of the pairs of the plan whose system has a theory of the largest step; in the quick profile
     of the first screen's scenes alone, since all of them take half a minute."""
     return tuple(
-        StepPrediction(scene.name, method.name)
+        StabilitySearch(scene.name, method.name, by_runs=False)
         for scene in plan.scenes
         for method in plan.methods
         if system_of(scene).stability and scene.kind != SMOOTH and meant(method, scene)
